@@ -1,13 +1,12 @@
 //! Models, tables and the instrument, at random pairs.
 
-use super::{evaluate, model, pairs};
+use super::{evaluate, form, model, pairs};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use gonio::brdf::measured::merl::{Interpolation, Merl, MerlGrid, write_merl};
 use gonio::brdf::{Brdf, Channels, Presence};
 use gonio::geometry::Symmetry;
 use gonio::instrument::{Ideal, Instrument};
-use gonio::parametrization;
 use gonio::schedule::{SampleSet, SobolSet};
 use std::sync::{Arc, LazyLock};
 
@@ -57,9 +56,7 @@ fn merl_rgb(bencher: Bencher, interpolation: Interpolation) {
 #[divan::bench(args = ["instrument", "model"])]
 fn ideal_instrument(bencher: Bencher, which: &str) {
     let brdf = model("ggx", "alpha = 0.3");
-    let form = parametrization::find("spherical")
-        .expect("a parametrization")
-        .form(Symmetry::FULL);
+    let form = form("spherical", Symmetry::FULL);
     let schedule = Arc::new(SobolSet {}.plan(&form, 200_000, 1).expect("a schedule"));
     let bencher = bencher.counter(ItemsCount::new(schedule.poses.len()));
     if which == "instrument" {

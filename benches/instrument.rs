@@ -1,10 +1,10 @@
 //! Planning an acquisition: tours of random poses, by order, and their times.
 
+use super::form;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use gonio::geometry::Symmetry;
-use gonio::instrument::{InstrumentSpec, Machine, Motion, Order, presets, read};
-use gonio::parametrization;
+use gonio::instrument::{Bench, InstrumentSpec, Machine, Motion, Order, Parts, presets, read};
 use gonio::schedule::{Positions, RandomSet, SampleSet, Schedule};
 
 fn preset(name: &str) -> (InstrumentSpec, Machine) {
@@ -17,9 +17,7 @@ fn preset(name: &str) -> (InstrumentSpec, Machine) {
 
 /// Random poses in half/difference coordinates.
 fn schedule(n: usize, symmetry: Symmetry) -> Schedule {
-    let form = parametrization::find("half-difference")
-        .expect("a parametrization")
-        .form(symmetry);
+    let form = form("half-difference", symmetry);
     RandomSet {}.plan(&form, n, 1).expect("a schedule")
 }
 
@@ -54,10 +52,10 @@ fn tour_of_four_axes<const N: usize>(bencher: Bencher, order: Order) {
 /// Placing, ordering in rows and timing 100 000 poses.
 #[divan::bench(args = ["cornell", "pgii"])]
 fn itinerary(bencher: Bencher, name: &str) {
-    let (spec, machine) = preset(name);
-    let motion = Motion::new(&spec, &machine);
+    let (spec, _) = preset(name);
+    let bench = Bench::new(&spec, Parts::ALL, 1).expect("an instrument");
     let schedule = schedule(100_000, Symmetry::FULL);
     bencher
         .counter(ItemsCount::new(schedule.poses.len()))
-        .bench(|| motion.itinerary(&machine, name, black_box(&schedule), Order::Sorted));
+        .bench(|| bench.plan(black_box(&schedule), Order::Sorted));
 }

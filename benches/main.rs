@@ -9,10 +9,12 @@ mod pipeline;
 mod reconstruct;
 
 use gonio::brdf::{Brdf, Channels, Presence};
-use gonio::geometry::DirectionPair;
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::parametrization::Parametrization;
 use gonio::registry;
 use gonio::sampling::{Random, cosine_hemisphere};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 fn main() {
     divan::main();
@@ -24,6 +26,12 @@ fn model(kind: &str, text: &str) -> Box<dyn Brdf> {
     let entry = entries.iter().find(|e| e.kind == kind).expect("a model");
     let spec = registry::read_text(entry, text).expect("its parameters");
     spec.build(Channels::Luminance).expect("a BRDF")
+}
+
+/// The plain form of a parametrization of the registry.
+fn form(name: &str, symmetry: Symmetry) -> Arc<dyn Parametrization> {
+    let entry = gonio::parametrization::find(name);
+    entry.expect("a parametrization").form(symmetry)
 }
 
 /// Random pairs, both directions cosine-distributed.

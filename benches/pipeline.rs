@@ -1,12 +1,11 @@
 //! Plan, measure, reconstruct, evaluate: what one row of a run costs.
 
-use super::{evaluate, model, pairs};
+use super::{evaluate, form, model, pairs};
 use divan::Bencher;
 use gonio::brdf::{Brdf, Presence};
 use gonio::geometry::DirectionPair;
 use gonio::geometry::Symmetry;
 use gonio::instrument::{self, Bench, Ideal, Instrument, Order, Parts};
-use gonio::parametrization;
 use gonio::reconstruct;
 use gonio::registry;
 use gonio::schedule::{Grid, SampleSet, Schedule};
@@ -22,9 +21,7 @@ fn plan_measure_reconstruct_evaluate(bencher: Bencher, budget: usize) {
         .find(|e| e.kind == "cubic")
         .expect("a method");
     let cubic = registry::read_text(cubic, "").expect("its defaults");
-    let form = parametrization::find("half-difference")
-        .expect("a parametrization")
-        .form(Symmetry::FULL);
+    let form = form("half-difference", Symmetry::FULL);
     let pairs = pairs(20_000);
     bencher.bench_local(|| {
         let schedule = Arc::new(Grid::default().plan(&form, budget, 1).expect("a schedule"));
@@ -43,9 +40,7 @@ mod instruments {
     const POSES: usize = 16_384;
 
     fn schedule() -> Arc<Schedule> {
-        let form = parametrization::find("hybrid")
-            .expect("a parametrization")
-            .form(Symmetry::FULL);
+        let form = form("hybrid", Symmetry::FULL);
         let sets = gonio::schedule::all();
         let sobol = sets.iter().find(|e| e.kind == "sobol").expect("a set");
         let sobol = registry::read_text(sobol, "").expect("its defaults");

@@ -1,6 +1,7 @@
 //! The one public error; its variants say who must act.
 
 use std::borrow::Cow;
+use std::ops::{Bound, RangeBounds};
 use std::path::{Path, PathBuf};
 
 /// Why a file is not read that is to be replaced, and why one that was read is not replaced.
@@ -149,6 +150,15 @@ impl ParameterError {
             allowed: allowed.into(),
         }
     }
+
+    /// The same of a table inside another, with its key spelled from the outer one.
+    #[must_use]
+    pub fn within(self, table: &str) -> Self {
+        Self {
+            key: format!("{table}.{}", self.key),
+            ..self
+        }
+    }
 }
 
 /// Checks `lo < value ≤ hi`; NaN and infinities fail, so `hi` may be infinite.
@@ -174,6 +184,28 @@ pub fn in_closed(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, Paramet
             value,
             format!("a number in [{lo}, {hi}]"),
         ))
+    }
+}
+
+/// Numbers above `lo` up to `hi`.
+pub const fn left_open(lo: f64, hi: f64) -> (Bound<f64>, Bound<f64>) {
+    (Bound::Excluded(lo), Bound::Included(hi))
+}
+
+/// Checks that a number is in a range, `lo..=hi` or [`left_open`].
+pub fn in_range(
+    key: &str,
+    value: f64,
+    range: &impl RangeBounds<f64>,
+) -> Result<f64, ParameterError> {
+    let hi = match range.end_bound() {
+        Bound::Included(hi) | Bound::Excluded(hi) => *hi,
+        Bound::Unbounded => f64::INFINITY,
+    };
+    match range.start_bound() {
+        Bound::Excluded(lo) => in_left_open(key, value, *lo, hi),
+        Bound::Included(lo) => in_closed(key, value, *lo, hi),
+        Bound::Unbounded => in_closed(key, value, f64::NEG_INFINITY, hi),
     }
 }
 
@@ -291,6 +323,11 @@ impl Error {
             Error::Violation(_) => 6,
             Error::Interrupted { .. } => 130,
         }
+    }
+
+    /// An error that should not happen.
+    pub fn internal(e: impl std::fmt::Display) -> Self {
+        Error::Internal(e.to_string())
     }
 
     /// A config error.

@@ -93,7 +93,7 @@
 //! [`docs::light_paths`]: which coordinates tell apart how many facets light met.
 //! [`docs::planning`]: which poses to read next. [`docs::stability`]: what becomes of digits at the edges. [`docs::relations`]: moments of a slice and of the picture. [`docs::formats`]: files. [`docs::inputs`]: what is refused, doubted and counted. [`docs::cluster`]: many machines at once.
 //! [`docs::python`]: NumPy arrays in and out.
-//! [`docs::changelog`].
+//! [`docs::terms`]: one word for one thing. [`docs::changelog`].
 
 pub mod acquisition;
 pub mod analysis;

@@ -55,6 +55,23 @@ pub fn wrap_angle(a: f64) -> f64 {
     }
 }
 
+/// The last number on the way from `inside` to `outside` for which `holds`, by so many halvings.
+pub(crate) fn last_where(
+    mut inside: f64,
+    mut outside: f64,
+    halvings: usize,
+    holds: impl Fn(f64) -> bool,
+) -> f64 {
+    for _ in 0..halvings {
+        let middle = 0.5 * (inside + outside);
+        match holds(middle) {
+            true => inside = middle,
+            false => outside = middle,
+        }
+    }
+    inside
+}
+
 /// Luminance of a linear-sRGB triple (Rec. 709 weights).
 #[inline]
 pub fn luminance(rgb: [f64; 3]) -> f64 {
@@ -70,6 +87,12 @@ pub const XYZ: DMat3 = DMat3::from_cols(
     DVec3::new(0.3576 / 0.9505, LUMINANCE[1], 0.1192 / 1.089),
     DVec3::new(0.1805 / 0.9505, LUMINANCE[2], 0.9505 / 1.089),
 );
+
+/// The value in the middle, or above it of two there; `None` of nothing. Changes the order of the values.
+pub(crate) fn upper_median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
 
 /// Numbers that may be infinite in formats that have no infinity: JSON writes `null` for it.
 pub mod infinite_as_null {

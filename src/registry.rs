@@ -14,19 +14,24 @@
 //! `deny_unknown_fields` then sees every key with its position.
 
 use crate::error::{excerpt, one_of};
-use serde::Serialize;
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::ops::Range;
 use std::sync::{PoisonError, RwLock};
 
+mod declare;
 #[cfg(not(feature = "experiments"))]
 mod json;
+mod named;
 #[cfg(feature = "experiments")]
 mod text;
 
+pub(crate) use declare::{declare, family, keys};
 #[cfg(not(feature = "experiments"))]
 pub use json::{Keys, Table, Value, parse};
 #[cfg(not(feature = "experiments"))]
 use json::{keys, part, remove, table, written};
+pub(crate) use named::named;
 #[cfg(feature = "experiments")]
 pub use text::{Keys, Table, Value, parse};
 #[cfg(feature = "experiments")]
@@ -192,6 +197,11 @@ pub fn resolved<S: Serialize>(kind: &str, member: &S) -> Keys {
     table
 }
 
+/// The keys of a member that has none: any key is one too many.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct NoKeys {}
+
 /// A value, as far as numbers are in it.
 enum Part<'a> {
     /// One that is not written as a whole one.
@@ -244,6 +254,21 @@ pub fn take_table<'a>(table: &mut Table<'a>, key: &str) -> Result<Option<Table<'
         return Ok(None);
     };
     item.table(key).map(Some)
+}
+
+/// Takes `key` out of the table and reads it; it must hold a table.
+pub fn take<'a, T>(
+    table: &mut Table<'a>,
+    key: &str,
+    read: impl FnOnce(Table<'a>) -> Result<T, ReadError>,
+) -> Result<Option<T>, ReadError> {
+    take_table(table, key)?.map(read).transpose()
+}
+
+/// Deserializes a key whose table was taken out before, and which is listed with the others in the message about an unknown
+/// one: its default, whatever is there.
+pub fn taken<'de, D: Deserializer<'de>, T: Default>(from: D) -> Result<T, D::Error> {
+    IgnoredAny::deserialize(from).map(|_| T::default())
 }
 
 /// Takes `key` out of the table; it must hold an array of tables.

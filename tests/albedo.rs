@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Level, levels};
+use common::{Level, levels, model};
 use glam::DVec3;
 use gonio::brdf::{self, Brdf, Channels, laws};
 use gonio::geometry::{Direction, DirectionPair};
@@ -15,13 +15,6 @@ use std::f64::consts::{FRAC_PI_2, PI};
 levels! {
     lobes_of_any_width_agree_with_adaptive_quadrature: "thorough: five views";
     lobes_of_any_width_are_found_along_and_across: "thorough: every model";
-}
-
-fn model(kind: &str, text: &str) -> Box<dyn Brdf> {
-    let family = brdf::all();
-    let entry = family.iter().find(|entry| entry.kind == kind).unwrap();
-    let spec = registry::read_text(entry, text).unwrap();
-    spec.build(Channels::Luminance).unwrap()
 }
 
 fn albedos(probe: &AlbedoProbe, brdf: &dyn Brdf) -> impl Iterator<Item = (f64, f64)> {

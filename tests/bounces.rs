@@ -1,6 +1,8 @@
 //! Classes of light paths and coordinates: laws of information, closed forms, boxes that are told by other paths than chose them.
 #![cfg(feature = "experiments")]
 
+mod common;
+
 use gonio::analysis::bounces::{self, ChartBounces, Information, PathSample, Spread};
 use gonio::analysis::{Estimate, Subset};
 use gonio::brdf::microfacet::{FresnelSpec, Ggx};
@@ -402,9 +404,7 @@ fn shares_are_means_of_light() {
         assert!((share.value - exact).abs() < 4.0 * share.error, "{share:?}");
     }
     // Both within 30°: sin⁴ 30° of the light of each class.
-    let form = parametrization::find("spherical")
-        .unwrap()
-        .form(Symmetry::FULL);
+    let form = crate::common::form("spherical", Symmetry::FULL);
     let subset = Subset::read(form, "theta_i=0..30, theta_o=0..30").unwrap();
     let capture = sample.capture(|pair| subset.contains(pair));
     for (captured, share) in capture.captured.iter().zip(shares.classes) {
@@ -475,21 +475,4 @@ fn errors_hold_what_surfaces_differ_by_where_there_are_enough() {
     assert_eq!(of(1).spread(), Spread::FewSurfaces);
     assert_eq!(of(0).spread(), Spread::Paths);
     assert_eq!(of(200).batches(), 64);
-}
-
-#[test]
-fn threads_change_nothing() {
-    let told = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| {
-            let sample = rough(0.8, 50_000);
-            let charts = parametrization::all().into_iter().map(|entry| {
-                let chart = ChartBounces::new(&sample, &entry, Symmetry::ORTHOTROPIC, 1, 0.4);
-                let best = chart.best.map(|b| (b.text, b.capture));
-                (chart.information, chart.ranges, chart.maps, best)
-            });
-            (sample.shares(), charts.collect::<Vec<_>>())
-        })
-    };
-    assert!(told(1) == told(2));
 }

@@ -7,7 +7,7 @@ mod common;
 use common::{Level, levels, random_pair};
 use glam::{DVec2, Vec3Swizzles};
 use gonio::brdf::Brdf;
-use gonio::geometry::{Direction, DirectionPair, Symmetry, distance};
+use gonio::geometry::{Direction, DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::parametrization::{
     self, Axis, AxisKind, Coords, Facts, Images, Layout, Parametrization, ParametrizationKind,
@@ -17,7 +17,6 @@ use gonio::reconstruct;
 use gonio::registry::{self, Entry};
 use gonio::sampling::Random;
 use gonio::schedule;
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
 levels! {
@@ -195,70 +194,6 @@ impl Parametrization for Cartesian {
             also(|&[a, b, c, d]| [a, -b, c, -d]);
         }
         images
-    }
-}
-
-fn symmetries() -> Vec<Symmetry> {
-    common::symmetries()
-}
-
-#[test]
-fn pairs_come_back_and_symmetric_ones_share_their_coordinates() {
-    let random = Random::new(1);
-    for symmetry in symmetries() {
-        let p = ENTRY.form(symmetry);
-        let [high, anywhere] = p.facts().round_trip;
-        for i in 0..20_000 {
-            let pair = random_pair(&random, i);
-            let c = p.forward(&pair);
-            for (axis, c) in p.axes().iter().zip(c) {
-                assert!((axis.range[0]..=axis.range[1]).contains(&c), "{c}");
-            }
-            let lowest = pair.omega_i.cos_theta().min(pair.omega_o.cos_theta());
-            let back = p.inverse(&c).expect("physical");
-            let error = distance(&pair, &back, symmetry);
-            assert!(error <= if lowest > 1e-3 { high } else { anywhere });
-            for image in p.images(&c) {
-                let home = p.canonical(&image).expect("in the box");
-                for (a, b) in home.into_iter().zip(c) {
-                    assert!((a - b).abs() < 1e-15, "{symmetry:?} {image:?} {c:?}");
-                }
-            }
-            if symmetry.reciprocal {
-                for (a, b) in p.forward(&pair.swapped()).into_iter().zip(c) {
-                    assert!((a - b).abs() < 1e-12);
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn the_box_holds_the_measure_of_both_hemispheres() {
-    // ∬ cos cos d omega_i d omega_o = π².
-    let mut sobol = gonio::sampling::Sobol::new(3);
-    for symmetry in symmetries() {
-        let p = ENTRY.form(symmetry);
-        let volume: f64 = p.axes().iter().map(Axis::length).product();
-        let copies = p.images(&[0.3, 0.2, 0.1, 0.15]).len() as f64;
-        let turn = if symmetry.isotropic { TAU } else { 1.0 };
-        let (mut sum, count) = (0.0, 1 << 17);
-        for i in 0..count {
-            let u: [f64; 4] = sobol.point(i);
-            let mut c = [0.0; 4];
-            for (d, axis) in p.axes().iter().enumerate() {
-                c[d] = axis.range[0] + u[d] * axis.length();
-            }
-            if let Some(pair) = p.inverse(&c) {
-                sum += p.jacobian(&c) * pair.omega_i.cos_theta() * pair.omega_o.cos_theta();
-            }
-        }
-        let measure = sum / count as f64 * volume * turn * copies;
-        let exact = std::f64::consts::PI.powi(2);
-        assert!(
-            (measure / exact - 1.0).abs() < 8e-3,
-            "{symmetry:?} {measure}"
-        );
     }
 }
 

@@ -2,6 +2,9 @@
 //! allowed; the resolved config means the same as the one it was made from.
 #![cfg(feature = "experiments")]
 
+mod common;
+
+use common::table;
 use gonio::Error;
 use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source};
 
@@ -59,255 +62,59 @@ fn refusal(text: &str, sets: &[&str]) -> (String, u8) {
 #[test]
 fn a_mistake_in_the_file_is_reported_with_its_line() {
     // (what is written, what stands there instead, the message)
-    let cases = [
-        (
-            "question = \"?\"",
-            "qestion = \"?\"",
-            "c.toml:1: unknown key qestion; allowed: question, experiment, channels",
-        ),
-        (
-            "seeds = [1]",
-            "seeds = []",
-            "c.toml:2: seeds = []: allowed is at least one",
-        ),
-        (
-            "kind = \"cubic\"",
-            "kind = \"thin-plate\"\nstretch = 1e-9",
-            "c.toml:26: stretch = 0.000000001: allowed is a number in [0.001, 1000]",
-        ),
-        (
-            "kind = \"cubic\"",
-            "kind = \"cubic\"\nstretch = 1",
-            "c.toml:26: unknown key reconstruction[0].stretch; allowed: kind, name, up_to, on, values, epsilon",
-        ),
-        (
-            "seeds = [1]",
-            "seeds = [1]\nseeds = [2]",
-            "c.toml:3: key seeds is there twice; allowed: once",
-        ),
-        (
-            "seeds = [1]",
-            "seeds = [3, 3]",
-            "c.toml:2: seeds[1] = 3 is there twice",
-        ),
-        (
-            "seeds = [1]",
-            "seeds = [-1]",
-            "c.toml:2: seeds[0] = -1: allowed is a whole number from 0",
-        ),
-        (
-            "  1000,",
-            "  0,",
-            "c.toml:5: budgets[1] = 0: allowed is a whole number from 1 to 10000000",
-        ),
-        (
-            "  1000,",
-            "  1000000000,",
-            "c.toml:5: budgets[1] = 1000000000: allowed is a whole number from 1",
-        ),
-        (
-            "  1000,",
-            "  250,",
-            "c.toml:5: budgets[1] = 250 is there twice",
-        ),
-        (
-            "  1000,",
-            "  1e3,",
-            "c.toml:5: budgets[1] is floating point `1000.0`; allowed: a whole number",
-        ),
-        (
-            "  1000,",
-            "  \"many\",",
-            "c.toml:5: budgets[1] is string \"many\"; allowed: a whole number",
-        ),
-        (
-            "[\"cosine\"]",
-            "[\"sine\"]",
-            "c.toml:7: measures[0] = \"sine\"; allowed: cosine, lobe",
-        ),
-        (
-            "[\"cosine\"]",
-            "\"cosine\"",
-            "c.toml:7: measures is string \"cosine\"; allowed: a list",
-        ),
-        (
-            "\"ggx\"",
-            "\"ggg\"",
-            "c.toml:10: kind = \"ggg\" is not a material; allowed: ",
-        ),
-        (
-            "kind = \"ggx\"",
-            "",
-            "c.toml:9: kind is missing from the material; allowed: ",
-        ),
-        (
-            "alpha = 0.3",
-            "alpha = 0.0",
-            "c.toml:11: material[0].alpha = 0: allowed is a number",
-        ),
-        (
-            "alpha = 0.3",
-            "alpha = -0.5",
-            "c.toml:11: material[0].alpha = -0.5: allowed is a number",
-        ),
-        (
-            "alpha = 0.3",
-            "alpha = nan",
-            "c.toml:11: material[0].alpha = NaN: allowed is a number",
-        ),
-        (
-            "alpha = 0.3",
-            "alpha = inf",
-            "c.toml:11: material[0].alpha = inf: allowed is a number",
-        ),
-        (
-            "alpha = 0.3",
-            "alpha = true",
-            "c.toml:11: material[0].alpha = true: allowed is a number",
-        ),
-        (
-            "albedo = 0.5",
-            "albdeo = 0.5",
-            "c.toml:15: unknown key material[1].albdeo; allowed: kind, name, symmetry, albedo",
-        ),
-        (
-            "albedo = 0.5",
-            "name = \"ggx-0.3\"",
-            "c.toml:15: material[1].name = \"ggx-0.3\" is taken",
-        ),
-        (
-            "albedo = 0.5",
-            "name = \" \"",
-            "c.toml:15: material[1].name = \" \": allowed is a text",
-        ),
-        (
-            "albedo = 0.5",
-            "name = 7",
-            "c.toml:15: name is 7; allowed: a string",
-        ),
-        (
-            "albedo = 0.5",
-            "symmetry = { isotopic = true }",
-            "c.toml:15: unknown key material[1].symmetry.isotopic; allowed: isotropic, reciprocal, bilateral",
-        ),
-        (
-            "\"hybrid\"",
-            "\"hibrid\"",
-            "c.toml:18: kind = \"hibrid\" is not a parametrization; allowed: spherical, ",
-        ),
-        (
-            "h_bar =",
-            "theta_h =",
-            "c.toml:19: parametrization[0].warp.theta_h = \"square-root\": no axis of hybrid; allowed: h_bar, k, delta",
-        ),
-        (
-            "\"square-root\"",
-            "\"merl\"",
-            "c.toml:19: parametrization[0].warp.h_bar = \"merl\": ",
-        ),
-        (
-            "\"square-root\"",
-            "\"sqrt\"",
-            "c.toml:19: parametrization[0].warp.h_bar = \"sqrt\"; allowed: square-root, merl, arcsine",
-        ),
-        (
-            "\"square-root\"",
-            "{ kind = \"power\", exponent = 1.5 }",
-            "c.toml:19: parametrization[0].warp.h_bar: exponent = 1.5: allowed is a number in [0.1, 1]",
-        ),
-        (
-            "\"square-root\"",
-            "{ kind = \"power\", exponnent = 0.5 }",
-            "c.toml:19: parametrization[0].warp.h_bar: unknown key `exponnent`, expected `exponent`",
-        ),
-        (
-            "\"square-root\"",
-            "\"power\"",
-            "c.toml:19: parametrization[0].warp.h_bar lacks the key exponent",
-        ),
-        (
-            "\"square-root\"",
-            "{ kind = \"cube\" }",
-            "c.toml:19: parametrization[0].warp.h_bar: kind = \"cube\" is not a warp; allowed: square-root, merl, arcsine, power",
-        ),
-        (
-            "\"grid\"",
-            "\"grid\"\nratio = \"tuned\"",
-            "c.toml:23: sample_set[0].ratio = \"tuned\" lacks what it is tuned on; allowed: with [tuning]",
-        ),
-        (
-            "\"grid\"",
-            "\"grid\"\nratio = \"best\"",
-            "c.toml:23: sample_set[0].ratio is string \"best\"; allowed: a list of numbers, or \"tuned\"",
-        ),
-        (
-            "[metrics]",
-            "[tuning]\nmaterials = [{ kind = \"lambert\" }]\n[metrics]",
-            "c.toml:27: tuning is never used; allowed: with a [[sample_set]] of ratio = \"tuned\"",
-        ),
-        (
-            "\"grid\"",
-            "\"sobol\"",
-            "c.toml:24: reconstruction[0] \"cubic\" is never used; allowed: an up_to that a budget stays within, and a grid",
-        ),
-        (
-            "\"grid\"",
-            "\"grid\"\nratio = [1, 2]",
-            "c.toml:23: ratio = [1.0, 2.0]: allowed is a number in [0.001, 1000] per axis (h_bar, k, delta) in hybrid",
-        ),
-        (
-            "\"grid\"",
-            "\"grid\"\nratio = [1, nan, 1]",
-            "c.toml:23: ratio = [1.0, NaN, 1.0]: allowed",
-        ),
-        (
-            "\"cubic\"",
-            "\"cubic\"\nepsilon = -1.0",
-            "c.toml:26: epsilon = -1: allowed is",
-        ),
-        (
-            "pairs = 100",
-            "pears = 100",
-            "c.toml:28: unknown key metrics.pears; allowed: pairs, max_pairs, tolerance, mask_deg",
-        ),
-        (
-            "pairs = 100",
-            "pairs = 0",
-            "c.toml:28: metrics.pairs = 0: allowed is",
-        ),
-        (
-            "80.0",
-            "nan",
-            "c.toml:30: metrics.mask_deg = NaN: allowed is",
-        ),
-        (
-            "slices = false",
-            "slices = 1",
-            "c.toml:33: output.slices is integer `1`; allowed: true or false",
-        ),
-        (
-            "slices = false",
-            "schedules = true",
-            "c.toml:33: output.schedules is boolean `true`; allowed: false or one of \"csv\", \"json-lines\"",
-        ),
-        (
-            "slices = false",
-            "schedules = \"xml\"",
-            "c.toml:33: output.schedules is string \"xml\"; allowed: false",
-        ),
-        (
-            "question = \"?\"",
-            "merl = 3",
-            "c.toml:1: merl is 3; allowed: a table",
-        ),
-        ("seeds = [1]", "seeds = [1", "c.toml:3: "),
-        (
-            "seeds = [1]",
-            "merl = { interpolation = \"nearest\" }",
-            "c.toml:2: merl has keys for the files of materials_dir, which is not set",
-        ),
-    ];
-    for (written, instead, expected) in cases {
+    for [written, instead, expected] in table(
+        r#"
+        question = "?" | qestion = "?" | c.toml:1: unknown key qestion; allowed: question, experiment, channels
+        seeds = [1] | seeds = [] | c.toml:2: seeds = []: allowed is at least one
+        kind = "cubic" | kind = "thin-plate"\nstretch = 1e-9 | c.toml:26: stretch = 0.000000001: allowed is a number in [0.001, 1000]
+        kind = "cubic" | kind = "cubic"\nstretch = 1 | c.toml:26: unknown key reconstruction[0].stretch; allowed: kind, name, up_to, on, values, epsilon
+        seeds = [1] | seeds = [1]\nseeds = [2] | c.toml:3: key seeds is there twice; allowed: once
+        seeds = [1] | seeds = [3, 3] | c.toml:2: seeds[1] = 3 is there twice
+        seeds = [1] | seeds = [-1] | c.toml:2: seeds[0] = -1: allowed is a whole number from 0
+        1000, | 0, | c.toml:5: budgets[1] = 0: allowed is a whole number from 1 to 10000000
+        1000, | 1000000000, | c.toml:5: budgets[1] = 1000000000: allowed is a whole number from 1
+        1000, | 250, | c.toml:5: budgets[1] = 250 is there twice
+        1000, | 1e3, | c.toml:5: budgets[1] is floating point `1000.0`; allowed: a whole number
+        1000, | "many", | c.toml:5: budgets[1] is string "many"; allowed: a whole number
+        ["cosine"] | ["sine"] | c.toml:7: measures[0] = "sine"; allowed: cosine, lobe
+        ["cosine"] | "cosine" | c.toml:7: measures is string "cosine"; allowed: a list
+        "ggx" | "ggg" | c.toml:10: kind = "ggg" is not a material; allowed:
+        kind = "ggx" |  | c.toml:9: kind is missing from the material; allowed:
+        alpha = 0.3 | alpha = 0.0 | c.toml:11: material[0].alpha = 0: allowed is a number
+        alpha = 0.3 | alpha = -0.5 | c.toml:11: material[0].alpha = -0.5: allowed is a number
+        alpha = 0.3 | alpha = nan | c.toml:11: material[0].alpha = NaN: allowed is a number
+        alpha = 0.3 | alpha = inf | c.toml:11: material[0].alpha = inf: allowed is a number
+        alpha = 0.3 | alpha = true | c.toml:11: material[0].alpha = true: allowed is a number
+        albedo = 0.5 | albdeo = 0.5 | c.toml:15: unknown key material[1].albdeo; allowed: kind, name, symmetry, albedo
+        albedo = 0.5 | name = "ggx-0.3" | c.toml:15: material[1].name = "ggx-0.3" is taken
+        albedo = 0.5 | name = " " | c.toml:15: material[1].name = " ": allowed is a text
+        albedo = 0.5 | name = 7 | c.toml:15: name is 7; allowed: a string
+        albedo = 0.5 | symmetry = { isotopic = true } | c.toml:15: unknown key material[1].symmetry.isotopic; allowed: isotropic, reciprocal, bilateral
+        "hybrid" | "hibrid" | c.toml:18: kind = "hibrid" is not a parametrization; allowed: spherical,
+        h_bar = | theta_h = | c.toml:19: parametrization[0].warp.theta_h = "square-root": no axis of hybrid; allowed: h_bar, k, delta
+        "square-root" | "merl" | c.toml:19: parametrization[0].warp.h_bar = "merl":
+        "square-root" | "sqrt" | c.toml:19: parametrization[0].warp.h_bar = "sqrt"; allowed: square-root, merl, arcsine
+        "square-root" | { kind = "power", exponent = 1.5 } | c.toml:19: parametrization[0].warp.h_bar: exponent = 1.5: allowed is a number in [0.1, 1]
+        "square-root" | { kind = "power", exponnent = 0.5 } | c.toml:19: parametrization[0].warp.h_bar: unknown key `exponnent`, expected `exponent`
+        "square-root" | "power" | c.toml:19: parametrization[0].warp.h_bar lacks the key exponent
+        "square-root" | { kind = "cube" } | c.toml:19: parametrization[0].warp.h_bar: kind = "cube" is not a warp; allowed: square-root, merl, arcsine, power
+        "grid" | "grid"\nratio = "tuned" | c.toml:23: sample_set[0].ratio = "tuned" lacks what it is tuned on; allowed: with [tuning]
+        "grid" | "grid"\nratio = "best" | c.toml:23: sample_set[0].ratio is string "best"; allowed: a list of numbers, or "tuned"
+        [metrics] | [tuning]\nmaterials = [{ kind = "lambert" }]\n[metrics] | c.toml:27: tuning is never used; allowed: with a [[sample_set]] of ratio = "tuned"
+        "grid" | "sobol" | c.toml:24: reconstruction[0] "cubic" is never used; allowed: an up_to that a budget stays within, and a grid
+        "grid" | "grid"\nratio = [1, 2] | c.toml:23: ratio = [1.0, 2.0]: allowed is a number in [0.001, 1000] per axis (h_bar, k, delta) in hybrid
+        "grid" | "grid"\nratio = [1, nan, 1] | c.toml:23: ratio = [1.0, NaN, 1.0]: allowed
+        "cubic" | "cubic"\nepsilon = -1.0 | c.toml:26: epsilon = -1: allowed is
+        pairs = 100 | pears = 100 | c.toml:28: unknown key metrics.pears; allowed: pairs, max_pairs, tolerance, mask_deg
+        pairs = 100 | pairs = 0 | c.toml:28: metrics.pairs = 0: allowed is
+        80.0 | nan | c.toml:30: metrics.mask_deg = NaN: allowed is
+        slices = false | slices = 1 | c.toml:33: output.slices is integer `1`; allowed: true or false
+        slices = false | schedules = true | c.toml:33: output.schedules is boolean `true`; allowed: false or one of "csv", "json-lines"
+        slices = false | schedules = "xml" | c.toml:33: output.schedules is string "xml"; allowed: false
+        question = "?" | merl = 3 | c.toml:1: merl is 3; allowed: a table
+        seeds = [1] | seeds = [1 | c.toml:3:
+        seeds = [1] | merl = { interpolation = "nearest" } | c.toml:2: merl has keys for the files of materials_dir, which is not set"#,
+    ) {
         assert!(GOOD.contains(written), "{written}");
         let text = GOOD.replacen(written, instead, 1);
         let (message, code) = refusal(&text, &[]);
@@ -339,66 +146,33 @@ fn warps_with_keys_are_named_by_them() {
 #[test]
 fn a_mistake_in_an_override_is_reported_with_the_override() {
     // (the override, the message after it)
-    let cases = [
-        ("nothing", "has no `=`; allowed: key=value"),
-        ("=3", "`` is no key"),
-        ("a b=3", "`a b` is no key"),
-        ("qestion=why", "unknown key qestion; allowed: question"),
-        (
-            "metrics.pears=3",
-            "unknown key metrics.pears; allowed: pairs",
-        ),
-        ("metric.pairs=3", "unknown key metric; allowed: question"),
-        (
-            "material.2.alpha=0.1",
-            "`2` is no position in material, which has 2; allowed: 0 to 1",
-        ),
-        ("material.x.alpha=0.1", "`x` is no position in material"),
-        (
-            "material.all.beta=0.1",
-            "no member has the key of `material.all.beta`",
-        ),
-        ("metrics.all.pairs=3", "unknown key metrics.all"),
-        ("budgets.2=5", "`2` is no position in budgets"),
-        (
-            "budgets.0.x=5",
-            "budgets[0] is integer, which has no key `x`",
-        ),
-        ("budgets.0=0", "budgets[0] = 0: allowed"),
-        ("budgets=0", "budgets is integer `0`; allowed: a list"),
-        (
-            "budgets=nan",
-            "budgets is floating point `NaN`; allowed: a list",
-        ),
-        ("material.0.alpha=nan", "material[0].alpha = NaN: allowed"),
-        (
-            "material.0.alpha=wide",
-            "material[0].alpha = \"wide\": allowed is a number",
-        ),
-        (
-            "material.0=3",
-            "material[0] is a table, not integer; allowed: {",
-        ),
-        (
-            "material=[]",
-            "material is missing; allowed: at least one [[material]], or materials_dir",
-        ),
-        (
-            "material.0={kind=\"merl\"}",
-            "material[0] lacks the key path",
-        ),
-        ("channels=grey", "channels = \"grey\"; allowed: luminance"),
-        (
-            "parametrization=[{kind=\"stark\"},{kind=\"stark\"}]",
-            "parametrization[1] = \"stark\" is there twice",
-        ),
-        (
-            "reconstruction=[{kind=\"cubic\"},{kind=\"cubic\"}]",
-            "reconstruction[1].name = \"cubic\" is taken",
-        ),
-        ("sample_set=[]", "sample_set = []: allowed is at least one"),
-    ];
-    for (set, expected) in cases {
+    for [set, expected] in table(
+        r#"
+        nothing | has no `=`; allowed: key=value
+        =3 | `` is no key
+        a b=3 | `a b` is no key
+        qestion=why | unknown key qestion; allowed: question
+        metrics.pears=3 | unknown key metrics.pears; allowed: pairs
+        metric.pairs=3 | unknown key metric; allowed: question
+        material.2.alpha=0.1 | `2` is no position in material, which has 2; allowed: 0 to 1
+        material.x.alpha=0.1 | `x` is no position in material
+        material.all.beta=0.1 | no member has the key of `material.all.beta`
+        metrics.all.pairs=3 | unknown key metrics.all
+        budgets.2=5 | `2` is no position in budgets
+        budgets.0.x=5 | budgets[0] is integer, which has no key `x`
+        budgets.0=0 | budgets[0] = 0: allowed
+        budgets=0 | budgets is integer `0`; allowed: a list
+        budgets=nan | budgets is floating point `NaN`; allowed: a list
+        material.0.alpha=nan | material[0].alpha = NaN: allowed
+        material.0.alpha=wide | material[0].alpha = "wide": allowed is a number
+        material.0=3 | material[0] is a table, not integer; allowed: {
+        material=[] | material is missing; allowed: at least one [[material]], or materials_dir
+        material.0={kind="merl"} | material[0] lacks the key path
+        channels=grey | channels = "grey"; allowed: luminance
+        parametrization=[{kind="stark"},{kind="stark"}] | parametrization[1] = "stark" is there twice
+        reconstruction=[{kind="cubic"},{kind="cubic"}] | reconstruction[1].name = "cubic" is taken
+        sample_set=[] | sample_set = []: allowed is at least one"#,
+    ) {
         let (message, code) = refusal(GOOD, &[set]);
         let expected = format!("--set {set}: {expected}");
         assert!(message.starts_with(&expected), "{set}\n  {message}");
@@ -696,7 +470,7 @@ impl Observer<Row> for Impatient {
         self.reconstructing
     }
 
-    fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
+    fn observe(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
         match event {
             Event::Doing(what) => {
                 self.reconstructing = what.to_string().starts_with("reconstructing");

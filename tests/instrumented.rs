@@ -2,9 +2,11 @@
 //! trace.
 #![cfg(feature = "experiments")]
 
-use gonio::Error;
+mod common;
+
+use common::{plan, says, table};
 use gonio::brdf::Channels;
-use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source};
+use gonio::experiment::{Plan, Row};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::metrics::TestSet;
 use gonio::parametrization;
@@ -35,27 +37,8 @@ pairs = 400
 max_pairs = 1
 "#;
 
-struct Keep(Vec<Row>);
-
-impl Observer<Row> for Keep {
-    fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
-        if let Event::Made(rows) = event {
-            self.0.extend_from_slice(rows);
-        }
-        Ok(())
-    }
-}
-
-fn plan(text: &str) -> Result<Plan, Error> {
-    Plan::read(&Source::new("c.toml", text))
-}
-
 fn run(plan: &Plan) -> Vec<Row> {
-    let mut keep = Keep(Vec::new());
-    let summary = plan.run(&Extent::default(), &Known::new(), &mut keep);
-    let summary = summary.unwrap();
-    assert!(summary.failures.is_empty(), "{:?}", summary.failures);
-    keep.0
+    common::run(plan).0
 }
 
 fn rows(instruments: &str) -> Vec<Row> {
@@ -243,78 +226,37 @@ fn noise_differs_between_seeds_and_not_between_runs() {
 }
 
 #[test]
-fn the_resolved_config_repeats_the_run() {
-    let text =
-        "[[instrument]]\npreset = \"utia\"\nname = \"ours\"\norder = \"sorted\"\nnoise = false\n";
-    let first = plan(&format!("{TEXT}{text}")).unwrap();
-    let again = plan(&toml::to_string(&first.resolved).unwrap()).unwrap();
-    assert_eq!(first.resolved, again.resolved);
-    let strip = |plan: &Plan| run(plan).into_iter().map(timeless).collect::<Vec<_>>();
-    assert_eq!(strip(&first), strip(&again));
-}
-
-#[test]
 fn mistakes_name_the_key_and_the_right_culprit() {
-    let refusal = |text: &str| match plan(text) {
-        Ok(_) => panic!("accepted: {text}"),
-        Err(e) => (e.to_string(), e.exit_code()),
-    };
     let anisotropic = TEXT.replace(
         "kind = \"ggx\"\nalpha = 0.2",
         "kind = \"ward\"\nalpha = [0.1, 0.3]",
     );
-    let cases = [
-        (
-            format!("{TEXT}[[instrument]]\npreset = \"cornel\"\n"),
-            "instrument[0].preset = \"cornel\"; allowed: ",
-            2,
-        ),
-        (
-            format!("{TEXT}[[instrument]]\nname = \"a\"\n"),
-            "exactly one",
-            2,
-        ),
-        (
-            format!("{TEXT}[[instrument]]\npreset = \"utia\"\nfile = \"b.toml\"\n"),
-            "exactly one",
-            2,
-        ),
-        (
-            format!("{TEXT}[[instrument]]\npreset = \"utia\"\nordre = \"sorted\"\n"),
-            "unknown key instrument[0].ordre; allowed: preset, file, spec, name, order",
-            2,
-        ),
-        (
-            format!("{TEXT}[[instrument]]\npreset = \"utia\"\norder = \"random\"\n"),
-            "instrument[0].order = \"random\"; allowed: as-generated, sorted",
-            2,
-        ),
-        (
-            format!("{TEXT}[[instrument]]\npreset = \"utia\"\n[[instrument]]\npreset = \"utia\"\n"),
-            "instrument[1].name = \"utia\" is taken",
-            2,
-        ),
-        (
-            format!("minutes = [10]\n{TEXT}"),
-            "c.toml:1: minutes are those of an instrument, and there is none",
-            2,
-        ),
-        (
-            format!("minutes = [0]\n{TEXT}[[instrument]]\npreset = \"utia\"\n"),
-            "c.toml:1: minutes[0] = 0: allowed is a number in (0, 525600]",
-            2,
-        ),
-        (
-            format!("{anisotropic}[[instrument]]\npreset = \"cornell\"\n"),
-            "anisotropic; allowed: isotropic materials",
-            4,
-        ),
-    ];
-    for (text, message, code) in cases {
-        let (found, exit) = refusal(&text);
-        assert!(found.contains(message), "{found}\n(expected {message})");
-        assert_eq!(exit, code, "{found}");
+    for [code, head, tail, part] in table(
+        r#"
+        2 |  | preset = "cornel" | instrument[0].preset = "cornel"; allowed: 
+        2 |  | name = "a" | exactly one
+        2 |  | preset = "utia"\nfile = "b.toml" | exactly one
+        2 |  | preset = "utia"\nordre = "sorted" | unknown key instrument[0].ordre; allowed: preset, file, spec, name, order
+        2 |  | preset = "utia"\norder = "random" | instrument[0].order = "random"; allowed: as-generated, sorted
+        2 |  | preset = "utia"\n[[instrument]]\npreset = "utia" | instrument[1].name = "utia" is taken
+        2 | minutes = [0]\n | preset = "utia" | c.toml:1: minutes[0] = 0: allowed is a number in (0, 525600]
+        4 | anisotropic | preset = "cornell" | anisotropic; allowed: isotropic materials"#,
+    ) {
+        let text = match head {
+            "anisotropic" => anisotropic.clone(),
+            head => format!("{head}{TEXT}"),
+        };
+        let e = plan(&format!("{text}[[instrument]]\n{tail}\n"))
+            .err()
+            .expect(part);
+        says(&e.to_string(), part);
+        assert_eq!(e.exit_code(), code.parse::<u8>().unwrap(), "{e}");
     }
+    let e = plan(&format!("minutes = [10]\n{TEXT}")).err().unwrap();
+    says(
+        &e.to_string(),
+        "c.toml:1: minutes are those of an instrument, and there is none",
+    );
     // The others can turn the sample.
     for preset in &PRESETS[1..] {
         plan(&format!(

@@ -1,6 +1,9 @@
 //! Every model × every example × both channel modes × every law, and proof that each law can fail.
 #![cfg(feature = "experiments")]
 
+mod common;
+
+use common::table;
 use gonio::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, laws};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
 use gonio::registry;
@@ -352,48 +355,19 @@ fn numbers_that_are_none_are_refused_by_name() {
 
 #[test]
 fn parameters_outside_their_range_are_refused_by_name() {
-    for (text, message) in [
-        (
-            "kind = \"ggx\"\nalpha = 0.0",
-            "alpha = 0: allowed is a number in [0.000001, 10]",
-        ),
-        (
-            "kind = \"ggx\"\nalpha = [0.1, -0.1]",
-            "alpha = -0.1: allowed is a number in [0.000001, 10]",
-        ),
-        (
-            "kind = \"lambert\"\nalbedo = 1.5",
-            "albedo = 1.5: allowed is a number in [0, 1]",
-        ),
-        (
-            "kind = \"sheen\"\nalpha = 2",
-            "alpha = 2: allowed is a number in [0.001, 1]",
-        ),
-        (
-            "kind = \"retro-reflective\"\nof = { kind = \"lambert\", albedo = 2 }",
-            "of.albedo = 2: allowed is a number in [0, 1]",
-        ),
-        (
-            "kind = \"oren-nayar\"\nsigma_deg = 91",
-            "sigma_deg = 91: allowed is a number in [0, 90]",
-        ),
-        (
-            "kind = \"sum\"\ncomponent = []",
-            "component = []: allowed is at least one component",
-        ),
-        (
-            "kind = \"sum\"\ncomponent = [{ weight = -1, brdf = { kind = \"lambert\" } }]",
-            "component[0].weight = -1: allowed is a number in [0, 1000000]",
-        ),
-        (
-            "kind = \"sum\"\ncomponent = [{ weight = 1, brdf = { kind = \"ward\", rho_s = 2 } }]",
-            "component[0].brdf.rho_s = 2: allowed is a number in [0, 1]",
-        ),
-        (
-            "kind = \"ggx\"\nfresnel = { kind = \"dielectric\", ior = 0.9 }",
-            "fresnel.ior = 0.9: allowed is a number in [1, 1000]",
-        ),
-    ] {
+    for [text, message] in table(
+        r#"
+        kind = "ggx"\nalpha = 0.0 | alpha = 0: allowed is a number in [0.000001, 10]
+        kind = "ggx"\nalpha = [0.1, -0.1] | alpha = -0.1: allowed is a number in [0.000001, 10]
+        kind = "lambert"\nalbedo = 1.5 | albedo = 1.5: allowed is a number in [0, 1]
+        kind = "sheen"\nalpha = 2 | alpha = 2: allowed is a number in [0.001, 1]
+        kind = "retro-reflective"\nof = { kind = "lambert", albedo = 2 } | of.albedo = 2: allowed is a number in [0, 1]
+        kind = "oren-nayar"\nsigma_deg = 91 | sigma_deg = 91: allowed is a number in [0, 90]
+        kind = "sum"\ncomponent = [] | component = []: allowed is at least one component
+        kind = "sum"\ncomponent = [{ weight = -1, brdf = { kind = "lambert" } }] | component[0].weight = -1: allowed is a number in [0, 1000000]
+        kind = "sum"\ncomponent = [{ weight = 1, brdf = { kind = "ward", rho_s = 2 } }] | component[0].brdf.rho_s = 2: allowed is a number in [0, 1]
+        kind = "ggx"\nfresnel = { kind = "dielectric", ior = 0.9 } | fresnel.ior = 0.9: allowed is a number in [1, 1000]"#,
+    ) {
         let error = read(text).check(&Channels::Luminance).unwrap_err();
         assert_eq!(error.to_string(), message);
     }

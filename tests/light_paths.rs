@@ -173,40 +173,6 @@ fn no_light_is_lost() {
     }
 }
 
-#[test]
-fn equal_pairs_have_equal_values() {
-    for (alpha, facets) in [
-        (Roughness::Isotropic(0.3), MIRRORS),
-        (Roughness::Anisotropic([0.3, 0.8]), MIRRORS),
-        (Roughness::Isotropic(0.6), white()),
-    ] {
-        let surface = surface::<Ggx>(alpha, &facets, 16);
-        let pairs = laws::pairs(500, 5);
-        let exchanged = laws::reciprocity(&surface, &pairs);
-        assert!(exchanged.max_relative < 1e-9, "{exchanged:?}");
-        let mirrored = laws::bilateral_symmetry(&surface, &pairs);
-        assert!(mirrored.max_relative < 1e-9, "{mirrored:?}");
-        if alpha.is_isotropic() {
-            let turned = laws::isotropy(&surface, &pairs, 1);
-            assert!(turned.max_relative < 1e-9, "{turned:?}");
-        }
-    }
-}
-
-#[test]
-fn values_are_finite_at_the_edges() {
-    for alpha in [1e-6, 1e-3, 0.3, 10.0] {
-        for facets in [MIRRORS, white()] {
-            let alpha = Roughness::Isotropic(alpha);
-            let edges = laws::edge_pairs();
-            let found = laws::positivity(&surface::<Ggx>(alpha, &facets, 8), &edges);
-            assert!(found.holds(), "ggx {alpha}: {found:?}");
-            let found = laws::positivity(&surface::<Beckmann>(alpha, &facets, 8), &edges);
-            assert!(found.holds(), "Beckmann {alpha}: {found:?}");
-        }
-    }
-}
-
 /// Values of two seeds differ by what their errors say.
 #[test]
 fn errors_are_what_values_are_off_by() {
@@ -579,21 +545,5 @@ mod surfaces {
             }
             assert!(compared > 200, "{compared}");
         }
-    }
-
-    /// Energies do not depend on the number of threads.
-    #[test]
-    fn threads_do_not_matter() {
-        let field = field("gaussian", "size = 64\ncorrelation = 6");
-        let on = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            let found =
-                pool.install(|| energies(&field, &FacetsSpec::default(), at(50.0, 0.0), 20_000));
-            (found.bounces, found.errors, found.absorbed)
-        };
-        assert_eq!(on(1), on(2));
     }
 }

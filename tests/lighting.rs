@@ -1,6 +1,8 @@
 //! Lightings: what each kind shines, and panoramas from files.
 #![cfg(feature = "pictures")]
 
+mod common;
+
 use gonio::geometry::Direction;
 use gonio::lighting::{self, Lighting, LightingSpec, Map};
 use gonio::registry;
@@ -201,6 +203,7 @@ fn maps_that_are_none_are_refused() {
 #[cfg(feature = "pictures")]
 mod files {
     use super::*;
+    use crate::common::table;
     use std::fs;
     use std::path::Path;
 
@@ -355,22 +358,22 @@ mod files {
         fs::write(at("huge.exr"), huge).unwrap();
         let start = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 30000 +X 60000\n";
         fs::write(at("huge.hdr"), start).unwrap();
-        let cases = [
-            ("square.exr", "8 × 8"),
-            ("square.hdr", "8 × 8"),
-            ("nan.exr", "column 5, row 1"),
-            ("text.exr", "OpenEXR, Radiance HDR"),
-            ("cut.exr", "cannot read"),
-            ("cut.hdr", "cannot read this file: its header has no end"),
-            ("rgbe.hdr", "#?RADIANCE"),
-            ("xyze.hdr", "\"32-bit_rle_xyze\"; allowed: 32-bit_rle_rgbe"),
-            ("up.hdr", "\"+Y 4 +X 8\"; allowed: -Y height +X width"),
-            ("more.hdr", "-Y 4 +X 8 9"),
-            ("huge.exr", "60000 × 30000 pixels: "),
-            ("huge.hdr", "60000 × 30000 pixels: 53 bytes promise"),
-            ("absent.exr", "cannot read"),
-        ];
-        for (name, part) in cases {
+        for [name, part] in table(
+            r#"
+            square.exr | 8 × 8
+            square.hdr | 8 × 8
+            nan.exr | column 5, row 1
+            text.exr | OpenEXR, Radiance HDR
+            cut.exr | cannot read
+            cut.hdr | cannot read this file: its header has no end
+            rgbe.hdr | #?RADIANCE
+            xyze.hdr | "32-bit_rle_xyze"; allowed: 32-bit_rle_rgbe
+            up.hdr | "+Y 4 +X 8"; allowed: -Y height +X width
+            more.hdr | -Y 4 +X 8 9
+            huge.exr | 60000 × 30000 pixels:
+            huge.hdr | 60000 × 30000 pixels: 53 bytes promise
+            absent.exr | cannot read"#,
+        ) {
             let Err(message) = from(&at(name)) else {
                 panic!("{name} was read");
             };

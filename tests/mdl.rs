@@ -1,17 +1,13 @@
 //! Measured BSDFs of MDL: the bytes, and what is refused.
 #![cfg(feature = "experiments")]
 
-use gonio::brdf::measured::mdl::{CELLS, write_mdl};
-use gonio::brdf::{self, Brdf, Channels, Presence, Wavelengths};
-use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::registry;
-use std::f64::consts::{FRAC_PI_2, PI};
+mod common;
 
-fn material(kind: &str, keys: &str, channels: Channels) -> Box<dyn Brdf> {
-    let entry = brdf::all().into_iter().find(|e| e.kind == kind).unwrap();
-    let spec = registry::read_text(&entry, keys).unwrap();
-    spec.build(channels).unwrap()
-}
+use common::{ISOTROPIC, made, material};
+use gonio::brdf::measured::mdl::{CELLS, write_mdl};
+use gonio::brdf::{Brdf, Channels, Presence, Wavelengths};
+use gonio::geometry::DirectionPair;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 fn values(brdf: &dyn Brdf, pair: &DirectionPair) -> Vec<f64> {
     let mut out = vec![0.0; brdf.channels().count()];
@@ -80,29 +76,14 @@ fn what_it_cannot_hold_is_refused() {
 /// A material whose two sides differ: the table has one cell for both, their mean.
 #[test]
 fn two_sides_have_one_mean() {
-    struct Sided;
-    impl Brdf for Sided {
-        fn channels(&self) -> &Channels {
-            &Channels::Luminance
-        }
-        fn symmetry(&self) -> Symmetry {
-            Symmetry {
-                isotropic: true,
-                ..Symmetry::NONE
-            }
-        }
-        fn conserves_energy(&self) -> bool {
-            false
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-            let turn = pair.omega_o.phi() - pair.omega_i.phi();
-            // Not reciprocal either: light and sensor have places of their own.
-            out[0] = pair.omega_i.theta() + if turn.sin() > 0.0 { 0.05 } else { 0.25 };
-            Presence::Present
-        }
-    }
+    let sided = made(ISOTROPIC, |pair| {
+        let turn = pair.omega_o.phi() - pair.omega_i.phi();
+        // Not reciprocal either: light and sensor have places of their own.
+        let side = if turn.sin() > 0.0 { 0.05 } else { 0.25 };
+        Some([pair.omega_i.theta() + side])
+    });
     let mut bytes = Vec::new();
-    write_mdl(&Sided, &mut bytes).unwrap();
+    write_mdl(&sided, &mut bytes).unwrap();
     let [n, m] = CELLS;
     let body = &bytes[bytes.len() - 4 * n * n * m..];
     for [i, o, d] in [[0, 0, 0], [3, 80, 9], [80, 3, m - 1]] {

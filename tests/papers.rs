@@ -6,7 +6,7 @@
 
 mod common;
 
-use common::{polar, random_pair};
+use common::{ISOTROPIC, form, polar, random_pair};
 use glam::{DMat3, DVec3};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between, distance};
 use gonio::parametrization::{self, Parametrization, WarpSpec};
@@ -14,12 +14,6 @@ use gonio::sampling::{Random, Sobol};
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
-
-const ISOTROPIC: Symmetry = Symmetry {
-    isotropic: true,
-    reciprocal: false,
-    bilateral: false,
-};
 
 /// Rounding of the few operations behind each identity: measured < 2e-15, most below 1e-15.
 const ULPS: f64 = 5e-15;
@@ -88,11 +82,6 @@ fn rot_n(angle: f64) -> DMat3 {
 fn pairs(seed: u64, count: u64) -> impl Iterator<Item = DirectionPair> {
     let random = Random::new(seed);
     (0..count).map(move |i| random_pair(&random, i))
-}
-
-fn form(name: &str, symmetry: Symmetry) -> Arc<dyn Parametrization> {
-    let entry = parametrization::find(name).expect("in the registry");
-    entry.form(symmetry)
 }
 
 fn warped(name: &str, symmetry: Symmetry, axis: &str, warp: WarpSpec) -> Arc<dyn Parametrization> {
@@ -218,48 +207,6 @@ fn erratum_specular_test_function_is_one_minus_the_projected_half_vector() {
     assert_close("phi_d", s(0.6, 0.3), s(0.6, 1.2), ULPS);
 }
 
-// Section 3: G = 1 − (omega_i·n)(omega_o·n), "with its 0-isoline corresponding to hemispherical
-// boundaries". Erratum: G is 1 there; what is 0 there is the product.
-#[test]
-fn erratum_grazing_test_function_is_one_on_the_horizon() {
-    let g = |pair: &DirectionPair| {
-        let v = Vectors::of(pair);
-        1.0 - v.i.z * v.o.z
-    };
-    let mut least: f64 = 1.0;
-    for pair in pairs(14, 10_000) {
-        let v = pair.omega_i.vector();
-        let grazing = Direction::try_new(DVec3::new(v.x, v.y, 0.0)).unwrap();
-        for on_horizon in [
-            DirectionPair::new(grazing, pair.omega_o),
-            DirectionPair::new(pair.omega_o, grazing),
-        ] {
-            assert_eq!(g(&on_horizon), 1.0);
-        }
-        assert!(
-            g(&pair) < 1.0,
-            "inside the hemisphere the isoline 1 is empty"
-        );
-        least = least.min(g(&pair));
-    }
-    // The 0-isoline is one point: both directions along the normal.
-    assert!(least > 0.0);
-    assert_eq!(g(&DirectionPair::from_spherical(0.0, 0.0, 0.0, 0.0)), 0.0);
-}
-
-// Appendix: (omega_i·n)(omega_o·n) = h_z² − k_z² = 1 − |h_bar|² − |k|²(1 + cos² theta_k).
-#[test]
-fn product_of_cosines_in_hybrid_coordinates() {
-    for pair in pairs(15, 10_000) {
-        let v = Vectors::of(&pair);
-        let product = pair.omega_i.cos_theta() * pair.omega_o.cos_theta();
-        assert_close("h_z² − k_z²", v.h.z.powi(2) - v.k.z.powi(2), product, ULPS);
-        let cos_theta_k = v.k.z / v.k.length();
-        let paper = 1.0 - v.h_bar().powi(2) - v.k.length_squared() * (1.0 + cos_theta_k.powi(2));
-        assert_close("hybrid", paper, product, ULPS);
-    }
-}
-
 // Section 3 and the appendix's last line: at phi_k = 90° theta_k is 90°, k equals k_bar, the
 // orthographic and hybrid parametrizations are identical, and isolines of G are circles.
 #[test]
@@ -297,47 +244,6 @@ fn orthographic_and_hybrid_are_identical_at_phi_k_90() {
     // A quarter disc of the unit square.
     assert_close("share", f64::from(seen) / 4_000.0, PI / 4.0, 2e-3);
     assert!(apart > 0.1, "away from 90° they differ by {apart}");
-}
-
-// Appendix, theta_k = tan⁻¹(−h_z / (|h_bar| cos(phi_h − phi_k))). Erratum: that takes the other branch
-// for half of all pairs, where k changes sign and the pair comes out swapped.
-#[test]
-fn erratum_theta_k_as_printed_swaps_half_of_all_pairs() {
-    let count = 200_000;
-    let (mut swapped, mut worst_atan2, mut worst_other) = (0, 0.0f64, 0.0f64);
-    for pair in pairs(17, count) {
-        let v = Vectors::of(&pair);
-        let delta = v.phi_h() - v.phi_k();
-        let rebuilt = |theta_k: f64| {
-            let (s, c) = theta_k.sin_cos();
-            let k = v.k.length() * DVec3::new(s * v.phi_k().cos(), s * v.phi_k().sin(), c);
-            (v.h + k, v.h - k)
-        };
-        let printed = (-v.h.z / (v.h_bar() * delta.cos())).atan();
-        let corrected = v.h.z.atan2(-v.h_bar() * delta.cos());
-        let miss = |(i, o): (DVec3, DVec3), to: (DVec3, DVec3)| {
-            (i - to.0).length().max((o - to.1).length())
-        };
-        worst_atan2 = worst_atan2.max(miss(rebuilt(corrected), (v.i, v.o)));
-        let (i, o) = rebuilt(printed);
-        let other = if miss((i, o), (v.i, v.o)) < miss((i, o), (v.o, v.i)) {
-            miss((i, o), (v.i, v.o))
-        } else {
-            swapped += 1;
-            miss((i, o), (v.o, v.i))
-        };
-        worst_other = worst_other.max(other);
-    }
-    let share = f64::from(swapped) / count as f64;
-    println!("theta_k: printed swaps {share:.4}; atan2 misses by {worst_atan2:.1e}");
-    // Where h and k are both nearly in the tangent plane, theta_k is 0/0: measured 7e-14 at worst.
-    assert!(worst_atan2 < 1e-12, "{worst_atan2:e}");
-    assert!(
-        worst_other < 1e-12,
-        "either right or swapped: {worst_other:e}"
-    );
-    // k_z has either sign by symmetry; 4 standard deviations of a fair coin.
-    assert_close("share", share, 0.5, 4.0 * 0.5 / (count as f64).sqrt());
 }
 
 // Section 3 and appendix, phi_k = phi_h + phi_d. Erratum: false in general. True:

@@ -2,13 +2,16 @@
 //! reconstruction makes of the file.
 #![cfg(feature = "experiments")]
 
+mod common;
+
+use common::{table, test_pairs};
 use gonio::brdf::{Brdf, BrdfSpec, BuildError, Channels, Wavelengths};
 use gonio::experiment::{self, Plan, Source, material_key};
 use gonio::formats::load_readings;
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::{About, Measurement, write_measurement};
-use gonio::metrics::{self, Measure, MetricsSpec};
+use gonio::metrics::Measure;
 use gonio::moments::{Channel, MomentsSpec, PeakResolving, Profile};
 use gonio::parametrization;
 use gonio::reconstruct::{self, Reconstruct};
@@ -85,11 +88,7 @@ fn reconstructed(path: &Path, method: Option<&dyn Reconstruct>) -> Box<dyn Brdf>
 }
 
 fn pairs() -> Vec<DirectionPair> {
-    let spec = MetricsSpec {
-        pairs: 500,
-        ..MetricsSpec::default()
-    };
-    metrics::test_pairs(Measure::Cosine, &spec).unwrap()
+    test_pairs(Measure::Cosine, 500)
 }
 
 fn values(brdf: &dyn Brdf) -> Vec<f64> {
@@ -327,19 +326,14 @@ fn what_cannot_be_used_is_refused_by_who_must_act() {
             e => panic!("{e}"),
         }
     }
-    for (keys, word) in [
-        ("", "file"),
-        ("file = \"a\"\nquantity = \"lux\"", "percent"),
-        (
-            "file = \"a\"\ninterpolation = \"nearest\"",
-            "reconstruction",
-        ),
-        (
-            "file = \"a\"\nreconstruction = { kind = \"spline\" }",
-            "thin-plate",
-        ),
-        ("file = \"a\"\nreconstruction = \"cubic\"", "a table"),
-    ] {
+    for [keys, word] in table(
+        r#"
+        | file
+        file = "a"\nquantity = "lux" | percent
+        file = "a"\ninterpolation = "nearest" | reconstruction
+        file = "a"\nreconstruction = { kind = "spline" } | thin-plate
+        file = "a"\nreconstruction = "cubic" | a table"#,
+    ) {
         let error = spec(&format!("kind = \"readings\"\n{keys}")).err().unwrap();
         assert!(error.message.contains(word), "{keys}: {error}");
     }

@@ -3,7 +3,10 @@
 //! test that shows the printed form failing and the corrected one holding.
 #![cfg(feature = "experiments")]
 
-use gonio::brdf::{self, Brdf, Channels, laws};
+mod common;
+
+use common::model;
+use gonio::brdf::{Brdf, laws};
 use gonio::geometry::Direction;
 use gonio::lighting::Lighting;
 use gonio::moments::relations::{Along, AngleMoments, Prediction, Relation, RelationSpec, compare};
@@ -12,7 +15,6 @@ use gonio::moments::{
     SliceGaussians, SliceModel, SliceNode, TruncatedGaussian, gaussian_scaling,
 };
 use gonio::parametrization::view_centered_angles;
-use gonio::registry::read_text;
 use gonio::sampling::gauss_legendre;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -166,12 +168,6 @@ fn linear(slope: f64, offset: f64, energy: f64, variance: [f64; 2]) -> SliceMode
     SliceModel::new(&nodes, SliceGaussians::Matched).unwrap()
 }
 
-fn material(kind: &str, keys: &str) -> Box<dyn Brdf> {
-    let entry = brdf::all().into_iter().find(|e| e.kind == kind).unwrap();
-    let spec = read_text(&entry, keys).unwrap();
-    spec.build(Channels::Luminance).unwrap()
-}
-
 fn profile(brdf: &dyn Brdf, views: usize, tolerance: f64) -> Profile {
     let spec = MomentsSpec {
         views,
@@ -256,7 +252,7 @@ fn lobes_of_a_micro_radian_keep_their_digits() {
 
 #[test]
 fn the_matched_model_has_the_profile_it_was_made_of() {
-    let ggx = material("ggx", "alpha = 0.3");
+    let ggx = model("ggx", "alpha = 0.3");
     let truth = profile(&*ggx, 12, 1e-6);
     let distance = |gaussians: SliceGaussians| {
         let model = SliceModel::of(&truth, gaussians).unwrap();
@@ -505,7 +501,7 @@ fn across_the_plane_the_dilation_is_that_of_the_sines() {
 /// The same flat answer to every view: no slope, no relation but through the window.
 #[test]
 fn without_a_slope_only_the_window_is_left() {
-    let lambert = material("lambert", "albedo = 0.5");
+    let lambert = model("lambert", "albedo = 0.5");
     let profile = profile(&*lambert, 20, 1e-6);
     let r = compare(
         &*lambert,
@@ -526,7 +522,7 @@ fn without_a_slope_only_the_window_is_left() {
 
 #[test]
 fn what_is_out_of_range_is_refused() {
-    let ggx = material("ggx", "alpha = 0.3");
+    let ggx = model("ggx", "alpha = 0.3");
     let profile = profile(&*ggx, 5, 1e-3);
     let run = |theta_o: f64, spec: &RelationSpec| {
         compare(&*ggx, &profile, &Sky, theta_o, Along::Theta, spec)
@@ -544,7 +540,7 @@ fn what_is_out_of_range_is_refused() {
     }
     assert!(toml::from_str::<RelationSpec>("window = 5.0").is_err());
     assert!(run(FRAC_PI_2, &RelationSpec::default()).is_err());
-    let brushed = material("ward", "alpha = [0.1, 0.3]");
+    let brushed = model("ward", "alpha = [0.1, 0.3]");
     let spec = RelationSpec::default();
     assert!(compare(&*brushed, &profile, &Sky, 0.3, Along::Theta, &spec).is_err());
 }
@@ -570,7 +566,7 @@ fn real_lobes_are_not_gaussian() {
     // In how many rows the last form has the least error of energy, mean, variance.
     let (mut best, mut rows) = ([0; 3], 0);
     for alpha in [0.05, 0.1, 0.3] {
-        let ggx = material("ggx", &format!("alpha = {alpha}"));
+        let ggx = model("ggx", &format!("alpha = {alpha}"));
         let profile = profile(&*ggx, 45, 1e-4);
         for (name, light) in lights {
             for window_deg in [5.0, 20.0] {

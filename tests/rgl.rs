@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Level as Size, levels};
+use common::{Level as Size, levels, made, material};
 use gonio::brdf::measured::rgl::file::{Colours, Head};
 use gonio::brdf::measured::rgl::warp::{Densities, Grids, Weighted};
 use gonio::brdf::measured::rgl::{Fields, LEVELS, Level, Rgl, tabulate};
@@ -25,12 +25,6 @@ const COARSE: Level = Level {
     elevations: 16,
     azimuths: 17,
 };
-
-fn material(kind: &str, keys: &str, channels: Channels) -> Box<dyn Brdf> {
-    let entry = brdf::all().into_iter().find(|e| e.kind == kind).unwrap();
-    let spec = registry::read_text(&entry, keys).unwrap();
-    spec.build(channels).unwrap()
-}
 
 fn bytes(fields: &Fields) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -263,28 +257,12 @@ fn half_and_quarter_circles_are_mirrored(size: Size) {
 /// A matte table to 75° with a hole: nothing is made up beyond, and the hole has what is around it.
 #[test]
 fn tables_that_end_and_have_holes() {
-    struct Cut(Channels);
-    impl Brdf for Cut {
-        fn channels(&self) -> &Channels {
-            &self.0
-        }
-        fn symmetry(&self) -> gonio::geometry::Symmetry {
-            gonio::geometry::Symmetry::FULL
-        }
-        fn conserves_energy(&self) -> bool {
-            true
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-            let most = pair.omega_i.theta().max(pair.omega_o.theta());
-            let has_data = most <= 75f64.to_radians() && pair.separation() > 0.1;
-            out.fill(if has_data { 0.25 } else { 0.0 });
-            match has_data {
-                true => Presence::Present,
-                false => Presence::Missing,
-            }
-        }
-    }
-    let fields = tabulate(&Cut(Channels::Luminance), USUAL).unwrap();
+    let cut = made(gonio::geometry::Symmetry::FULL, |pair| {
+        let most = pair.omega_i.theta().max(pair.omega_o.theta());
+        let has_data = most <= 75f64.to_radians() && pair.separation() > 0.1;
+        has_data.then_some([0.25])
+    });
+    let fields = tabulate(&cut, USUAL).unwrap();
     let table = Rgl::new(fields, Channels::Luminance).unwrap();
     let at = |light: f64, sensor: f64, phi: f64| {
         let [light, sensor] = [light, sensor].map(f64::to_radians);

@@ -3,17 +3,13 @@
 
 mod common;
 
-use common::{Level, edge_pairs, levels, polar, random_pair, symmetries, warps};
+use common::{edge_pairs, polar, random_pair, symmetries, warps};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, distance};
 use gonio::parametrization::{self, AxisKind, Parametrization, WarpSpec};
 use gonio::sampling::Random;
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
-
-levels! {
-    random_pairs_come_back: "thorough: a million pairs";
-}
 
 /// The error a round trip may have.
 fn allowed(p: &dyn Parametrization, pair: &DirectionPair) -> f64 {
@@ -50,35 +46,6 @@ fn round_trip(p: &dyn Parametrization, pair: &DirectionPair, what: &str) -> f64 
         p.name()
     );
     error
-}
-
-fn random_pairs_come_back(level: Level) {
-    let random = Random::new(1);
-    for entry in parametrization::all() {
-        for symmetry in [Symmetry::NONE, Symmetry::FULL] {
-            let p = entry.form(symmetry);
-            let (mut worst, mut worst_high) = (0.0f64, 0.0f64);
-            for i in 0..level.of(100_000, 1_000_000) {
-                let pair = random_pair(&random, i);
-                let error = round_trip(&*p, &pair, "random");
-                let allowed = allowed(&*p, &pair);
-                assert!(
-                    error <= allowed,
-                    "{} {symmetry:?} {pair:?}: {error:e}",
-                    entry.kind
-                );
-                worst = worst.max(error);
-                if pair.omega_i.cos_theta().min(pair.omega_o.cos_theta()) > 1e-3 {
-                    worst_high = worst_high.max(error);
-                }
-            }
-            println!(
-                "{:16} {}-D  worst {worst:.1e} rad, {worst_high:.1e} where both cosines > 1e-3",
-                entry.kind,
-                p.axes().len()
-            );
-        }
-    }
 }
 
 #[test]
@@ -240,14 +207,6 @@ fn batches_of_any_length_are_their_pairs_to_the_bit() {
                 }
             }
         }
-    }
-}
-
-#[test]
-fn every_warp_is_available_somewhere() {
-    for warp in warps() {
-        let forms = forms(&[Symmetry::FULL]);
-        assert!(forms.iter().any(|(_, w)| *w == Some(warp)), "{warp:?}");
     }
 }
 
@@ -466,17 +425,11 @@ fn out_of_domain_is_none() {
 
 #[test]
 fn unphysical_corners_are_none() {
-    let p = parametrization::find("half-difference")
-        .unwrap()
-        .form(Symmetry::FULL);
+    let p = crate::common::form("half-difference", Symmetry::FULL);
     assert!(p.inverse(&[1.5, 1.5, 0.1, 0.0]).is_none());
-    let p = parametrization::find("orthographic")
-        .unwrap()
-        .form(Symmetry::FULL);
+    let p = crate::common::form("orthographic", Symmetry::FULL);
     assert!(p.inverse(&[0.9, 0.9, 0.1, 0.0]).is_none());
-    let p = parametrization::find("hybrid")
-        .unwrap()
-        .form(Symmetry::FULL);
+    let p = crate::common::form("hybrid", Symmetry::FULL);
     assert!(p.inverse(&[0.9, 0.9, 0.1, 0.0]).is_none());
     assert!(p.inverse(&[0.9, 0.4, 0.1, 0.0]).is_none());
 }

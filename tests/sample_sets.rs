@@ -3,6 +3,7 @@
 
 mod common;
 
+use common::form;
 use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::numeric::GRAZING_COS;
 use gonio::parametrization::{self, AxisKind, Coords, Parametrization, WarpSpec};
@@ -44,11 +45,6 @@ fn set(kind: &str, body: &str) -> Box<dyn SampleSet> {
         .find(|e| e.kind == kind)
         .expect("in the registry");
     registry::read_text(entry, body).expect("a good body")
-}
-
-fn form(name: &str, symmetry: Symmetry) -> Arc<dyn Parametrization> {
-    let entry = parametrization::find(name).expect("in the registry");
-    entry.form(symmetry)
 }
 
 /// Every parametrization under the symmetries, plain and with its first radial axis bent.
@@ -451,34 +447,6 @@ fn full_grids_have_as_many_configurations_in_all_coordinates() {
             }
         }
     }
-}
-
-// MATHS: coordinates that coincide physically count as one configuration: all azimuths at a pole.
-#[test]
-fn a_node_at_the_pole_counts_once_per_remaining_coordinate() {
-    let p = form("half-difference", Symmetry::FULL);
-    let start = set("grid", "centring = [\"start\", \"cell\", \"cell\"]");
-    let s = start.plan(&p, 1000, 0).unwrap();
-    let shape = s.lattice.as_ref().unwrap().shape();
-    let at_pole = s.poses.iter().filter(|pose| pose.coords[0] == 0.0).count();
-    // theta_h = 0 is physical for every theta_d, and phi_d means nothing there.
-    assert_eq!(at_pole, shape[1]);
-    assert!(shape[2] > 1);
-    // Both poles at once: one configuration, the normal.
-    let both = set("grid", "centring = [\"start\", \"start\", \"cell\"]");
-    let s = both.plan(&p, 1000, 0).unwrap();
-    let shape = s.lattice.as_ref().unwrap().shape();
-    let count = |d: usize| s.poses.iter().filter(|pose| pose.coords[d] == 0.0).count();
-    assert_eq!((count(0), count(1)), (shape[1], shape[0]));
-    // In 4-D phi_h and phi_d at theta_h = 0 are one azimuth: of n × n nodes n are left, half of
-    // them with reciprocity.
-    let p = form("half-difference", Symmetry::NONE);
-    let keys = "ratio = [1, 2, 1, 2]\ncentring = [\"start\", \"cell\", \"cell\", \"cell\"]";
-    let s = set("grid", keys).plan(&p, 4000, 0).unwrap();
-    let shape = s.lattice.as_ref().unwrap().shape();
-    assert_eq!(shape[1], shape[3]);
-    let at_pole = s.poses.iter().filter(|pose| pose.coords[0] == 0.0).count();
-    assert_eq!(at_pole, shape[2] * shape[3]);
 }
 
 #[test]

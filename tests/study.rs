@@ -4,12 +4,12 @@
 
 mod common;
 
-use common::{Level, levels};
+use common::{Level, levels, says, table};
 use gonio::Error;
 use gonio::experiment::relations::{MaterialRelations, RelationsPlan};
 use gonio::experiment::{
-    Event, Experiment, Extent, Findings, Known, Metric, Observer, Plan, RESULTS_REVISION, Row,
-    RowKey, Shard, Source, Wish, material_key,
+    ByProduct, Event, Experiment, Extent, Findings, Known, Metric, Observer, Plan,
+    RESULTS_REVISION, Row, RowKey, Shard, Source, material_key,
 };
 use serde_json::{Map, Value, json};
 use std::collections::{HashMap, HashSet};
@@ -95,11 +95,11 @@ impl Observer<Row> for Keep {
         self.announced = work;
     }
 
-    fn wants(&self, wish: &Wish<'_>) -> bool {
-        self.curious && matches!(wish, Wish::Material(..))
+    fn wants(&self, wish: &ByProduct<'_>) -> bool {
+        self.curious && matches!(wish, ByProduct::Material(..))
     }
 
-    fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
+    fn observe(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
         match event {
             Event::Made(rows) => self.rows.extend_from_slice(rows),
             Event::Complete(rows) => self.complete.extend(rows.iter().map(|r| r.key.clone())),
@@ -398,7 +398,7 @@ fn a_file_that_is_replaced_under_way_is_told() {
     /// Replaces the file as soon as it was hashed.
     struct Swap(std::path::PathBuf, Vec<String>, usize);
     impl Observer<Row> for Swap {
-        fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
+        fn observe(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
             match event {
                 Event::Doing(what) if what.to_string().starts_with("loading") => {
                     fs::write(&self.0, table(0.2)).unwrap();
@@ -447,7 +447,7 @@ fn a_lighting_is_that_of_its_key() {
         records: usize,
     }
     impl Observer<MaterialRelations> for Swap {
-        fn tell(&mut self, event: &Event<'_, MaterialRelations>) -> Result<(), Error> {
+        fn observe(&mut self, event: &Event<'_, MaterialRelations>) -> Result<(), Error> {
             match event {
                 Event::Doing(_) => {
                     if self.materials == self.before {
@@ -538,8 +538,7 @@ fn parts_of_a_measure_are_not_waited_for(level: Level) {
 fn any_number_of_threads_gives_the_same_rows() {
     let plan = plan(TEXT);
     let [one, two] = [1, 2].map(|threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let rows = pool.unwrap().install(|| rows(&plan));
+        let rows = crate::common::on_threads(threads, || rows(&plan));
         timeless(&plan, &rows)
     });
     assert!(one == two);
@@ -826,48 +825,19 @@ fn mistakes_are_told_with_their_place() {
             }
         }
     };
-    for (from, to, parts) in [
-        (
-            "neighbours = 16",
-            "up_to = 0",
-            ["reconstruction[2].up_to = 0", "from 1 to"],
-        ),
-        (
-            "neighbours = 16",
-            "up_to = 79",
-            ["reconstruction[2]", "never used"],
-        ),
-        (
-            "neighbours = 16",
-            "on = \"nowhere\"",
-            ["reconstruction[2].on", "allowed: grid"],
-        ),
-        ("seeds = [1, 2]", "band = 0.9", ["band = 0.9", "[1, 10]"]),
-        (
-            "[metrics]",
-            "[pictures]\nsamples = 0\n\n[metrics]",
-            ["pictures.samples = 0", "65536"],
-        ),
-        (
-            "[metrics]",
-            "[[coordinates]]\nkind = \"polar\"\n\n[metrics]",
-            ["polar", "own"],
-        ),
-        (
-            "[metrics]",
-            "[[coordinates]]\nkind = \"hybrid\"\nwarp = { theta_h = \"merl\" }\n\n[metrics]",
-            ["theta_h", "allowed"],
-        ),
-        (
-            "[metrics]",
-            "[coordinate]\n\n[metrics]",
-            ["unknown key coordinate", "coordinates"],
-        ),
-    ] {
+    for [from, to, parts] in table(
+        r#"
+        neighbours = 16 | up_to = 0 | reconstruction[2].up_to = 0 … from 1 to
+        neighbours = 16 | up_to = 79 | reconstruction[2] … never used
+        neighbours = 16 | on = "nowhere" | reconstruction[2].on … allowed: grid
+        seeds = [1, 2] | band = 0.9 | band = 0.9 … [1, 10]
+        [metrics] | [pictures]\nsamples = 0\n\n[metrics] | pictures.samples = 0 … 65536
+        [metrics] | [[coordinates]]\nkind = "polar"\n\n[metrics] | polar … own
+        [metrics] | [[coordinates]]\nkind = "hybrid"\nwarp = { theta_h = "merl" }\n\n[metrics] | theta_h … allowed
+        [metrics] | [coordinate]\n\n[metrics] | unknown key coordinate … coordinates"#,
+    ) {
         let message = refused(from, to);
-        for part in parts {
-            assert!(message.contains(part), "{to}: {message}");
-        }
+        says(&message, parts);
         assert!(message.starts_with("c.toml"), "{message}");
     }
     for text in ["0/4", "5/4", "1", "a/b", "1/0", "1/100001"] {

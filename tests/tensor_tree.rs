@@ -1,6 +1,9 @@
 //! Tensor trees of Radiance: the text that is written, read by a reader of its own, against the BRDF that it was made of.
 #![cfg(feature = "experiments")]
 
+mod common;
+
+use common::{made, material, table};
 use glam::{DMat3, DVec3};
 use gonio::brdf::measured::tensor_tree::{
     MERGED, Node, TensorTree, disk, tabulate, write_tensor_tree,
@@ -9,12 +12,6 @@ use gonio::brdf::{self, Brdf, Channels, Presence};
 use gonio::geometry::{Direction, DirectionPair};
 use gonio::registry;
 use std::f64::consts::{FRAC_PI_2, PI};
-
-fn material(kind: &str, keys: &str, channels: Channels) -> Box<dyn Brdf> {
-    let entry = brdf::all().into_iter().find(|e| e.kind == kind).unwrap();
-    let spec = registry::read_text(&entry, keys).unwrap();
-    spec.build(channels).unwrap()
-}
 
 /// A tree as the source of Radiance describes it: eight trees, or 8^k values of which the first axis runs slowest.
 enum Tree {
@@ -285,26 +282,12 @@ fn colours_are_those_of_radiance() {
 /// A BRDF that ends at an elevation of the light has data beyond where light and sensor are exchanged.
 #[test]
 fn reciprocity_fills_holes() {
-    struct Ends(Box<dyn Brdf>);
-    impl Brdf for Ends {
-        fn channels(&self) -> &Channels {
-            self.0.channels()
-        }
-        fn symmetry(&self) -> gonio::geometry::Symmetry {
-            self.0.symmetry()
-        }
-        fn conserves_energy(&self) -> bool {
-            self.0.conserves_energy()
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-            match pair.omega_i.theta() < 1.0 {
-                true => self.0.eval(pair, out),
-                false => Presence::Missing,
-            }
-        }
-    }
     let ggx = || material("ggx", "alpha = 0.3", Channels::Luminance);
-    let ends = tabulate(&Ends(ggx()), 6).unwrap();
+    let of = ggx();
+    let ends = made(of.symmetry(), |pair| {
+        (pair.omega_i.theta() < 1.0).then(|| [of.luminance(pair).unwrap()])
+    });
+    let ends = tabulate(&ends, 6).unwrap();
     let whole = tabulate(&*ggx(), 6).unwrap();
     let pairs = pairs(5000);
     let mut beyond = pairs
@@ -378,39 +361,23 @@ fn what_a_tree_cannot_hold_is_refused() {
     let start = whole.find("<WavelengthData>").unwrap();
     let end = whole.find("</Layer>").unwrap();
     let block = &format!("{}</Layer>", &whole[start..end]);
-    for (old, new, part) in [
-        (
-            "TensorTree3",
-            "TensorTree4",
-            "IncidentDataStructure TensorTree4: allowed is TensorTree3",
-        ),
-        (
-            "Reflection Back",
-            "Reflection Front",
-            "no block of Visible with Reflection Back",
-        ),
-        (
-            "LBNL/Shirley-Chiu",
-            "LBNL/Klems Full",
-            "AngleBasis LBNL/Klems Full: allowed is LBNL/Shirley-Chiu",
-        ),
-        (
-            "{.1592}",
-            "{.1592 1}",
-            "line 20: 2 numbers: allowed are 1, 8, 64, …",
-        ),
-        ("{.1592}", "{.1592", "allowed is }"),
-        (
-            "</Layer>",
-            block,
-            "a second block of Visible with Reflection Back",
-        ),
-        ("{.1592}", "{x}", "line 20: x: allowed is a number"),
-        ("{.1592}", "{.1592}}", "} after the tree"),
-        ("{.1592}", &("{".repeat(30)), "deeper than 20 halvings"),
-    ] {
+    let cases = table(
+        "
+        TensorTree3        | TensorTree4      | IncidentDataStructure TensorTree4: allowed is TensorTree3
+        Reflection Back    | Reflection Front | no block of Visible with Reflection Back
+        LBNL/Shirley-Chiu  | LBNL/Klems Full  | AngleBasis LBNL/Klems Full: allowed is LBNL/Shirley-Chiu
+        {.1592}            | {.1592 1}        | line 20: 2 numbers: allowed are 1, 8, 64, …
+        {.1592}            | {.1592           | allowed is }
+        {.1592}            | {x}              | line 20: x: allowed is a number
+        {.1592}            | {.1592}}         | } after the tree
+        {.1592}            | {{{{{{{{{{{{{{{{{{{{{{{{{{{{{{ | deeper than 20 halvings
+        </Layer>           | BLOCK            | a second block of Visible with Reflection Back
+        ",
+    );
+    for [old, new, part] in cases {
+        let new = new.replace("BLOCK", block);
         assert!(whole.contains(old), "{old}");
-        let told = TensorTree::read(&whole.replace(old, new), Channels::Luminance).unwrap_err();
+        let told = TensorTree::read(&whole.replace(old, &new), Channels::Luminance).unwrap_err();
         assert!(told.to_string().contains(part), "{told}");
     }
 }

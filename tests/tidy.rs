@@ -236,7 +236,8 @@ fn arrows(modules: &[Module]) -> Vec<Vec<usize>> {
             let other = &modules[target];
             let one_house =
                 other.path.starts_with(&module.path) || module.path.starts_with(&other.path);
-            let member = has_all && other.code.contains("Entry<");
+            let declares = ["Entry<", "declare! {", "formula! {", "file_table! {"];
+            let member = has_all && declares.iter().any(|d| other.code.contains(d));
             if !one_house && !member {
                 targets.push(target);
             }

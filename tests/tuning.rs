@@ -1,8 +1,11 @@
 //! Grids whose ratio is tuned on materials that are not tested.
 #![cfg(feature = "experiments")]
 
-use gonio::Error;
-use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source, Summary};
+mod common;
+
+use common::{Keep, edited, plan, run, says, table};
+use gonio::experiment::{Experiment, Extent, Known, Row};
+use std::cell::Cell;
 
 const CONFIG: &str = r#"
 budgets = [200, 600]
@@ -46,41 +49,6 @@ materials = [
 ]
 "#;
 
-fn plan(text: &str) -> Result<Plan, Error> {
-    Plan::read(&Source::new("c.toml", text))
-}
-
-#[derive(Default)]
-struct Keep {
-    rows: Vec<Row>,
-    /// Questions whether to stop that are answered with no.
-    patience: Option<std::cell::Cell<usize>>,
-}
-
-impl Observer<Row> for Keep {
-    fn cancelled(&self) -> bool {
-        match &self.patience {
-            None => false,
-            Some(left) => left.replace(left.get().saturating_sub(1)) == 0,
-        }
-    }
-
-    fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
-        if let Event::Made(rows) = event {
-            self.rows.extend_from_slice(rows);
-        }
-        Ok(())
-    }
-}
-
-fn run(plan: &Plan) -> (Vec<Row>, Summary) {
-    let mut keep = Keep::default();
-    let summary = plan.run(&Extent::default(), &Known::default(), &mut keep);
-    let summary = summary.expect("a run");
-    assert!(summary.failures.is_empty(), "{:?}", summary.failures);
-    (keep.rows, summary)
-}
-
 fn bits(rows: &[Row]) -> Vec<Option<u64>> {
     rows.iter()
         .map(|r| r.value("nrmse").map(f64::to_bits))
@@ -111,7 +79,7 @@ fn each_grid_is_tuned_once_and_never_worse_on_what_it_is_tuned_on() {
         let text = front
             .replace("\"tuned\"", &format!("{:?}", tuned.ratio))
             .replace("[200, 600]", &format!("[{budget}]"));
-        let (written, _) = run(&self::plan(&text).expect("a plan"));
+        let (written, _) = run(&common::plan(&text).expect("a plan"));
         let of = |rows: &[Row]| {
             let mine = rows.iter().filter(|r| {
                 r.parametrization == *parametrization && r.allowed == format!("{budget} poses")
@@ -126,8 +94,7 @@ fn each_grid_is_tuned_once_and_never_worse_on_what_it_is_tuned_on() {
 #[test]
 fn threads_do_not_matter_and_the_training_materials_are_in_the_keys() {
     let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().expect("a pool").install(|| {
+        crate::common::on_threads(threads, || {
             let (rows, summary) = run(&plan(CONFIG).expect("a plan"));
             (bits(&rows), summary.tuned, summary.keys)
         })
@@ -150,7 +117,7 @@ fn tuning_can_be_stopped() {
     let plan = plan(CONFIG).expect("a plan");
     // Some questions come before the first tuning; most come within it.
     let mut keep = Keep {
-        patience: Some(std::cell::Cell::new(12)),
+        patience: Some(Cell::new(12)),
         ..Keep::default()
     };
     let summary = plan.run(&Extent::default(), &Known::default(), &mut keep);
@@ -160,30 +127,19 @@ fn tuning_can_be_stopped() {
 
 #[test]
 fn tested_materials_are_refused_whatever_they_are_called() {
-    let refused = |from: &str, to: &str, parts: &[&str]| {
-        let text = CONFIG.replacen(from, to, 1);
-        let message = plan(&text).err().expect(to).to_string();
-        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
-    };
-    refused(
-        "{ kind = \"lambert\", albedo = 0.5 }",
-        "{ kind = \"beckmann\", alpha = 0.3, name = \"other\" }",
-        &["tuning.materials[1] = \"other\"", "beckmann", "not tested"],
-    );
-    refused(
-        "pairs = 500\nmaterials",
-        "pairs = 0\nmaterials",
-        &["tuning.pairs = 0", "allowed"],
-    );
-    refused(
-        "budgets = [200, 600]",
-        "budgets = [200]\nminutes = [10]\ninstrument = [{ preset = \"utia\" }]",
-        &["minutes do not go with the tuned ratio", "allowed: budgets"],
-    );
+    for [from, to, parts] in table(
+        r#"
+        { kind = "lambert", albedo = 0.5 } | { kind = "beckmann", alpha = 0.3, name = "other" } | tuning.materials[1] = "other" … beckmann … not tested
+        pairs = 500\nmaterials | pairs = 0\nmaterials | tuning.pairs = 0 … allowed
+        budgets = [200, 600] | budgets = [200]\nminutes = [10]\ninstrument = [{ preset = "utia" }] | minutes do not go with the tuned ratio … allowed: budgets
+"#,
+    ) {
+        let message = plan(&edited(CONFIG, from, to)).err().expect(to).to_string();
+        says(&message, parts);
+    }
     // A material that breaks what a schedule folds has no say in it.
-    refused(
-        "{ kind = \"ggx\", alpha = 0.25 },\n  { kind = \"lambert\", albedo = 0.5 },\n  { kind = \"ward\", rho_d = 0.2, rho_s = 0.3, alpha = 0.2 },",
-        "{ kind = \"ward\", rho_d = 0.2, rho_s = 0.3, alpha = [0.05, 0.2] },",
-        &["tuning.materials has none with the symmetries of"],
-    );
+    let (front, _) = CONFIG.split_once("materials = [").unwrap();
+    let ward = "materials = [{ kind = \"ward\", rho_d = 0.2, rho_s = 0.3, alpha = [0.05, 0.2] }]";
+    let message = plan(&format!("{front}{ward}")).err().unwrap().to_string();
+    says(&message, "tuning.materials has none with the symmetries of");
 }

@@ -1,17 +1,14 @@
 //! Tables of OpticStudio (Zemax): what comes back of a BRDF that was written, and what is refused.
 #![cfg(feature = "experiments")]
 
+mod common;
+
+use common::material;
 use gonio::brdf::measured::zemax::{LEVELS, Level, Zemax, write_zemax};
 use gonio::brdf::{self, Brdf, Channels, Presence, Wavelengths};
 use gonio::geometry::{Direction, DirectionPair};
 use gonio::registry;
 use std::f64::consts::PI;
-
-fn material(kind: &str, keys: &str, channels: Channels) -> Box<dyn Brdf> {
-    let entry = brdf::all().into_iter().find(|e| e.kind == kind).unwrap();
-    let spec = registry::read_text(&entry, keys).unwrap();
-    spec.build(channels).unwrap()
-}
 
 fn zemax(brdf: &dyn Brdf, level: Level) -> String {
     let mut text = Vec::new();
@@ -142,40 +139,17 @@ fn angles_are_about_the_mirror_direction() {
         let pair = DirectionPair::new(Direction::from_spherical(30f64.to_radians(), 0.0), o);
         assert!((table.luminance(&pair).unwrap() - 4.0).abs() < 1e-9);
     }
-    for (old, new, part) in [
-        (
-            "Measured\n",
-            "Measured\nWhat",
-            "line 3: WhatSymmetry: allowed is Symmetry",
-        ),
-        ("BRDF", "BTDF", "line 5: BTDF: allowed are BRDF"),
-        (
-            "30 60",
-            "60 30",
-            "line 9: 30: allowed are degrees from 0 to 90",
-        ),
-        (
-            "SampleRotation  1\n0",
-            "SampleRotation  2\n0 90",
-            "SampleRotation: allowed is one",
-        ),
-        (
-            "1 4 5",
-            "1 4 x",
-            "line 19: x: allowed is a number of at most 1e150",
-        ),
-        ("DataEnd", "17 DataEnd", "17: allowed is DataEnd"),
-        (
-            "16 17\nDataEnd\n",
-            "16 17\nDataEnd\n# more\nTIS 0.2\n",
-            "TIS: allowed is nothing behind the last DataEnd",
-        ),
-        (
-            "16 17\nDataEnd\n",
-            "16",
-            "the text ends before the last value",
-        ),
-    ] {
+    for [old, new, part] in common::table(
+        r"
+        Measured\n | Measured\nWhat | line 3: WhatSymmetry: allowed is Symmetry
+        BRDF | BTDF | line 5: BTDF: allowed are BRDF
+        30 60 | 60 30 | line 9: 30: allowed are degrees from 0 to 90
+        SampleRotation  1\n0 | SampleRotation  2\n0 90 | SampleRotation: allowed is one
+        1 4 5 | 1 4 x | line 19: x: allowed is a number of at most 1e150
+        DataEnd | 17 DataEnd | 17: allowed is DataEnd
+        16 17\nDataEnd\n | 16 17\nDataEnd\n# more\nTIS 0.2\n | TIS: allowed is nothing behind the last DataEnd
+        16 17\nDataEnd\n | 16 | the text ends before the last value",
+    ) {
         assert!(text.contains(old));
         let told = Zemax::read(&text.replace(old, new), Channels::Luminance);
         let told = told.unwrap_err().to_string();

@@ -5,6 +5,20 @@ use nalgebra::{DMatrix, DVector};
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
+/// How many poses are to be chosen, and what is asked before each: false ends the choice.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted<'a> {
+    pub n: usize,
+    pub go_on: &'a dyn Fn() -> bool,
+}
+
+impl Wanted<'_> {
+    /// True if there is to be another after those that were chosen.
+    pub fn another(self, chosen: &[usize]) -> bool {
+        chosen.len() < self.n && (self.go_on)()
+    }
+}
+
 /// How errors at a place are weighed.
 pub(super) struct Weights {
     /// Density of the error of ln f.
@@ -62,17 +76,16 @@ pub(super) fn a_optimal(
     process: &Posterior,
     [places, candidates]: [&Places; 2],
     weights: &Weights,
-    n: usize,
-    go_on: &dyn Fn() -> bool,
+    wanted: Wanted<'_>,
 ) -> Vec<usize> {
     let mut covariances = process.covariances(places, candidates);
     let mut variances = process.variances(places);
-    let mut left = Left::new(process, candidates, n);
+    let mut left = Left::new(process, candidates, wanted.n);
     let (mut worth, mut told) = (vec![0.0; variances.len()], vec![0.0; variances.len()]);
     let mut with = DVector::zeros(covariances.ncols());
     let mut gains = vec![0.0; covariances.ncols()];
     let mut chosen = Vec::new();
-    while chosen.len() < n && go_on() {
+    while wanted.another(&chosen) {
         weights.worth(&variances, &mut worth);
         let columns = covariances
             .as_mut_slice()
@@ -89,10 +102,8 @@ pub(super) fn a_optimal(
                 gains,
             });
         });
-        let scores = gains
-            .iter()
-            .enumerate()
-            .map(|(c, gain)| gain / left.of_reading(c));
+        let scores = gains.iter().enumerate();
+        let scores = scores.map(|(c, gain)| gain / left.of_reading(c));
         let Some(best) = left.best(scores) else {
             break;
         };
@@ -105,7 +116,7 @@ pub(super) fn a_optimal(
             *told = c / spread;
             *v = (*v - *told * *told).max(0.0);
         }
-        with = left.choose(process, candidates, best);
+        with = left.choose(best);
         chosen.push(best);
     }
     chosen
@@ -147,18 +158,16 @@ pub(super) fn least_certain(
     process: &Posterior,
     candidates: &Places,
     weights: &[f64],
-    n: usize,
-    go_on: &dyn Fn() -> bool,
+    wanted: Wanted<'_>,
 ) -> Vec<usize> {
-    let mut left = Left::new(process, candidates, n);
+    let mut left = Left::new(process, candidates, wanted.n);
     let mut chosen = Vec::new();
-    while chosen.len() < n && go_on() {
+    while wanted.another(&chosen) {
         let scores = left.variances.iter().zip(weights).map(|(v, w)| v * w);
-        let scores: Vec<f64> = scores.collect();
-        let Some(best) = left.best(scores.into_iter()) else {
+        let Some(best) = left.best(scores) else {
             break;
         };
-        left.choose(process, candidates, best);
+        left.choose(best);
         chosen.push(best);
     }
     chosen
@@ -172,17 +181,17 @@ pub(super) fn least_error(
     [places, candidates]: [&Places; 2],
     [of_places, mut of_candidates]: [DMatrix<f64>; 2],
     weights: &[f64],
-    (given, n): (usize, usize),
-    go_on: &dyn Fn() -> bool,
+    given: usize,
+    wanted: Wanted<'_>,
 ) -> Vec<usize> {
     let mut covariances = process.covariances(places, candidates);
     // Σ_m r_m(place) r_m(candidate), which is all that errors depend on.
     let mut products = of_places.tr_mul(&of_candidates);
     let count = of_candidates.ncols();
-    let mut left = Left::new(process, candidates, given + n);
+    let mut left = Left::new(process, candidates, given + wanted.n);
     left.is_left[count - given..].fill(false);
     let mut chosen = Vec::new();
-    for step in 0..given + n {
+    for step in 0..given + wanted.n {
         let best = if step < given {
             count - given + step
         } else {
@@ -193,14 +202,14 @@ pub(super) fn least_error(
                 let (with, cross) = (with.as_slice(), cross.as_slice());
                 (2.0 * weighted(weights, with, cross) - weighted(weights, with, with) * own / v) / v
             });
-            match left.best(less).filter(|_| go_on()) {
+            match left.best(less).filter(|_| (wanted.go_on)()) {
                 Some(best) => best,
                 None => break,
             }
         };
         let spread = left.of_reading(best).sqrt();
         let told = covariances.column(best) / spread;
-        let with = left.choose(process, candidates, best);
+        let with = left.choose(best);
         covariances.ger(-1.0, &told, &with, 1.0);
         let own = of_candidates.column(best).into_owned();
         let cross = products.column(best).into_owned();
@@ -216,7 +225,9 @@ pub(super) fn least_error(
 }
 
 /// Candidates that are left, and what those that were chosen leave uncertain of them.
-struct Left {
+struct Left<'a> {
+    process: &'a Posterior,
+    candidates: &'a Places,
     /// Variances of readings about the process.
     noise: Vec<f64>,
     variances: Vec<f64>,
@@ -228,11 +239,13 @@ struct Left {
     choices: usize,
 }
 
-impl Left {
+impl<'a> Left<'a> {
     /// For `n` choices.
-    fn new(process: &Posterior, candidates: &Places, n: usize) -> Self {
+    fn new(process: &'a Posterior, candidates: &'a Places, n: usize) -> Self {
         let variances = process.variances(candidates);
         Self {
+            process,
+            candidates,
             noise: process.noise(candidates),
             readable: process.readable(candidates),
             is_left: vec![true; variances.len()],
@@ -258,12 +271,11 @@ impl Left {
     }
 
     /// Takes a candidate, and returns its covariances with all, over the root of its variance.
-    fn choose(&mut self, process: &Posterior, candidates: &Places, best: usize) -> DVector<f64> {
+    fn choose(&mut self, best: usize) -> DVector<f64> {
         let spread = self.of_reading(best).sqrt();
-        let mut with = process
-            .covariances(candidates, &candidates.only(best))
-            .column(0)
-            .into_owned();
+        let own = self.candidates.only(best);
+        let with = self.process.covariances(self.candidates, &own);
+        let mut with = with.column(0).into_owned();
         if self.choices > 0 {
             let row = self.told.row(best).transpose();
             let known = self.told.columns(0, self.choices);
@@ -298,6 +310,10 @@ mod tests {
         (first..first + n).map(pair).collect()
     }
 
+    fn wanted(n: usize) -> Wanted<'static> {
+        Wanted { n, go_on: &|| true }
+    }
+
     #[test]
     fn each_pose_is_the_one_that_lowers_the_variances_most() {
         let process = Posterior::before(Symmetry::FULL, None);
@@ -309,7 +325,7 @@ mod tests {
             share: 0.3,
             cap: 1e9,
         };
-        let chosen = a_optimal(&process, [&places, &candidates], &weights, 6, &|| true);
+        let chosen = a_optimal(&process, [&places, &candidates], &weights, wanted(6));
         assert_eq!(chosen.len(), 6);
         for k in 1..=chosen.len() {
             let left = |numbers: &[usize]| {
@@ -349,9 +365,7 @@ mod tests {
         let weights: Vec<f64> = (0..50).map(|i| 1.0 + f64::from(i % 5)).collect();
         let given = [38, 39];
         let both = [&places, &candidates];
-        let chosen = least_error(&process, both, residuals.clone(), &weights, (2, 6), &|| {
-            true
-        });
+        let chosen = least_error(&process, both, residuals.clone(), &weights, 2, wanted(6));
         // By the equations of all readings at once.
         let error = |read: &[usize]| {
             let some: Vec<DirectionPair> = read.iter().map(|&c| from[c]).collect();
@@ -414,7 +428,7 @@ mod tests {
         let process = Posterior::before(Symmetry::FULL, None);
         let from = pairs(0, 400);
         let candidates = process.places(&from);
-        let chosen = least_certain(&process, &candidates, &[1.0; 400], 30, &|| true);
+        let chosen = least_certain(&process, &candidates, &[1.0; 400], wanted(30));
         // Each was the least certain one given those before.
         for k in 1..30 {
             let read: Vec<DirectionPair> = chosen[..k].iter().map(|&c| from[c]).collect();

@@ -1,12 +1,12 @@
 //! Where errors count, and the poses that a planner chooses from.
 
 use super::Task;
-use crate::geometry::{Direction, DirectionPair, Symmetry, angle_between};
+use crate::geometry::{Direction, DirectionPair, angle_between};
 use crate::instrument::Machine;
 use crate::measurement::{Measurement, Outcome};
 use crate::numeric::GRAZING_COS;
 use crate::parametrization::{Coords, Parametrization, usual_form};
-use crate::reconstruct::Posterior;
+use crate::reconstruct::{Posterior, Prior};
 use crate::schedule::{PlanError, Pose, SampleSet, SobolSet};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -64,13 +64,6 @@ struct Own {
 }
 
 impl Own {
-    fn new(symmetry: Symmetry, mask: f64) -> Self {
-        Self {
-            form: usual_form(symmetry),
-            cos_mask: mask.cos(),
-        }
-    }
-
     /// The density of cos θ_i cos θ_o inside the mask, at a pair with these coordinates.
     fn density(&self, pair: &DirectionPair, coords: &Coords) -> f64 {
         let [i, o] = [pair.omega_i, pair.omega_o].map(|d| d.cos_theta());
@@ -106,18 +99,12 @@ impl<'a> Reach<'a> {
         let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
         let refused = all.filter(|(outcome, _)| matches!(outcome, Outcome::Unreachable(_)));
         let refused = refused.filter_map(|(_, pose)| canonical(&*task.form, &pose.pair));
-        let [read, in_vain] = [true, false].map(|read| pairs(so_far, read));
-        let before = Posterior::before(task.form.symmetry(), None);
+        let asked = so_far.readings() < so_far.outcomes.len();
         Self {
             form: &*task.form,
             machine: task.machine,
             refused: refused.map(|pose| pose.pair).collect(),
-            asked: match in_vain.is_empty() {
-                true => None,
-                false => before
-                    .supposing(&read, true)
-                    .and_then(|process| process.supposing(&in_vain, false)),
-            },
+            asked: asked.then(|| supposed(task, None, so_far)).flatten(),
         }
     }
 
@@ -166,6 +153,30 @@ pub(super) fn pairs(so_far: &Measurement, read: bool) -> Vec<DirectionPair> {
     wanted.map(|(_, pose)| pose.pair).collect()
 }
 
+/// The process given where readings were and were not to be had, but not what was read; `None` if it is singular.
+pub(super) fn supposed(
+    task: &Task<'_>,
+    prior: Option<&Arc<Prior>>,
+    so_far: &Measurement,
+) -> Option<Posterior> {
+    let process = Posterior::before(task.form.symmetry(), prior);
+    let process = process.supposing(&pairs(so_far, true), true)?;
+    process.supposing(&pairs(so_far, false), false)
+}
+
+/// The poses so far, with the luminance f where there was a reading.
+pub(super) fn luminances(
+    so_far: &Measurement,
+) -> impl Iterator<Item = (&DirectionPair, Option<f64>)> {
+    let channels = &so_far.channels;
+    let values = so_far.values.chunks(channels.count());
+    let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
+    all.zip(values).map(|((outcome, pose), f)| {
+        let read = *outcome == Outcome::Reading;
+        (&pose.pair, read.then(|| channels.luminance(f)))
+    })
+}
+
 /// A seed from several numbers, with nothing in common with that of others (splitmix64; Steele et al. 2014).
 pub(super) fn hashed(numbers: [u64; 3]) -> u64 {
     numbers.into_iter().fold(0, |state, x| {
@@ -187,7 +198,10 @@ impl Field {
         so_far: &Measurement,
         round: u64,
     ) -> Result<Self, PlanError> {
-        let own = Own::new(task.form.symmetry(), mask);
+        let own = Own {
+            form: usual_form(task.form.symmetry()),
+            cos_mask: mask.cos(),
+        };
         let [for_places, for_candidates] = [0, 1].map(|role| hashed([task.seed, round, role]));
         let at = SobolSet {}.plan(&own.form, PLACES, for_places)?.poses;
         let inside = at

@@ -6,7 +6,7 @@
 //! are from what the others predict of them.
 
 use super::choice::{Weights, a_optimal, least_certain};
-use super::field::{Field, MOST as MOST_COMPARED, admit, pairs};
+use super::field::{Field, MOST as MOST_COMPARED, admit, pairs, supposed};
 use super::{Forecast, Planner, Task, halves};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
 use crate::brdf::{Brdf, Channels, Presence, Roughness};
@@ -14,13 +14,13 @@ use crate::error::{ParameterError, in_closed, in_left_open};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::Expected;
-use crate::parametrization::{Axis, Parametrization};
+use crate::parametrization::Axis;
 use crate::reconstruct::{
     KRIGING, Kriging, Mixture, Places, Posterior, Predictive, Prior, PriorFile, ReconstructError,
     Values,
 };
-use crate::registry::{self, Entry, Keys, ReadError, Table};
-use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
+use crate::registry::{self, Entry, Keys, ReadError, Table, keys};
+use crate::schedule::{PlanError, Pose, SampleSet};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
@@ -54,20 +54,20 @@ pub enum Rule {
 /// The least mask, degrees: inside it there are enough places and candidates.
 const LEAST_MASK: f64 = 40.0;
 
-/// What errors count.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Aim {
-    /// Share λ of the error of f cos in what is made small, 2(1 − λ) ln E|Δ ln f| + λ ln E(Δ f cos)², in [0, 1].
-    pub weight: f64,
-    /// Elevation up to which errors count, degrees in [40, 90].
-    pub mask_deg: f64,
-    /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub prior: Option<PriorFile>,
-    /// Errors that are small enough: once what nine of ten materials are below has reached all, no pose is asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub target: Option<Target>,
+keys! {
+    /// What errors count.
+    pub struct Aim {
+        /// Share λ of the error of f cos in what is made small, 2(1 − λ) ln E|Δ ln f| + λ ln E(Δ f cos)², in [0, 1].
+        weight: f64 = 0.5;
+        /// Elevation up to which errors count, degrees in [40, 90].
+        mask_deg: f64 = 80.0;
+        /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        prior: Option<PriorFile> = None;
+        /// Errors that are small enough: once what nine of ten materials are below has reached all, no pose is asked for.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        target: Option<Target> = None;
+    }
 }
 
 /// What targets are above: less no reading tells.
@@ -98,17 +98,6 @@ impl Target {
             asked.is_none_or(|asked| error.is_some_and(|error| error <= asked))
         };
         reached(bound.nrmse, self.nrmse) && reached(bound.log_relative, self.log_relative)
-    }
-}
-
-impl Default for Aim {
-    fn default() -> Self {
-        Self {
-            weight: 0.5,
-            mask_deg: 80.0,
-            prior: None,
-            target: None,
-        }
     }
 }
 
@@ -216,10 +205,7 @@ impl Greedy {
     ) -> Result<Vec<Pose>, PlanError> {
         let asked = so_far.schedule.poses.len();
         let field = self.field(task, so_far, n, asked as u64)?;
-        let before = Posterior::before(task.form.symmetry(), self.known()?.as_ref());
-        let [read, in_vain] = [true, false].map(|read| pairs(so_far, read));
-        let process = before.supposing(&read, true);
-        let process = process.and_then(|process| process.supposing(&in_vain, false));
+        let process = supposed(task, self.known()?.as_ref(), so_far);
         let process = process.ok_or_else(|| self.singular(asked))?;
         let candidates = process.places(&field.pairs());
         let chosen = if n <= MOST_COMPARED {
@@ -235,11 +221,11 @@ impl Greedy {
                 share: self.aim.weight,
                 cap: 4.0,
             };
-            a_optimal(&process, [&places, &candidates], &weights, n, task.go_on)
+            a_optimal(&process, [&places, &candidates], &weights, task.wanted(n))
         } else {
             let weights = field.candidate_density().into_iter();
             let weights: Vec<f64> = weights.map(|w| w.powf(2.0 / 3.0)).collect();
-            least_certain(&process, &candidates, &weights, n, task.go_on)
+            least_certain(&process, &candidates, &weights, task.wanted(n))
         };
         Ok(field.poses(&chosen))
     }
@@ -296,7 +282,7 @@ impl Greedy {
                 share,
                 cap: 1.0,
             };
-            a_optimal(&process, [&places, &candidates], &weights, n, task.go_on)
+            a_optimal(&process, [&places, &candidates], &weights, task.wanted(n))
         } else {
             // The density of the poses that leave the smallest error, up to what the kernel makes of them.
             let density = &field.candidate_density();
@@ -305,7 +291,7 @@ impl Greedy {
             let square = normalised(known.weights(|w, f, s| (w * f * s).sqrt()));
             let mixed = log.zip(square).map(|(l, q)| (1.0 - share) * l + share * q);
             let weights: Vec<f64> = mixed.collect();
-            least_certain(&process, &candidates, &weights, n, task.go_on)
+            least_certain(&process, &candidates, &weights, task.wanted(n))
         };
         Ok(field.poses(&chosen))
     }
@@ -351,14 +337,7 @@ impl SampleSet for Greedy {
         Ok(())
     }
 
-    fn plan(
-        &self,
-        form: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError> {
-        self.design(&Task::plain(form, budget, seed))
-    }
+    plans_by_design!();
 }
 
 impl Planner for Greedy {

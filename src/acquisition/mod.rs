@@ -33,18 +33,34 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+/// The schedule of a planner for any machine, as a sample set has it.
+macro_rules! plans_by_design {
+    () => {
+        fn plan(
+            &self,
+            form: &std::sync::Arc<dyn crate::parametrization::Parametrization>,
+            budget: usize,
+            seed: u64,
+        ) -> Result<crate::schedule::Schedule, crate::schedule::PlanError> {
+            self.design(&Task::plain(form, budget, seed))
+        }
+    };
+}
+
+mod batch;
 mod choice;
+mod dupuy_jakob;
 mod field;
 mod greedy;
 mod published;
-mod retro;
 mod rows;
-mod slices;
+mod vavra_filip;
 
+pub use batch::{Batch, Request};
+pub use dupuy_jakob::Retro;
 pub use greedy::{Aim, Greedy, Rule, Target};
 pub use published::{Criterion, Published};
-pub use retro::Retro;
-pub use slices::Slices;
+pub use vavra_filip::Slices;
 
 use crate::brdf::{Brdf, Channels};
 use crate::error::ParameterError;
@@ -72,6 +88,14 @@ pub struct Task<'a> {
     pub go_on: &'a dyn Fn() -> bool,
     /// The material itself, for an oracle; `None` where nobody knows it.
     pub truth: Option<&'a dyn Brdf>,
+}
+
+impl Task<'_> {
+    /// So many poses, while it goes on.
+    fn wanted(&self, n: usize) -> choice::Wanted<'_> {
+        let go_on = self.go_on;
+        choice::Wanted { n, go_on }
+    }
 }
 
 impl Task<'static> {
@@ -261,12 +285,8 @@ fn halves(first: usize, asked: usize, budget: usize) -> usize {
 /// The schedule of the poses that a planner chose.
 pub fn scheduled<P: Planner + ?Sized>(task: &Task<'_>, planner: &P, poses: Vec<Pose>) -> Schedule {
     Schedule {
-        parametrization: Arc::clone(&task.form),
-        sample_set: planner.label(),
-        poses,
-        lattice: None,
-        unphysical_share: 0.0,
         assumes: planner.assumes().map(str::to_owned),
+        ..Schedule::new(Arc::clone(&task.form), planner.label(), poses, 0.0)
     }
 }
 
@@ -338,7 +358,7 @@ static JOINED: Joined<dyn Planner> = Joined::new();
 fn built_in() -> Vec<Entry<dyn Planner>> {
     let greedy = Rule::ALL.map(Rule::entry).into_iter();
     let published = published::entries().into_iter();
-    let others = [retro::ENTRY, slices::ENTRY];
+    let others = [dupuy_jakob::ENTRY, vavra_filip::ENTRY];
     greedy.chain(published).chain(others).collect()
 }
 

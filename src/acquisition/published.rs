@@ -4,7 +4,7 @@
 //! coefficients have variance 1; poses that were read count as chosen. Materials of other symmetries are planned for as
 //! if they had those of the prior.
 
-use super::choice::least_error;
+use super::choice::{Wanted, least_error};
 use super::field::{Field, MOST, Reach, admit, field, hashed, pairs};
 use super::greedy::{normalised, squared};
 use super::rows::Rows;
@@ -12,12 +12,11 @@ use super::{Planner, Task};
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
-use crate::parametrization::{Axis, Parametrization};
+use crate::parametrization::Axis;
 use crate::reconstruct::{COMPONENTS, Components, Posterior, PriorFile};
 use crate::registry::{self, Entry, Keys, ReadError, Table};
-use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
+use crate::schedule::{PlanError, Pose, SampleSet};
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// What decides over poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,13 +129,13 @@ impl Published {
         Self { criterion, prior }
     }
 
-    /// Numbers of `n` candidates, of which none is in `read`.
+    /// Numbers of candidates, of which none is in `read`.
     fn chosen(
         &self,
         field: &Field,
         read: &[DirectionPair],
-        n: usize,
-        (seed, go_on): (u64, &dyn Fn() -> bool),
+        seed: u64,
+        wanted: Wanted<'_>,
     ) -> Result<Vec<usize>, ParameterError> {
         let prior = self.prior.load()?;
         let mut pairs = field.pairs();
@@ -145,29 +144,22 @@ impl Published {
         let (_, functions) = prior.at(&pairs);
         let rows = |functions| Rows::new(functions, candidates);
         Ok(match self.criterion {
-            Criterion::ConditionNumber => rows(functions).conditioned(n, seed, go_on),
-            Criterion::Somp => rows(functions).pursuit(prior.centres(), n, go_on),
-            Criterion::QrPivot => rows(functions).pivots(n, go_on),
-            Criterion::DOptimal { ridge } => rows(functions).d_optimal(ridge, n, go_on),
+            Criterion::ConditionNumber => rows(functions).conditioned(seed, wanted),
+            Criterion::Somp => rows(functions).pursuit(prior.centres(), wanted),
+            Criterion::QrPivot => rows(functions).pivots(wanted),
+            Criterion::DOptimal { ridge } => rows(functions).d_optimal(Vec::new(), ridge, wanted),
             Criterion::Erm => {
                 let process = Posterior::before(Symmetry::FULL, Some(&prior));
                 let at_places = prior.at(&field.places).1;
                 let residuals = [at_places, functions].map(|q| prior.centres().tr_mul(&q));
                 let [places, from] = [&field.places, &pairs].map(|list| process.places(list));
-                let counts = (read.len(), n);
                 let bright = squared(&field.places, prior.brightness(&field.places));
                 let bright = field.density.iter().zip(bright).map(|(w, f)| w * f);
                 let halves = [field.density.clone(), bright.collect()].map(normalised);
                 let [log, square] = halves;
                 let weights: Vec<f64> = log.zip(square).map(|(l, q)| 0.5 * (l + q)).collect();
-                least_error(
-                    &process,
-                    [&places, &from],
-                    residuals,
-                    &weights,
-                    counts,
-                    go_on,
-                )
+                let both = [&places, &from];
+                least_error(&process, both, residuals, &weights, read.len(), wanted)
             }
         })
     }
@@ -195,14 +187,7 @@ impl SampleSet for Published {
         self.prior.load().map(drop)
     }
 
-    fn plan(
-        &self,
-        form: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError> {
-        self.design(&Task::plain(form, budget, seed))
-    }
+    plans_by_design!();
 }
 
 impl Planner for Published {
@@ -234,9 +219,9 @@ impl Planner for Published {
         let Some(field) = field(self.criterion.kind(), (task, &reach), so_far, most)? else {
             return Ok(Vec::new());
         };
-        let n = most.min(field.candidates.len());
-        let random = (hashed([task.seed, before as u64, 3]), task.go_on);
-        let chosen = self.chosen(&field, &pairs(so_far, true), n, random)?;
+        let wanted = task.wanted(most.min(field.candidates.len()));
+        let seed = hashed([task.seed, before as u64, 3]);
+        let chosen = self.chosen(&field, &pairs(so_far, true), seed, wanted)?;
         Ok(field.poses(&chosen))
     }
 }

@@ -1,6 +1,7 @@
 //! Choices among vectors, one per candidate, that are the functions of a prior there: rows of a matrix in the papers,
 //! columns of a matrix here. The last ones are those of poses that were read before.
 
+use super::choice::Wanted;
 use crate::reconstruct::RIDGE;
 use crate::sampling::Random;
 use nalgebra::{DMatrix, DVector};
@@ -35,20 +36,9 @@ impl Rows {
         self.candidates..self.vectors.ncols()
     }
 
-    /// `n` candidates that make det(ridge + Σ q qᵀ) largest, one by one (D-optimal design).
-    pub fn d_optimal(&self, ridge: f64, n: usize, go_on: &dyn Fn() -> bool) -> Vec<usize> {
-        self.filled(Vec::new(), ridge, n, go_on)
-    }
-
-    /// Some candidates and others up to `n`, each the one of the largest qᵀ (ridge + Σ q qᵀ)⁻¹ q: by one more than that
-    /// the determinant grows.
-    fn filled(
-        &self,
-        mut chosen: Vec<usize>,
-        ridge: f64,
-        n: usize,
-        go_on: &dyn Fn() -> bool,
-    ) -> Vec<usize> {
+    /// Some candidates and others up to `n` that make det(ridge + Σ q qᵀ) largest, one by one (D-optimal design): each the one of
+    /// the largest qᵀ (ridge + Σ q qᵀ)⁻¹ q, by one more than that the determinant grows.
+    pub fn d_optimal(&self, mut chosen: Vec<usize>, ridge: f64, wanted: Wanted<'_>) -> Vec<usize> {
         let all = &self.vectors;
         let mut inverse = DMatrix::identity(all.nrows(), all.nrows()) / ridge;
         let mut gains: Vec<f64> = all
@@ -66,7 +56,7 @@ impl Rows {
         for c in self.given().chain(chosen.iter().copied()) {
             take(c, &mut gains);
         }
-        while chosen.len() < n && go_on() {
+        while wanted.another(&chosen) {
             let Some(best) = self.largest(&gains, &chosen) else {
                 break;
             };
@@ -87,8 +77,7 @@ impl Rows {
     fn spanning(
         &self,
         vectors: &DMatrix<f64>,
-        n: usize,
-        go_on: &dyn Fn() -> bool,
+        wanted: Wanted<'_>,
         scores: impl Fn(&DMatrix<f64>) -> Vec<f64>,
     ) -> Vec<usize> {
         let mut rest = vectors.clone();
@@ -103,7 +92,7 @@ impl Rows {
             }
         }
         let mut chosen = Vec::new();
-        while chosen.len() < n && go_on() {
+        while wanted.another(&chosen) {
             let best = self.largest(&scores(&rest), &chosen);
             let Some(best) = best.filter(|&c| is_new(&rest, c)) else {
                 break;
@@ -111,32 +100,27 @@ impl Rows {
             project(&mut rest, best);
             chosen.push(best);
         }
-        self.filled(chosen, RIDGE, n, go_on)
+        self.d_optimal(chosen, RIDGE, wanted)
     }
 
     /// `n` candidates by QR with column pivoting of as many functions as there are poses, the first ones, each normalised
     /// over the candidates: each is the one of which the span of those before leaves most (Businger & Golub 1965; Manohar
     /// et al. 2018).
-    pub fn pivots(&self, n: usize, go_on: &dyn Fn() -> bool) -> Vec<usize> {
-        let modes = self.vectors.nrows().min(n + self.given().len());
+    pub fn pivots(&self, wanted: Wanted<'_>) -> Vec<usize> {
+        let modes = self.vectors.nrows().min(wanted.n + self.given().len());
         let mut modes = self.vectors.rows(0, modes).into_owned();
         for mut mode in modes.row_iter_mut() {
             let norm = mode.columns(0, self.candidates).norm();
             mode /= norm.max(f64::MIN_POSITIVE);
         }
         let squares = |rest: &DMatrix<f64>| rest.column_iter().map(|r| r.norm_squared()).collect();
-        self.spanning(&modes, n, go_on, squares)
+        self.spanning(&modes, wanted, squares)
     }
 
     /// `n` candidates by simultaneous orthogonal matching pursuit (Tropp et al. 2006; Miandji et al. 2024): each the one
     /// whose values over some materials, of these coefficients, have the largest sum of squared correlations with what
     /// those before leave of the values at all candidates.
-    pub fn pursuit(
-        &self,
-        materials: &DMatrix<f64>,
-        n: usize,
-        go_on: &dyn Fn() -> bool,
-    ) -> Vec<usize> {
+    pub fn pursuit(&self, materials: &DMatrix<f64>, wanted: Wanted<'_>) -> Vec<usize> {
         // Products of values over materials are those of q with a root of the sum of their squares.
         let eigen = (materials * materials.transpose()).symmetric_eigen();
         let roots = eigen.eigenvalues.map(|l| l.max(0.0).sqrt());
@@ -152,27 +136,23 @@ impl Rows {
             };
             with.map(score).collect()
         };
-        self.spanning(&atoms, n, go_on, scores)
+        self.spanning(&atoms, wanted, scores)
     }
 
     /// `n` candidates that make the condition number of the matrix of all small (Nielsen et al. 2015): from the pivots,
     /// and from a random start, poses in random order are each exchanged for the best of 16 random candidates if that is
     /// better, a stated number of times ([`COMPARED`]). The better end of the two.
-    pub fn conditioned(&self, n: usize, seed: u64, go_on: &dyn Fn() -> bool) -> Vec<usize> {
+    pub fn conditioned(&self, seed: u64, wanted: Wanted<'_>) -> Vec<usize> {
         let given = self.independent();
         let mut random = Random::new(seed).stream(0);
         let mut left: Vec<usize> = (0..self.candidates).collect();
         let by_chance = |_| left.swap_remove((random.next() * left.len() as f64) as usize);
-        let by_chance: Vec<usize> = (0..n.min(self.candidates)).map(by_chance).collect();
-        let starts = [self.pivots(n, go_on), by_chance];
+        let by_chance: Vec<usize> = (0..wanted.n.min(self.candidates)).map(by_chance).collect();
+        let starts = [self.pivots(wanted), by_chance];
         let ends = (0..).zip(starts).map(|(stream, start)| {
             let mut random = Random::new(seed).stream(1 + stream);
-            self.exchanged(
-                start,
-                &given,
-                &mut |count| (random.next() * count as f64) as usize,
-                go_on,
-            )
+            let below = &mut |count| (random.next() * count as f64) as usize;
+            self.exchanged(start, &given, below, wanted.go_on)
         });
         let better = |a: (f64, Vec<usize>), b: (f64, Vec<usize>)| if b.0 < a.0 { b } else { a };
         ends.reduce(better).map(|end| end.1).unwrap_or_default()
@@ -189,7 +169,7 @@ impl Rows {
         let mut left: Vec<usize> = (0..self.candidates)
             .filter(|c| !chosen.contains(c))
             .collect();
-        let mut now = self.condition(&chosen, given);
+        let mut now = condition(&self.vectors, &chosen, given);
         let (most, least, work) = COMPARED;
         let size = self.vectors.nrows().min(chosen.len() + given.len()).max(1) as f64;
         let visits = (work / size.powi(3)).clamp(least, most) as usize / AT_ONCE;
@@ -202,7 +182,7 @@ impl Rows {
             let conditions = tried.par_iter().map(|&at| {
                 let mut other = chosen.clone();
                 other[row] = left[at];
-                (self.condition(&other, given), at)
+                (condition(&self.vectors, &other, given), at)
             });
             let conditions: Vec<(f64, usize)> = conditions.collect();
             let best = conditions
@@ -228,22 +208,22 @@ impl Rows {
         }
         kept
     }
+}
 
-    /// The condition number of the vectors of some candidates and of some poses that were read.
-    fn condition(&self, chosen: &[usize], given: &[usize]) -> f64 {
-        let all: Vec<usize> = chosen.iter().chain(given).copied().collect();
-        if all.is_empty() {
-            return f64::INFINITY;
-        }
-        let q = self.vectors.select_columns(&all);
-        let square = match q.nrows() < q.ncols() {
-            true => &q * q.transpose(),
-            false => q.tr_mul(&q),
-        };
-        let values: DVector<f64> = square.symmetric_eigenvalues();
-        // Below rounding nothing is singular, and some are no better than others.
-        (values.max() / values.min().max(f64::EPSILON * values.max())).sqrt()
+/// The condition number of the vectors of some candidates and of some poses that were read.
+fn condition(vectors: &DMatrix<f64>, chosen: &[usize], given: &[usize]) -> f64 {
+    let all: Vec<usize> = chosen.iter().chain(given).copied().collect();
+    if all.is_empty() {
+        return f64::INFINITY;
     }
+    let q = vectors.select_columns(&all);
+    let square = match q.nrows() < q.ncols() {
+        true => &q * q.transpose(),
+        false => q.tr_mul(&q),
+    };
+    let values: DVector<f64> = square.symmetric_eigenvalues();
+    // Below rounding nothing is singular, and some are no better than others.
+    (values.max() / values.min().max(f64::EPSILON * values.max())).sqrt()
 }
 
 /// Takes from all vectors their parts along one.
@@ -266,6 +246,10 @@ mod tests {
         })
     }
 
+    fn wanted(n: usize) -> Wanted<'static> {
+        Wanted { n, go_on: &|| true }
+    }
+
     fn rows() -> Rows {
         Rows::new(vectors(), 40)
     }
@@ -283,7 +267,7 @@ mod tests {
     #[test]
     fn each_pose_makes_the_determinant_largest() {
         let (rows, q) = (rows(), vectors());
-        let chosen = rows.d_optimal(0.2, 9, &|| true);
+        let chosen = rows.d_optimal(Vec::new(), 0.2, wanted(9));
         let determinant = |some: &[usize]| {
             let s = q.select_columns(some);
             (&s * s.transpose() + DMatrix::identity(6, 6) * 0.2).determinant()
@@ -300,7 +284,7 @@ mod tests {
     #[test]
     fn pivots_are_those_of_a_qr_decomposition() {
         let q = vectors();
-        let chosen = Rows::new(q.columns(0, 40).into_owned(), 40).pivots(8, &|| true);
+        let chosen = Rows::new(q.columns(0, 40).into_owned(), 40).pivots(wanted(8));
         // Of functions that are normalised over the candidates.
         let norms = q
             .columns(0, 40)
@@ -324,7 +308,7 @@ mod tests {
     fn pursuit_takes_what_explains_most_of_what_is_left() {
         let (rows, q) = (rows(), vectors());
         let materials = DMatrix::from_fn(6, 11, |i, j| (0.9 * ((i + 1) * (j + 2)) as f64).sin());
-        let chosen = rows.pursuit(&materials, 6, &|| true);
+        let chosen = rows.pursuit(&materials, wanted(6));
         let values = materials.tr_mul(&q);
         let mut before = f64::INFINITY;
         // With the two that are given the rank is reached at the fourth.
@@ -350,16 +334,16 @@ mod tests {
         q.set_column(41, &twice);
         let rows = Rows::new(q, 40);
         assert_eq!(rows.independent(), [40]);
-        let chosen = rows.conditioned(3, 5, &|| true);
-        assert!(rows.condition(&chosen, &rows.independent()) < 1e3);
+        let chosen = rows.conditioned(5, wanted(3));
+        assert!(condition(&rows.vectors, &chosen, &rows.independent()) < 1e3);
     }
 
     #[test]
     fn exchanges_lower_the_condition_number() {
         let (rows, q) = (rows(), vectors());
         for n in [3, 4, 12] {
-            let chosen = rows.conditioned(n, 5, &|| true);
-            let start = rows.pivots(n, &|| true);
+            let chosen = rows.conditioned(5, wanted(n));
+            let start = rows.pivots(wanted(n));
             let by_values = |some: &[usize]| {
                 let all = [some, &[40, 41]].concat();
                 let values = q.select_columns(&all).singular_values();
@@ -367,7 +351,7 @@ mod tests {
             };
             let [now, before] = [&chosen, &start].map(|some| by_values(some));
             assert!(now <= before, "{n}: {now} {before}");
-            assert!((rows.condition(&chosen, &[40, 41]) / now - 1.0).abs() < 1e-6);
+            assert!((condition(&rows.vectors, &chosen, &[40, 41]) / now - 1.0).abs() < 1e-6);
             // No exchange of one is better by more than chance has left.
             let others = (0..40).filter(|c| !chosen.contains(c));
             let single = others

@@ -18,8 +18,9 @@
 //!
 //! Wide lobes are seen whole at small theta_d only: fewer slices count, and the error says so.
 
-use crate::brdf::{Brdf, Presence};
+use crate::brdf::Brdf;
 use crate::geometry::{DirectionPair, Symmetry};
+use crate::metrics::{self, Values};
 use crate::parametrization::{Form, HalfDifference, Parametrization};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -121,10 +122,7 @@ struct Slice<'a> {
 
 impl<'a> Slice<'a> {
     fn new(brdf: &'a dyn Brdf, theta_d_deg: f64) -> Self {
-        let symmetry = Symmetry {
-            isotropic: brdf.symmetry().isotropic,
-            ..Symmetry::NONE
-        };
+        let symmetry = Symmetry::NONE.with_isotropy(brdf.symmetry().isotropic);
         let mut slice = Self {
             brdf,
             form: Form::<HalfDifference>::new(symmetry),
@@ -163,16 +161,10 @@ impl<'a> Slice<'a> {
             }
         });
         let pairs: Vec<DirectionPair> = coords.filter_map(|c| self.form.inverse(&c)).collect();
-        let channels = self.brdf.channels();
-        let mut values = vec![0.0; pairs.len() * channels.count()];
-        let mut presence = vec![Presence::Missing; pairs.len()];
-        self.brdf.eval_batch(&pairs, &mut values, &mut presence);
-        let found = values.chunks_exact(channels.count()).zip(presence);
-        let (sum, count) = found
-            .filter(|(_, presence)| *presence == Presence::Present)
-            .fold((0.0, 0), |(sum, count), (values, _)| {
-                (sum + channels.luminance(values), count + 1)
-            });
+        let Values { luminance, missing } = metrics::evaluate(self.brdf, &pairs);
+        let mut missing = missing.into_iter().chain(std::iter::repeat(false));
+        let found = luminance.iter().filter(|_| missing.next() == Some(false));
+        let (sum, count) = found.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
         (2 * count > turns * PHI_D).then(|| sum / count as f64)
     }
 

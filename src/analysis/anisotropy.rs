@@ -68,10 +68,7 @@ pub fn anisotropy(
     pairs: &[DirectionPair],
 ) -> Option<Anisotropy> {
     // Derivatives must not see the folds, lengths are those of the folded axes.
-    let open = entry.form(Symmetry {
-        isotropic: true,
-        ..Symmetry::NONE
-    });
+    let open = entry.form(Symmetry::NONE.with_isotropy(true));
     let lengths: Vec<f64> = entry
         .axes(Symmetry::FULL)
         .iter()

@@ -9,41 +9,34 @@ mod figures;
 mod identities;
 mod materials;
 
-use super::{Distortion, Scale, Weight, distortion};
+use super::{Distortion, LATTICE, Scale, View, Weight};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, TestFunctionSpec};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::metrics::{Measure, MetricsSpec, test_pairs};
 use crate::parametrization::{self, Parametrization};
+use crate::registry::named;
 use serde::Serialize;
 use std::sync::Arc;
 
 pub use materials::{on_material, on_materials};
 
-/// Outcome of a test of a statement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// True in all of its cases.
-    Holds,
-    /// True in some of its cases.
-    HoldsPartly,
-    /// True in none of its cases.
-    DoesNotHold,
-    /// Undefined: a share of a variance, or of a norm, that is zero.
-    NotDefined,
+named! {
+    /// Outcome of a test of a statement.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Verdict {
+        /// True in all of its cases.
+        Holds = "holds",
+        /// True in some of its cases.
+        HoldsPartly = "holds partly",
+        /// True in none of its cases.
+        DoesNotHold = "does not hold",
+        /// Undefined: a share of a variance, or of a norm, that is zero.
+        NotDefined = "not defined",
+    }
 }
 
 impl Verdict {
-    /// Name in result files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Holds => "holds",
-            Verdict::HoldsPartly => "holds partly",
-            Verdict::DoesNotHold => "does not hold",
-            Verdict::NotDefined => "not defined",
-        }
-    }
-
     /// Holds if all of the cases do, partly if some do.
     fn of(cases: &[bool]) -> Self {
         if cases.iter().all(|c| *c) {
@@ -98,6 +91,13 @@ impl Statement {
             verdict: Verdict::of(cases),
             finding,
         }
+    }
+
+    /// The claim of an identity, which holds if no difference that was found is more than rounding.
+    fn exact(self, largest_difference: f64) -> Claim {
+        let numbers = vec![("largest_difference".into(), largest_difference)];
+        let finding = format!("exact: largest difference {largest_difference:.1e}");
+        self.found(&[largest_difference < EXACT], numbers, finding)
     }
 
     /// The claim on a BRDF that leaves nothing to measure.
@@ -165,23 +165,21 @@ impl Bench {
             TestFunctionSpec::G,
         ];
         let build = |spec: TestFunctionSpec| spec.build(Channels::Luminance);
+        let spec = MetricsSpec {
+            pairs: 20_000,
+            mask_deg: 90.0,
+            ..MetricsSpec::default()
+        };
         Ok(Self {
             functions: [build(f)?, build(s)?, build(g)?],
-            pairs: test_pairs(
-                Measure::Cosine,
-                &MetricsSpec {
-                    pairs: 20_000,
-                    mask_deg: 90.0,
-                    ..MetricsSpec::default()
-                },
-            )?,
+            pairs: test_pairs(Measure::Cosine, &spec)?,
         })
     }
 
     fn distortion(&self, function: usize, chart: &str) -> Distortion {
         let form = form(chart, true);
         let brdf = &*self.functions[function];
-        distortion(brdf, Scale::Value, &*form, Weight::Coordinates)
+        View::new(brdf, Scale::Value, &*form, Weight::Coordinates).distortion()
     }
 }
 
@@ -238,6 +236,17 @@ fn per_chart(name: &str, values: [f64; 3]) -> Vec<(String, f64)> {
     charts
         .map(|(chart, value)| (format!("{name}_{chart}"), value))
         .collect()
+}
+
+/// The middles of 64 × 64 equal cells of a unit square.
+fn lattice() -> impl Iterator<Item = [f64; 2]> {
+    let nodes = (0..LATTICE).flat_map(|i| (0..LATTICE).map(move |j| [i, j]));
+    nodes.map(|node| node.map(|i| (i as f64 + 0.5) / LATTICE as f64))
+}
+
+/// The percentages of the charts that the paper compares.
+fn percentages(shares: [f64; 3]) -> String {
+    shares.map(percent).join(", ")
 }
 
 /// "12.3 %".

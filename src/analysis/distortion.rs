@@ -12,6 +12,7 @@ use crate::geometry::DirectionPair;
 use crate::metrics::{self, Values};
 use crate::numeric::GRAZING_COS;
 use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
+use crate::registry::named;
 use crate::sampling::Sobol;
 
 /// Nodes along each of the first two axes, in the middle of equal cells.
@@ -23,26 +24,15 @@ pub const PHI_CELLS: usize = 16;
 /// Slices of fixed azimuth.
 const SLICES: usize = 4;
 
-/// Weight of a node of the lattice.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Weight {
-    /// 1 for each, as in a picture of the slice or a grid of measurements.
-    Coordinates,
-    /// The Jacobian: the steradians² it stands for, the same set of pairs whatever the
-    /// parametrization.
-    SolidAngle,
-}
-
-impl Weight {
-    /// Every weight.
-    pub const ALL: [Weight; 2] = [Weight::Coordinates, Weight::SolidAngle];
-
-    /// Name in result files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Weight::Coordinates => "coordinates",
-            Weight::SolidAngle => "solid-angle",
-        }
+named! {
+    /// Weight of a node of the lattice.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Weight {
+        /// 1 for each, as in a picture of the slice or a grid of measurements.
+        Coordinates = "coordinates",
+        /// The Jacobian: the steradians² it stands for, the same set of pairs whatever the
+        /// parametrization.
+        SolidAngle = "solid-angle",
     }
 }
 
@@ -87,38 +77,6 @@ pub struct Gradients {
     pub slices: [Gradient<2>; SLICES],
     /// Along all three, over all azimuths.
     pub all: Gradient<3>,
-}
-
-/// [`gradients_within`] the whole of both axes.
-///
-/// # Panics
-/// If `form` has four axes.
-pub fn gradients(
-    brdf: &dyn Brdf,
-    scale: Scale,
-    form: &dyn Parametrization,
-    weight: Weight,
-) -> Gradients {
-    gradients_within(brdf, scale, form, weight, WHOLE)
-}
-
-/// The energies of the gradient where [`distortion_within`] measures shares of the variance, which takes less time. Derivatives are those
-/// per whole axis.
-///
-/// # Panics
-/// If `form` has four axes.
-pub fn gradients_within(
-    brdf: &dyn Brdf,
-    scale: Scale,
-    form: &dyn Parametrization,
-    weight: Weight,
-    window: [[f64; 2]; 2],
-) -> Gradients {
-    let view = View::new(brdf, scale, form, weight, window);
-    Gradients {
-        slices: slice_angles(&form.axes()[2]).map(|phi| view.gradient(Some(phi))),
-        all: view.gradient(None),
-    }
 }
 
 /// Sets of points by which a gradient is known; their scatter is its error.
@@ -185,58 +143,10 @@ pub fn slice_angles(axis: &Axis) -> [f64; SLICES] {
     std::array::from_fn(|i| axis.range[0] + axis.length() * i as f64 / steps as f64)
 }
 
-/// The whole of both axes.
-const WHOLE: [[f64; 2]; 2] = [[0.0, 1.0]; 2];
-
-/// Measures the distortion of `brdf`, in luminance, in the 3-D form of a parametrization. An
-/// anisotropic BRDF is seen with its half vector (spherical: its view) at azimuth 0.
-///
-/// # Panics
-/// If `form` has four axes.
-pub fn distortion(
-    brdf: &dyn Brdf,
-    scale: Scale,
-    form: &dyn Parametrization,
-    weight: Weight,
-) -> Distortion {
-    distortion_within(brdf, scale, form, weight, WHOLE)
-}
-
-/// [`distortion`] on a part of the plane of the first two axes: `window` is where it starts and
-/// ends along each, as shares of the axis.
-///
-/// # Panics
-/// If `form` has four axes.
-pub fn distortion_within(
-    brdf: &dyn Brdf,
-    scale: Scale,
-    form: &dyn Parametrization,
-    weight: Weight,
-    window: [[f64; 2]; 2],
-) -> Distortion {
-    let axes = form.axes();
-    let view = View::new(brdf, scale, form, weight, window);
-    let cell = |i: usize| axes[2].range[0] + axes[2].length() * (i as f64 + 0.5) / PHI_CELLS as f64;
-    let block = view.nodes(&std::array::from_fn::<_, PHI_CELLS, _>(cell));
-    let typical = block.typical();
-    let slices = slice_angles(&axes[2]).into_iter().map(|phi| {
-        let plane = view.nodes(&[phi]);
-        SliceDistortion {
-            phi,
-            physical: plane.physical(),
-            shares: plane.shares(),
-            deviation: block.variance().map(|v| plane.deviation(&typical) / v),
-        }
-    });
-    Distortion {
-        slices: slices.collect(),
-        physical: block.physical(),
-        shares: block.shares(),
-    }
-}
-
-/// A BRDF in a form, its scale, weight and window.
-struct View<'a> {
+/// A BRDF, in luminance and on a scale, in the 3-D form of a parametrization. An anisotropic BRDF is seen with its half
+/// vector (spherical: its view) at azimuth 0.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
     brdf: &'a dyn Brdf,
     scale: Scale,
     form: &'a dyn Parametrization,
@@ -245,12 +155,15 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn new(
+    /// A BRDF on the whole plane of the first two axes.
+    ///
+    /// # Panics
+    /// If `form` has four axes.
+    pub fn new(
         brdf: &'a dyn Brdf,
         scale: Scale,
         form: &'a dyn Parametrization,
         weight: Weight,
-        window: [[f64; 2]; 2],
     ) -> Self {
         assert_eq!(
             form.axes().len(),
@@ -262,7 +175,45 @@ impl<'a> View<'a> {
             scale,
             form,
             weight,
-            window,
+            window: [[0.0, 1.0]; 2],
+        }
+    }
+
+    /// The same on a part of that plane: where it starts and ends along each axis, as shares of the axis.
+    #[must_use]
+    pub fn within(self, window: [[f64; 2]; 2]) -> Self {
+        Self { window, ..self }
+    }
+
+    /// Measures the distortion.
+    pub fn distortion(&self) -> Distortion {
+        let azimuth = &self.form.axes()[2];
+        let cell =
+            |i: usize| azimuth.range[0] + azimuth.length() * (i as f64 + 0.5) / PHI_CELLS as f64;
+        let block = self.nodes(&std::array::from_fn::<_, PHI_CELLS, _>(cell));
+        let (typical, variance) = (block.typical(), block.variance());
+        let slices = slice_angles(azimuth).into_iter().map(|phi| {
+            let plane = self.nodes(&[phi]);
+            SliceDistortion {
+                phi,
+                physical: plane.physical(),
+                shares: plane.shares(),
+                deviation: variance.map(|v| plane.deviation(&typical) / v),
+            }
+        });
+        Distortion {
+            slices: slices.collect(),
+            physical: block.physical(),
+            shares: block.shares(),
+        }
+    }
+
+    /// The energies of the gradient where [`distortion`](Self::distortion) measures shares of the variance, which takes less time.
+    /// Derivatives are those per whole axis.
+    pub fn gradients(&self) -> Gradients {
+        Gradients {
+            slices: slice_angles(&self.form.axes()[2]).map(|phi| self.gradient(Some(phi))),
+            all: self.gradient(None),
         }
     }
 

@@ -17,8 +17,8 @@ pub use anisotropy::{Anisotropy, Quantiles, anisotropy, stretches};
 pub use claims::{Claim, Verdict, on_material, on_materials, on_test_functions};
 pub use density::{Density, fine_and_plain, is_within};
 pub use distortion::{
-    Distortion, Gradient, Gradients, LATTICE, PHI_CELLS, SliceDistortion, Weight, distortion,
-    distortion_within, gradients, gradients_within, slice_angles,
+    Distortion, Gradient, Gradients, LATTICE, PHI_CELLS, SliceDistortion, View, Weight,
+    slice_angles,
 };
 pub use reduction::{Averaging, reduced};
 pub use shares::{Cell, Shares};
@@ -27,34 +27,26 @@ pub use symmetry::{
     Deviation, Deviations, SYMMETRY_TOLERANCE, Saving, deviations, savings, symmetry_pairs,
 };
 
+use crate::registry::named;
 use serde::Serialize;
 
 /// ε (sr⁻¹) of [`Scale::Log`], the floor of the metric `log_relative`.
 const FLOOR: f64 = 1e-3;
 
-/// Scale on which a function is analysed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scale {
-    /// f itself: for the functions F, S and G of Barla et al. Of a glossy BRDF it sees the peak
-    /// alone.
-    Value,
-    /// ln(f + 1e-3 sr⁻¹): ratios, as the eye and the metric `log_relative` see a BRDF.
-    Log,
+named! {
+    /// Scale on which a function is analysed.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Scale {
+        /// f itself: for the functions F, S and G of Barla et al. Of a glossy BRDF it sees the peak
+        /// alone.
+        Value = "value",
+        /// ln(f + 1e-3 sr⁻¹): ratios, as the eye and the metric `log_relative` see a BRDF.
+        Log = "log",
+    }
 }
 
 impl Scale {
-    /// Every scale.
-    pub const ALL: [Scale; 2] = [Scale::Value, Scale::Log];
-
-    /// Name in result files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Scale::Value => "value",
-            Scale::Log => "log",
-        }
-    }
-
     /// The analysed number of a value f ≥ 0 (sr⁻¹).
     #[inline]
     pub fn of(self, f: f64) -> f64 {

@@ -11,7 +11,9 @@
 use crate::brdf::Brdf;
 use crate::geometry::DirectionPair;
 use crate::metrics::{self, Values};
+use crate::numeric::last_where;
 use crate::parametrization::{Axis, Coords, Parametrization};
+use crate::registry::named;
 use crate::sampling::gauss_legendre;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -22,30 +24,18 @@ const NODES: usize = 32;
 /// Pairs that are reduced together: their nodes fill some megabytes.
 const CHUNK: usize = 2048;
 
-/// Measure of the average of the values at one place of the first two axes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Averaging {
-    /// Over equal steps of the azimuth, as a grid of measurements would.
-    Uniform,
-    /// Over d omega_i d omega_o: the same whatever the coordinates.
-    SolidAngle,
-    /// Over cos θ_i cos θ_o d omega_i d omega_o: the same whatever the coordinates; the best
-    /// approximation in the mean square over a diffuse room.
-    Cosine,
-}
-
-impl Averaging {
-    /// Every averaging.
-    pub const ALL: [Averaging; 3] = [Averaging::Uniform, Averaging::SolidAngle, Averaging::Cosine];
-
-    /// Name in result files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Averaging::Uniform => "uniform",
-            Averaging::SolidAngle => "solid-angle",
-            Averaging::Cosine => "cosine",
-        }
+named! {
+    /// Measure of the average of the values at one place of the first two axes.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Averaging {
+        /// Over equal steps of the azimuth, as a grid of measurements would.
+        Uniform = "uniform",
+        /// Over d omega_i d omega_o: the same whatever the coordinates.
+        SolidAngle = "solid-angle",
+        /// Over cos θ_i cos θ_o d omega_i d omega_o: the same whatever the coordinates; the best
+        /// approximation in the mean square over a diffuse room.
+        Cosine = "cosine",
     }
 }
 
@@ -156,15 +146,6 @@ fn last(inside: f64, end: f64, physical: impl Fn(f64) -> bool) -> f64 {
     if physical(end) {
         return end;
     }
-    let (mut good, mut bad) = (inside, end);
     // 2^-50 of π/2 is rounding.
-    for _ in 0..50 {
-        let middle = 0.5 * (good + bad);
-        if physical(middle) {
-            good = middle;
-        } else {
-            bad = middle;
-        }
-    }
-    good
+    last_where(inside, end, 50, physical)
 }

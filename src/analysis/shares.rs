@@ -44,15 +44,11 @@ impl Shares {
             return None;
         }
         let sums = Sums::of(nodes, cells, mean);
-        let between = |groups: &[[f64; 2]]| {
-            let filled = groups.iter().filter(|g| g[0] > 0.0);
-            filled.map(|[w, s]| s * s / w).sum::<f64>() / variance
-        };
-        let [first, second] = [&sums.lines[0], &sums.lines[1]].map(|g| between(g));
+        let share = |explained: f64| (explained / variance).min(1.0);
         Some(Shares {
-            axis: [first.min(1.0), second.min(1.0)],
-            additive: (sums.additive() / variance).min(1.0),
-            both: between(&sums.places).min(1.0),
+            axis: sums.lines.each_ref().map(|line| share(explained(line))),
+            additive: share(sums.additive()),
+            both: share(explained(&sums.places)),
         })
     }
 }
@@ -112,7 +108,12 @@ impl Sums {
         let pairs = parts.eigenvalues.iter().zip(turned.iter());
         let kept = pairs.filter(|(e, _)| **e > 1e-10 * largest);
         let added: f64 = kept.map(|(e, t)| t * t / e).sum();
-        let filled = across.iter().filter(|g| g[0] > 0.0);
-        filled.map(|[w, s]| s * s / w).sum::<f64>() + added
+        explained(across) + added
     }
+}
+
+/// The sum of squares that the averages of groups explain.
+fn explained(groups: &[[f64; 2]]) -> f64 {
+    let filled = groups.iter().filter(|g| g[0] > 0.0);
+    filled.map(|[w, s]| s * s / w).sum()
 }

@@ -14,6 +14,7 @@ use crate::brdf::Brdf;
 use crate::geometry::{Direction, DirectionPair};
 use crate::instrument::Machine;
 use crate::metrics;
+use crate::numeric::last_where;
 use crate::parametrization::{self, Coords, Parametrization, WarpSpec};
 use crate::sampling::{Random, Sobol, gauss_legendre};
 use rayon::prelude::*;
@@ -274,17 +275,7 @@ impl Subset {
     fn quarter(&self, x: f64, y: f64, [lo, hi]: [f64; 2], rule: &[(f64, f64)]) -> f64 {
         let physical = |phi: f64| self.form.inverse(&[x, y, phi, 0.0]).is_some();
         let at = |i: usize| lo + (hi - lo) * i as f64 / PROBES as f64;
-        let edge = |mut inside: f64, mut outside: f64| {
-            for _ in 0..45 {
-                let middle = 0.5 * (inside + outside);
-                if physical(middle) {
-                    inside = middle;
-                } else {
-                    outside = middle;
-                }
-            }
-            inside
-        };
+        let edge = |inside: f64, outside: f64| last_where(inside, outside, 45, physical);
         let mut sum = 0.0;
         let mut start = physical(lo).then_some(lo);
         for i in 1..=PROBES {

@@ -18,10 +18,11 @@
 //! called anisotropic for being interpolated.
 
 use crate::brdf::Brdf;
-use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::geometry::{DirectionPair, Symmetry};
 use crate::metrics::{self, Measure, MetricsSpec, Values};
 use crate::parametrization::{self, Axis, Unit};
 use glam::{DMat3, DVec3};
+use serde::Serialize;
 
 /// Default error up to which a symmetry holds. Models reach 1e-12, the
 /// cells of a table 1e-3, repeated measurements of one material about this.
@@ -111,23 +112,18 @@ pub fn deviations(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Deviations {
     };
     let turned = |degrees: f64| {
         let turn = DMat3::from_rotation_z(degrees.to_radians());
-        move |pair: &DirectionPair| mapped(pair, |v| turn * v)
+        move |pair: &DirectionPair| pair.map(|v| turn * v)
     };
     let turns = TURNS_DEG.map(turned);
     let flipped = |x: f64, y: f64| {
         let flip = DVec3::new(x, y, 1.0);
-        move |pair: &DirectionPair| mapped(pair, |v| v * flip)
+        move |pair: &DirectionPair| pair.map(|v| v * flip)
     };
     Deviations {
         isotropy: against(&turns.each_ref().map(|t| t as &dyn Fn(&_) -> _)),
         reciprocity: against(&[&DirectionPair::swapped]),
         bilateral: against(&[&flipped(1.0, -1.0), &flipped(-1.0, 1.0)]),
     }
-}
-
-fn mapped(pair: &DirectionPair, map: impl Fn(DVec3) -> DVec3) -> DirectionPair {
-    let direction = |d: Direction| Direction::from_unit(map(d.vector()));
-    DirectionPair::new(direction(pair.omega_i), direction(pair.omega_o))
 }
 
 /// Sums over the comparisons of one law.
@@ -176,7 +172,7 @@ impl Tally {
 }
 
 /// The part of a parametrization's domain that is left to be measured.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Saving {
     /// The parametrization.
     pub parametrization: &'static str,
@@ -191,10 +187,7 @@ pub struct Saving {
 /// The savings by the symmetries in every parametrization. The number of copies is the same in all,
 /// as it belongs to the pairs; the axis that gets shorter is not.
 pub fn savings(symmetry: Symmetry) -> Vec<Saving> {
-    let unfolded = Symmetry {
-        isotropic: symmetry.isotropic,
-        ..Symmetry::NONE
-    };
+    let unfolded = Symmetry::NONE.with_isotropy(symmetry.isotropic);
     let entries = parametrization::all().into_iter();
     entries
         .map(|entry| {

@@ -4,7 +4,7 @@ use super::front::front_of;
 use super::row::{cases, grouped};
 use super::{Diagram, Machine, Row, Section};
 use crate::error::Error;
-use crate::report::{self, Axis, Mark, Panel, Scale, Series};
+use crate::report::{self, Axis, Mark, Panel, Series, each_once};
 
 /// A panel for each case and diagram: a line for each choice, or dots where there are many of a colour, and a dashed
 /// line through the front.
@@ -12,13 +12,7 @@ use crate::report::{self, Axis, Mark, Panel, Scale, Series};
 /// # Errors
 /// As [`report::svg`].
 pub fn svg(section: &Section, rows: &[Row], machine: &Machine) -> Result<String, Error> {
-    let mut colors: Vec<&str> = Vec::new();
-    for row in rows {
-        let name = row.names[section.color].as_str();
-        if !colors.contains(&name) {
-            colors.push(name);
-        }
-    }
+    let colors = each_once(rows.iter().map(|row| row.names[section.color].as_str()));
     let panels: Vec<Panel> = cases(rows)
         .iter()
         .flat_map(|case| {
@@ -32,11 +26,7 @@ pub fn svg(section: &Section, rows: &[Row], machine: &Machine) -> Result<String,
 
 fn axis(section: &Section, column: &str) -> Axis {
     let summary = section.place(column).map(|at| section.columns[at].summary);
-    Axis {
-        label: summary.map_or(column.into(), |s| format!("{column}: {s}")),
-        scale: Scale::Log,
-        range: None,
-    }
+    Axis::log(summary.map_or(column.into(), |s| format!("{column}: {s}")))
 }
 
 fn panel(section: &Section, diagram: &Diagram, case: &[&Row], colors: &[&str]) -> Panel {
@@ -53,26 +43,15 @@ fn panel(section: &Section, diagram: &Diagram, case: &[&Row], colors: &[&str]) -
             let x = section.number(row, diagram.x)?;
             Some((x, section.number(row, diagram.y)))
         };
-        series.push(Series {
-            name: (*name).into(),
-            color,
-            mark,
-            points: ladders.iter().flatten().filter_map(point).collect(),
-        });
+        let points = ladders.iter().flatten().filter_map(point);
+        series.push(Series::new(*name, color, mark, points));
     }
     if diagram.has_front {
         let front = front_of(section, diagram, case).into_iter();
-        series.push(Series {
-            name: "no other is as good for less".into(),
-            color: colors.len(),
-            mark: Mark::Dashed,
-            points: front.map(|(_, [x, y])| (x, Some(y))).collect(),
-        });
+        let points = front.map(|(_, [x, y])| (x, Some(y)));
+        let name = "no other is as good for less";
+        series.push(Series::new(name, colors.len(), Mark::Dashed, points));
     }
-    Panel {
-        title: case[0].case().into(),
-        x: axis(section, diagram.x),
-        y: axis(section, diagram.y),
-        series,
-    }
+    let axes = [diagram.x, diagram.y].map(|column| axis(section, column));
+    Panel::new(case[0].case(), axes, series)
 }

@@ -185,6 +185,18 @@ pub struct Ladder {
 type Pilot = dyn Fn() -> Result<Vec<[f64; 2]>, String>;
 
 impl Ladder {
+    /// A choice whose rungs take in proportion to their work.
+    pub fn new(
+        names: impl IntoIterator<Item = impl Into<String>>,
+        rungs: impl IntoIterator<Item = Rung>,
+    ) -> Self {
+        Self {
+            names: names.into_iter().map(Into::into).collect(),
+            rungs: rungs.into_iter().collect(),
+            pilot: None,
+        }
+    }
+
     /// Seconds of each rung. What is run for that warms up.
     pub(super) fn seconds(&self, effort: Effort) -> Result<Vec<f64>, String> {
         let expected = match &self.pilot {
@@ -199,11 +211,8 @@ impl Ladder {
         let Some(first) = self.rungs.first() else {
             return Ok(Vec::new());
         };
-        let once = Effort {
-            enough: 0.0,
-            long: 0.0,
-        };
-        let ran = first.run(once, &|| true)?;
+        let [enough, long] = [0.0; 2];
+        let ran = first.run(Effort { enough, long }, &|| true)?;
         let of = |rung: &Rung| [ran.pass * rung.work / first.work, ran.judging];
         Ok(self.rungs.iter().map(of).collect())
     }

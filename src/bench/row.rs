@@ -1,6 +1,6 @@
 //! Rows: one rung each.
 
-use super::{Section, Times, Value};
+use super::{Times, Value};
 
 /// What was measured on a rung.
 #[derive(Clone, Debug)]
@@ -47,15 +47,4 @@ pub(super) fn grouped<'a, K: PartialEq>(
         }
     }
     groups.into_iter().map(|(_, group)| group).collect()
-}
-
-/// Columns of files: names and numbers of a row, each with its uncertainty.
-pub(super) fn head(section: &Section) -> Vec<String> {
-    let mut head: Vec<String> = section.names.iter().map(|&n| n.into()).collect();
-    head.extend(["seconds", "seconds_min", "seconds_max", "repeats"].map(Into::into));
-    for column in section.columns {
-        head.push(column.name.into());
-        head.extend(column.uncertainty.map(Into::into));
-    }
-    head
 }

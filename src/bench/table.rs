@@ -1,9 +1,10 @@
 //! Rows as text, CSV and JSON.
 
 use super::front::{front_of, is_on_fronts};
-use super::row::{cases, head};
+use super::row::cases;
 use super::{Machine, Row, Section, Task};
-use serde_json::{Map, Value as Json};
+use crate::report::schema::{Cell, Schema, columns};
+use serde_json::Value as Json;
 use std::io::{self, Write};
 
 /// Widths of the columns of a table for people.
@@ -102,28 +103,40 @@ pub fn fronts(section: &Section, rows: &[Row]) -> String {
     out
 }
 
-/// A row by the names of its columns, numbers in full.
-fn record(section: &Section, row: &Row, is_on: &[bool]) -> Vec<Json> {
-    let mut cells: Vec<Json> = row.names.iter().map(|n| n.as_str().into()).collect();
-    let times = row.times;
-    cells.extend([times.median, times.min, times.max].map(Json::from));
-    cells.push(times.repeats.into());
-    for (value, column) in row.values.iter().zip(section.columns) {
-        cells.push(value.value.map_or(Json::Null, Json::from));
-        if column.uncertainty.is_some() {
-            cells.push(value.uncertainty.map_or(Json::Null, Json::from));
-        }
-    }
-    cells.extend(is_on.iter().map(|&on| Json::from(on)));
-    cells
+/// A row, and whether it is on each front.
+type Placed<'a> = (&'a Row, Vec<bool>);
+
+fn placed<'a>(section: &Section, rows: &'a [Row]) -> impl Iterator<Item = Placed<'a>> {
+    rows.iter().zip(is_on_fronts(section, rows))
 }
 
-/// Names of all columns.
-fn columns(section: &Section) -> Vec<String> {
-    let mut columns = head(section);
+/// Columns of files: names and numbers of a row in full, each with its uncertainty, and whether it is on each front.
+fn schema<'a>(section: &Section) -> Schema<Placed<'a>> {
+    let mut schema = Schema::new();
+    for (i, name) in section.names.iter().enumerate() {
+        schema = schema.and(columns! { (row, _) in Placed<'a>; *name => row.names[i].as_str(), });
+    }
+    schema = schema.and(columns! { (row, _) in Placed<'a>;
+        "seconds" => Json::from(row.times.median),
+        "seconds_min" => Json::from(row.times.min),
+        "seconds_max" => Json::from(row.times.max),
+        "repeats" => row.times.repeats,
+    });
+    for (i, column) in section.columns.iter().enumerate() {
+        schema = schema.and(columns! { (row, _) in Placed<'a>;
+            column.name => Json::from(row.values[i].value),
+        });
+        if let Some(name) = column.uncertainty {
+            schema = schema.and(columns! { (row, _) in Placed<'a>;
+                name => Json::from(row.values[i].uncertainty),
+            });
+        }
+    }
     let diagrams = section.diagrams.iter().filter(|d| d.has_front);
-    columns.extend(diagrams.map(super::Diagram::column));
-    columns
+    for (i, diagram) in diagrams.enumerate() {
+        schema = schema.and(columns! { (_, is_on) in Placed<'a>; diagram.column() => is_on[i], });
+    }
+    schema
 }
 
 /// Writes rows with a head; the machine is in each of them.
@@ -136,30 +149,20 @@ pub fn csv(
     machine: &Machine,
     out: &mut dyn Write,
 ) -> io::Result<()> {
+    let schema = schema(section);
     let mut csv = csv::Writer::from_writer(out);
-    let mut head = columns(section);
-    head.extend(["cpu", "threads"].map(Into::into));
-    csv.write_record(head)?;
-    for (row, is_on) in rows.iter().zip(is_on_fronts(section, rows)) {
-        let cell = |json: Json| match json {
-            Json::Null => String::new(),
-            Json::String(text) => text,
-            json => json.to_string(),
-        };
-        let mut cells: Vec<String> = record(section, row, &is_on).into_iter().map(cell).collect();
-        cells.extend([machine.cpu.clone(), machine.threads.to_string()]);
-        csv.write_record(cells)?;
+    csv.write_record(schema.names().chain(["cpu", "threads"]))?;
+    let of_machine = [machine.cpu.clone(), machine.threads.to_string()];
+    for row in placed(section, rows) {
+        csv.write_record(schema.cells(&row).map(Cell::text).chain(of_machine.clone()))?;
     }
     csv.flush()
 }
 
 /// Rows as JSON objects.
 pub fn json(section: &Section, rows: &[Row]) -> Json {
-    let columns = columns(section);
-    let object = |(row, is_on): (&Row, Vec<bool>)| {
-        let cells = record(section, row, &is_on);
-        Json::Object(columns.iter().cloned().zip(cells).collect::<Map<_, _>>())
-    };
-    let rows = rows.iter().zip(is_on_fronts(section, rows));
-    Json::Array(rows.map(object).collect())
+    let schema = schema(section);
+    placed(section, rows)
+        .map(|row| schema.object(&row))
+        .collect()
 }

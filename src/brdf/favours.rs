@@ -1,53 +1,34 @@
 //! Coordinates that a truth favours, so that no comparison of parametrizations hides its bias.
 
+use crate::registry::named;
 use serde::{Deserialize, Serialize};
 
-/// The coordinates that a BRDF favours by its formula or by how it was tabulated.
-///
-/// A lobe that is a function of one coordinate is constant along all other axes: whoever samples
-/// along that axis needs fewer nodes than whoever does not, and a comparison on such a truth says
-/// as much about the truth as about the parametrization. Terms that all models of a kind share (Fresnel,
-/// shadowing, cosines) vary slowly and are left out of account.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Favours {
-    /// A distribution of theta_h (and phi_h): an axis of half/difference coordinates.
-    HalfAngle,
-    /// A distribution of |h_bar|: an axis of orthographic and hybrid coordinates (and of Stark's, squared).
-    ProjectedHalf,
-    /// None: no dominant factor is constant along the axes of one parametrization.
-    Neither,
-    /// A table over half/difference coordinates, denser at small theta_h.
-    HalfDifferenceTable,
-    /// A table over spherical coordinates.
-    SphericalTable,
-    /// A reconstruction of readings.
-    Reconstruction,
+named! {
+    /// The coordinates that a BRDF favours by its formula or by how it was tabulated.
+    ///
+    /// A lobe that is a function of one coordinate is constant along all other axes: whoever samples
+    /// along that axis needs fewer nodes than whoever does not, and a comparison on such a truth says
+    /// as much about the truth as about the parametrization. Terms that all models of a kind share (Fresnel,
+    /// shadowing, cosines) vary slowly and are left out of account.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Favours {
+        /// A distribution of theta_h (and phi_h): an axis of half/difference coordinates.
+        HalfAngle = "theta_h",
+        /// A distribution of |h_bar|: an axis of orthographic and hybrid coordinates (and of Stark's, squared).
+        ProjectedHalf = "h_bar",
+        /// None: no dominant factor is constant along the axes of one parametrization.
+        Neither = "neither",
+        /// A table over half/difference coordinates, denser at small theta_h.
+        HalfDifferenceTable = "half-difference table",
+        /// A table over spherical coordinates.
+        SphericalTable = "spherical table",
+        /// A reconstruction of readings.
+        Reconstruction = "reconstruction",
+    }
 }
 
 impl Favours {
-    /// Every kind of favour, in the order of reports.
-    pub const ALL: [Favours; 6] = [
-        Favours::HalfAngle,
-        Favours::ProjectedHalf,
-        Favours::Neither,
-        Favours::HalfDifferenceTable,
-        Favours::SphericalTable,
-        Favours::Reconstruction,
-    ];
-
-    /// Name in reports: the coordinate, or the table.
-    pub fn name(self) -> &'static str {
-        match self {
-            Favours::HalfAngle => "theta_h",
-            Favours::ProjectedHalf => "h_bar",
-            Favours::Neither => "neither",
-            Favours::HalfDifferenceTable => "half-difference table",
-            Favours::SphericalTable => "spherical table",
-            Favours::Reconstruction => "reconstruction",
-        }
-    }
-
     /// One sentence about the bias, for a report.
     pub fn reason(self) -> &'static str {
         match self {

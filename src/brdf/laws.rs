@@ -177,7 +177,7 @@ pub fn isotropy(brdf: &dyn Brdf, pairs: &[DirectionPair], seed: u64) -> Deviatio
     for (i, pair) in (0..).zip(pairs) {
         let [u] = random.point(i);
         let turn = DMat3::from_rotation_z(TAU * u);
-        found.compare(brdf, pair, &mapped(pair, |v| turn * v));
+        found.compare(brdf, pair, &pair.map(|v| turn * v));
     }
     found
 }
@@ -188,15 +188,10 @@ pub fn bilateral_symmetry(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Deviation
     let mut found = Deviation::default();
     for pair in pairs {
         for flip in [DVec3::new(1.0, -1.0, 1.0), DVec3::new(-1.0, 1.0, 1.0)] {
-            found.compare(brdf, pair, &mapped(pair, |v| v * flip));
+            found.compare(brdf, pair, &pair.map(|v| v * flip));
         }
     }
     found
-}
-
-fn mapped(pair: &DirectionPair, map: impl Fn(DVec3) -> DVec3) -> DirectionPair {
-    let direction = |d: Direction| Direction::from_unit(map(d.vector()));
-    DirectionPair::new(direction(pair.omega_i), direction(pair.omega_o))
 }
 
 impl Deviation {

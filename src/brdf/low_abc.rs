@@ -24,16 +24,16 @@
 //! except where h vanishes too (the floor on the denominator holds it there). A is a fitted
 //! height, not a normalisation: energy conservation is not declared.
 
-use super::half_vector::half_above;
+use super::half_vector::unit_half;
 use super::microfacet::fresnel;
-use super::spectrum::scaled;
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, Spectrum, Tables};
-use crate::error::in_closed;
+use super::shape::{Shape, Shaped};
+use super::spectrum::Limited;
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Roughness, Spectrum};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Table, keys};
 use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Deserializer};
 use std::f64::consts::FRAC_1_PI;
 
 /// The microfacet model.
@@ -85,32 +85,21 @@ pub struct LowAbcSpec {
     pub parameters: LowAbcParameters,
 }
 
-/// The parameters of either model; the defaults are the published microfacet fit to MERL's gold-paint.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LowAbcParameters {
-    /// Diffuse albedo in [0, 1].
-    pub k_d: Spectrum,
-    /// Height of the peak, 0 or more.
-    pub a: Spectrum,
-    /// Inverse squared width of the peak, 0 or more; one number or [along t, along b].
-    #[serde(deserialize_with = "inverse_width")]
-    pub b: Roughness,
-    /// Fall-off of the tail, 0 to 100.
-    pub c: f64,
-    /// Index of refraction, 1 to 1000.
-    pub ior: f64,
-}
-
-impl Default for LowAbcParameters {
-    fn default() -> Self {
-        Self {
-            k_d: Spectrum::Rgb([0.150463, 0.080224, 0.022239]),
-            a: Spectrum::Rgb([1.010258, 0.811582, 0.504538]),
-            b: Roughness::Isotropic(46.942558),
-            c: 1.75667,
-            ior: 7.93611,
-        }
+keys! {
+    /// The parameters of either model; the defaults are the published microfacet fit to MERL's gold-paint. Published
+    /// fits reach a = 6e3 and b = 8e6; the ranges only keep products finite.
+    pub struct LowAbcParameters(channels: &Channels) {
+        /// Diffuse albedo.
+        k_d: Spectrum = Spectrum::Rgb([0.150463, 0.080224, 0.022239]), in 0.0..=1.0;
+        /// Height of the peak.
+        a: Spectrum = Spectrum::Rgb([1.010258, 0.811582, 0.504538]), in 0.0..=1e12;
+        /// Inverse squared width of the peak; one number or [along t, along b].
+        #[serde(deserialize_with = "inverse_width")]
+        b: Roughness = Roughness::Isotropic(46.942558), in 0.0..=1e12;
+        /// Fall-off of the tail.
+        c: f64 = 1.75667, in 0.0..=100.0;
+        /// Index of refraction.
+        ior: f64 = 7.93611, in 1.0..=1e3;
     }
 }
 
@@ -140,16 +129,7 @@ impl BrdfSpec for LowAbcSpec {
     }
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
-        let p = &self.parameters;
-        p.k_d.check("k_d", 0.0, 1.0, channels)?;
-        // Published fits reach a = 6e3 and b = 8e6; the limits only keep products finite.
-        p.a.check("a", 0.0, 1e12, channels)?;
-        for b in p.b.xy() {
-            in_closed("b", b, 0.0, 1e12)?;
-        }
-        in_closed("c", p.c, 0.0, 100.0)?;
-        in_closed("ior", p.ior, 1.0, 1e3)?;
-        Ok(())
+        Ok(self.parameters.check_keys(channels)?)
     }
 
     fn favours(&self) -> Favours {
@@ -167,21 +147,15 @@ impl BrdfSpec for LowAbcSpec {
             channels,
         )))
     }
-
-    fn tables(&self) -> Tables {
-        Tables::NONE
-    }
 }
 
 /// An ABC BRDF.
+pub type LowAbc = Shaped<Abc>;
+
+/// F times the fall-off of a peak of height 1, and G/(cos θ_i cos θ_o) of facets.
 #[derive(Clone, Debug)]
-pub struct LowAbc {
-    channels: Channels,
+pub struct Abc {
     surface: Surface,
-    /// k_d/π.
-    diffuse: Vec<f64>,
-    /// A/π with facets, A without.
-    peak: Vec<f64>,
     /// B along t and along b.
     b: [f64; 2],
     isotropic: bool,
@@ -197,18 +171,18 @@ impl LowAbc {
             Surface::Microfacet => FRAC_1_PI,
             Surface::Smooth => 1.0,
         };
-        Self {
+        let abc = Abc {
             surface,
-            diffuse: scaled(&p.k_d, &channels, FRAC_1_PI),
-            peak: scaled(&p.a, &channels, scale),
-            channels,
             b: p.b.xy(),
             isotropic: p.b.is_isotropic(),
             c: p.c,
             excess: fresnel::excess(p.ior),
-        }
+        };
+        Self::of((&p.k_d, FRAC_1_PI), (&p.a, scale), abc, channels)
     }
+}
 
+impl Abc {
     /// (1 + B x)^−C.
     #[inline]
     fn fall_off(&self, b_x: f64) -> f64 {
@@ -216,32 +190,16 @@ impl LowAbc {
     }
 }
 
-impl Brdf for LowAbc {
-    fn channels(&self) -> &Channels {
-        &self.channels
-    }
+impl Shape for Abc {
+    const IS_SAMPLED: bool = false;
 
     fn symmetry(&self) -> Symmetry {
-        Symmetry {
-            isotropic: self.isotropic,
-            ..Symmetry::ORTHOTROPIC
-        }
-    }
-
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-
-    fn is_mirrored(&self) -> bool {
-        true
+        Symmetry::ORTHOTROPIC.with_isotropy(self.isotropic)
     }
 
     #[inline]
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let Some((h, cos_d)) = half_above(pair) else {
-            out.fill(0.0);
-            return Presence::Present;
-        };
+    fn value(&self, pair: &DirectionPair) -> f64 {
+        let (h, cos_d) = unit_half(pair);
         // B sin²θ_h.
         let [b_x, b_y] = self.b;
         let b_sin2 = b_x * (h.x * h.x) + b_y * (h.y * h.y);
@@ -254,10 +212,6 @@ impl Brdf for LowAbc {
             }
             Surface::Smooth => self.fall_off(b_sin2 * cos_d * cos_d),
         };
-        let lobe = shape * fresnel::dielectric(self.excess, cos_d);
-        for ((out, diffuse), peak) in out.iter_mut().zip(&self.diffuse).zip(&self.peak) {
-            *out = diffuse + peak * lobe;
-        }
-        Presence::Present
+        shape * fresnel::dielectric(self.excess, cos_d)
     }
 }

@@ -5,6 +5,7 @@
 mod bounces;
 mod channels;
 mod favours;
+mod formula;
 mod half_vector;
 mod lambert;
 pub mod laws;
@@ -12,19 +13,20 @@ mod low_abc;
 pub(crate) mod marks;
 pub mod measured;
 pub mod microfacet;
+mod observed;
 mod oren_nayar;
 mod phong;
 mod retro_reflective;
 mod roughness;
+mod shape;
 mod sheen;
 mod shifted_gamma;
 mod spectrum;
 mod sum;
 mod test_functions;
-#[cfg(test)]
+#[cfg(any(test, feature = "stability"))]
 pub(crate) mod testing;
 mod ward;
-mod watched;
 
 pub(crate) use bounces::SumErrors;
 pub use bounces::{CLASSES, LightPath, Part, Source, Split, SplitBrdf, SplitErrors};
@@ -33,21 +35,23 @@ pub use favours::Favours;
 pub use lambert::{Lambert, LambertSpec};
 pub use low_abc::{LowAbc, LowAbcParameters, LowAbcSpec, Surface};
 pub use marks::Marks;
+pub use observed::ObservedBrdf;
 pub use oren_nayar::{OrenNayar, OrenNayarSpec};
 pub use phong::{Phong, PhongSpec};
 pub use retro_reflective::{RetroReflective, RetroReflectiveSpec};
 pub use roughness::Roughness;
+pub use shape::{Shape, Shaped};
 pub use sheen::{Sheen, SheenSpec};
 pub use shifted_gamma::{ShiftedGamma, ShiftedGammaSpec};
+pub(crate) use spectrum::Limited;
 pub use spectrum::{SampledSpectrum, Spectrum};
 pub use sum::{ComponentSpec, Sum, SumSpec};
 pub use test_functions::{TestFunction, TestFunctionSpec};
 pub use ward::{Ward, WardSpec};
-pub use watched::Watched;
 
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
+use crate::registry::{self, ReadError, family};
 use smallvec::SmallVec;
 
 use std::path::{Path, PathBuf};
@@ -80,7 +84,9 @@ pub trait Brdf: Send + Sync {
     fn symmetry(&self) -> Symmetry;
 
     /// True if the directional albedo is at most 1 for every view, by construction.
-    fn conserves_energy(&self) -> bool;
+    fn conserves_energy(&self) -> bool {
+        false
+    }
 
     /// True if values and their presence are the same, to rounding, mirrored through the plane of tangent and normal: then
     /// moments of a slice take its half at φ ≥ 0, and those that are odd in φ are 0. A formula can promise it. A measured
@@ -155,6 +161,24 @@ pub trait SampleBrdf: Brdf {
     fn pdf(&self, pair: &DirectionPair) -> f64;
 }
 
+/// The facts of a wrapper that are those of the BRDF in one of its fields.
+macro_rules! of_wrapped {
+    ($field:tt) => {
+        fn channels(&self) -> &$crate::brdf::Channels {
+            self.$field.channels()
+        }
+
+        fn symmetry(&self) -> $crate::geometry::Symmetry {
+            self.$field.symmetry()
+        }
+
+        fn conserves_energy(&self) -> bool {
+            self.$field.conserves_energy()
+        }
+    };
+}
+pub(crate) use of_wrapped;
+
 /// A material as a config writes it, checked and turned into a BRDF in two steps, so that a
 /// wrong value costs one second and a large table is only loaded when its turn comes.
 pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
@@ -217,8 +241,10 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     /// Builds the BRDF for a scene in `channels`.
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError>;
 
-    /// The files this material reads and the tables it holds; [`Tables::NONE`] for a formula.
-    fn tables(&self) -> Tables;
+    /// The files this material reads and the tables it holds; those of a formula unless it says otherwise.
+    fn tables(&self) -> Tables {
+        Tables::NONE
+    }
 }
 
 /// What a material reads, and what it holds once it is built.
@@ -259,10 +285,7 @@ impl BuildError {
     /// The same of a table inside another, with its key spelled from the outer one.
     pub fn within(self, table: &str) -> Self {
         match self {
-            BuildError::Parameter(mut e) => {
-                e.key = format!("{table}.{}", e.key);
-                e.into()
-            }
+            BuildError::Parameter(e) => e.within(table).into(),
             data => data,
         }
     }
@@ -276,10 +299,8 @@ impl BuildError {
     }
 }
 
-static JOINED: Joined<dyn BrdfSpec> = Joined::new();
-
-fn built_in() -> Vec<Entry<dyn BrdfSpec>> {
-    vec![
+family! {
+    "material": dyn BrdfSpec = [
         lambert::ENTRY,
         oren_nayar::ENTRY,
         phong::ENTRY,
@@ -304,25 +325,7 @@ fn built_in() -> Vec<Entry<dyn BrdfSpec>> {
     ]
 }
 
-/// Every model a config can name.
-pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
-    JOINED.after(built_in())
-}
-
-/// Adds a model of a program's own to [`all`].
-///
-/// # Errors
-/// If one of that kind is there.
-pub fn join(entry: Entry<dyn BrdfSpec>) -> Result<(), Taken> {
-    JOINED.add(built_in(), entry)
-}
-
 /// Reads a material from keys, as [`BrdfSpec::resolved`] gives them.
 pub(crate) fn read_keys(keys: registry::Keys) -> Result<Box<dyn BrdfSpec>, ReadError> {
     registry::read_keys("material", &all(), keys)
-}
-
-/// Reads a material from its config table.
-pub fn read(table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
-    registry::read("material", &all(), table)
 }

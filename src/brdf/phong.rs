@@ -12,98 +12,43 @@
 //! view); a weight zⁿ that grows with z can then only favour the normal. So the albedo is at most
 //! rho_d + rho_s, and energy is conserved exactly when that is at most 1 in every channel.
 
-use super::half_vector::{Mixture, half_above};
-use super::spectrum::{planes, scaled};
-use super::{
-    Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Spectrum, Tables,
-};
-use crate::error::in_closed;
-use crate::geometry::{Direction, DirectionPair, Symmetry};
-use crate::registry::{self, Entry};
+use super::formula::formula;
+use super::half_vector::{Mixture, unit_half};
+use super::shape::{Shape, Shaped};
+use super::spectrum::{Limited, planes};
+use super::{Channels, Spectrum};
+use crate::geometry::{Direction, DirectionPair};
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
-const KIND: &str = "phong";
-
-/// The registry entry.
-pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
-    kind: KIND,
-    summary: "normalised Blinn-Phong: Lambert plus a cosine power of the half vector",
-    examples: &[
+formula! {
+    "phong": "normalised Blinn-Phong: Lambert plus a cosine power of the half vector", [
         "rho_d = 0.3\nrho_s = 0.7\nexponent = 50.0",
         "rho_d = [0.4, 0.1, 0.0]\nrho_s = 0.2\nexponent = 1000.0",
         "rho_d = 0.0\nrho_s = 1.0\nexponent = 2.0",
-    ],
-    read: |table| Ok(Box::new(registry::parse::<PhongSpec>(table)?)),
-};
-
-/// The normalised Blinn–Phong model, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PhongSpec {
-    /// Albedo of the diffuse base in [0, 1].
-    pub rho_d: Spectrum,
-    /// Albedo of the lobe at the normal, in [0, 1].
-    pub rho_s: Spectrum,
-    /// Exponent of cos θ_h, 0 to 10⁶.
-    pub exponent: f64,
-}
-
-impl Default for PhongSpec {
-    fn default() -> Self {
-        Self {
-            rho_d: Spectrum::Grey(0.3),
-            rho_s: Spectrum::Grey(0.5),
-            exponent: 50.0,
-        }
+    ]
+    /// The normalised Blinn–Phong model, as a config writes it.
+    pub struct PhongSpec {
+        /// Albedo of the diffuse base.
+        rho_d: Spectrum = Spectrum::Grey(0.3), in 0.0..=1.0;
+        /// Albedo of the lobe at the normal.
+        rho_s: Spectrum = Spectrum::Grey(0.5), in 0.0..=1.0;
+        /// Exponent of cos θ_h. The unit half vector is good to 1e-16: at 10⁶ the power still has 10 digits.
+        exponent: f64 = 50.0, in 0.0..=1e6;
     }
-}
-
-impl BrdfSpec for PhongSpec {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(KIND, self)
-    }
-
-    fn label(&self) -> String {
-        format!("{KIND}-{}", self.exponent)
-    }
-
-    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
-        self.rho_d.check("rho_d", 0.0, 1.0, channels)?;
-        self.rho_s.check("rho_s", 0.0, 1.0, channels)?;
-        // The unit half vector is good to 1e-16: at n = 10⁶ the power still has 10 digits.
-        in_closed("exponent", self.exponent, 0.0, 1e6)?;
-        Ok(())
-    }
-
-    fn favours(&self) -> Favours {
-        Favours::HalfAngle
-    }
-
-    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check(&channels)?;
-        Ok(Box::new(Phong::new(
-            self.rho_d.clone(),
-            self.rho_s.clone(),
-            self.exponent,
-            channels,
-        )))
-    }
-
-    fn tables(&self) -> Tables {
-        Tables::NONE
-    }
+    label: [exponent],
+    favours: HalfAngle,
+    build: |spec, channels| {
+        Phong::new(spec.rho_d.clone(), spec.rho_s.clone(), spec.exponent, channels)
+    },
 }
 
 /// The normalised Blinn–Phong BRDF.
+pub type Phong = Shaped<CosinePower>;
+
+/// cosⁿ θ_h, above a diffuse base.
 #[derive(Clone, Debug)]
-pub struct Phong {
-    channels: Channels,
-    /// rho_d/π.
-    diffuse: Vec<f64>,
-    /// rho_s C(n).
-    lobe: Vec<f64>,
+pub struct CosinePower {
     exponent: f64,
     mixture: Mixture,
     conserves_energy: bool,
@@ -114,54 +59,26 @@ impl Phong {
     pub fn new(rho_d: Spectrum, rho_s: Spectrum, exponent: f64, channels: Channels) -> Self {
         let n = exponent;
         let c = (n + 2.0) * (n + 4.0) / (8.0 * PI * ((-0.5 * n).exp2() + n));
-        let conserves_energy = planes([&rho_d, &rho_s], &channels).all(|[d, s]| d + s <= 1.0);
-        Self {
-            diffuse: scaled(&rho_d, &channels, FRAC_1_PI),
-            lobe: scaled(&rho_s, &channels, c),
+        let power = CosinePower {
             exponent,
             mixture: Mixture::new(&rho_d, &rho_s),
-            conserves_energy,
-            channels,
-        }
+            conserves_energy: planes([&rho_d, &rho_s], &channels).all(|[d, s]| d + s <= 1.0),
+        };
+        Self::of((&rho_d, FRAC_1_PI), (&rho_s, c), power, channels)
     }
 }
 
-impl Brdf for Phong {
-    fn channels(&self) -> &Channels {
-        &self.channels
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::FULL
-    }
-
+impl Shape for CosinePower {
     fn conserves_energy(&self) -> bool {
         self.conserves_energy
     }
 
-    fn is_mirrored(&self) -> bool {
-        true
-    }
-
     #[inline]
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let Some((h, _)) = half_above(pair) else {
-            out.fill(0.0);
-            return Presence::Present;
-        };
-        let power = h.z.min(1.0).powf(self.exponent);
-        for ((out, diffuse), lobe) in out.iter_mut().zip(&self.diffuse).zip(&self.lobe) {
-            *out = diffuse + lobe * power;
-        }
-        Presence::Present
+    fn value(&self, pair: &DirectionPair) -> f64 {
+        let (h, _) = unit_half(pair);
+        h.z.min(1.0).powf(self.exponent)
     }
 
-    fn as_sample(&self) -> Option<&dyn SampleBrdf> {
-        Some(self)
-    }
-}
-
-impl SampleBrdf for Phong {
     /// The half vector is drawn with density (n + 2)/(2π) cos^(n+1) θ_h.
     fn sample(&self, omega_o: Direction, u: [f64; 2]) -> Option<Direction> {
         self.mixture.sample(omega_o, u, |[u, v]| {

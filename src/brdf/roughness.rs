@@ -1,8 +1,11 @@
 //! The roughness parameter alpha: one number, or one for each tangent axis.
 
-use crate::error::{ParameterError, in_closed};
+use super::Channels;
+use super::spectrum::Limited;
+use crate::error::ParameterError;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::ops::RangeInclusive;
 
 /// Roughness along t and b; a config writes `0.3` or `[0.1, 0.4]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,11 +21,10 @@ pub enum Roughness {
 }
 
 impl Roughness {
-    /// Smallest roughness: a lobe of a micro-radian, five hundred times narrower than the
-    /// resolution of a fine instrument, yet 10 digits above the rounding of a direction.
-    pub const MIN: f64 = 1e-6;
-    /// Largest roughness: slopes of 84°, where every lobe is flat.
-    pub const MAX: f64 = 10.0;
+    /// The smallest is a lobe of a micro-radian, five hundred times narrower than the
+    /// resolution of a fine instrument, yet 10 digits above the rounding of a direction; the largest
+    /// are slopes of 84°, where every lobe is flat.
+    pub const RANGE: RangeInclusive<f64> = 1e-6..=10.0;
 
     /// Roughness along t and along b.
     pub fn xy(self) -> [f64; 2] {
@@ -38,11 +40,15 @@ impl Roughness {
         x == y
     }
 
-    /// Checks both values against [`MIN`](Self::MIN) and [`MAX`](Self::MAX).
-    pub fn check(self, key: &str) -> Result<(), ParameterError> {
-        self.xy()
-            .iter()
-            .try_for_each(|&a| in_closed(key, a, Self::MIN, Self::MAX).map(drop))
+    /// Checks both values against a range, [`RANGE`](Self::RANGE) of a roughness, in any channels.
+    pub fn within(
+        self,
+        key: &str,
+        range: RangeInclusive<f64>,
+        channels: &Channels,
+    ) -> Result<(), ParameterError> {
+        let mut both = self.xy().into_iter();
+        both.try_for_each(|a| a.within(key, range.clone(), channels))
     }
 }
 

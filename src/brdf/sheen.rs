@@ -12,84 +12,39 @@
 //! goes as sqrt(n/2π) from there. So energy conservation is not declared. Where both cosines
 //! vanish V diverges (the floor on the denominator holds it).
 
-use super::half_vector::half_above;
-use super::spectrum::scaled;
-use super::{
-    Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, SampleBrdf, Spectrum, Tables,
-};
-use crate::error::in_closed;
-use crate::geometry::{Direction, DirectionPair, Symmetry};
+use super::formula::formula;
+use super::half_vector::unit_half;
+use super::shape::{BLACK, Shape, Shaped};
+use super::spectrum::Limited;
+use super::{Channels, Spectrum};
+use crate::geometry::DirectionPair;
 use crate::numeric::DENOMINATOR_FLOOR;
-use crate::registry::{self, Entry};
-use crate::sampling;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-const KIND: &str = "sheen";
-
-/// The registry entry.
-pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
-    kind: KIND,
-    summary: "rim of upright fibres, Estevez and Kulla 2017; no peak at the mirror direction",
-    examples: &["alpha = 0.3", "rho = [0.5, 0.1, 0.3]\nalpha = 0.8"],
-    read: |table| Ok(Box::new(registry::parse::<SheenSpec>(table)?)),
-};
-
-/// Sheen, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SheenSpec {
-    /// Scale of the rim in [0, 1].
-    pub rho: Spectrum,
-    /// Roughness of the fibres, 0.001 to 1.
-    pub alpha: f64,
-}
-
-impl Default for SheenSpec {
-    fn default() -> Self {
-        Self {
-            rho: Spectrum::Grey(1.0),
-            alpha: 0.3,
-        }
+formula! {
+    "sheen": "rim of upright fibres, Estevez and Kulla 2017; no peak at the mirror direction", [
+        "alpha = 0.3",
+        "rho = [0.5, 0.1, 0.3]\nalpha = 0.8",
+    ]
+    /// Sheen, as a config writes it.
+    pub struct SheenSpec {
+        /// Scale of the rim.
+        rho: Spectrum = Spectrum::Grey(1.0), in 0.0..=1.0;
+        /// Roughness of the fibres.
+        alpha: f64 = 0.3, in 1e-3..=1.0;
     }
-}
-
-impl BrdfSpec for SheenSpec {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(KIND, self)
-    }
-
-    fn label(&self) -> String {
-        format!("{KIND}-{}", self.alpha)
-    }
-
-    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
-        self.rho.check("rho", 0.0, 1.0, channels)?;
-        in_closed("alpha", self.alpha, 1e-3, 1.0)?;
-        Ok(())
-    }
-
-    fn favours(&self) -> Favours {
-        // V spans a factor of ten, D many decades.
-        Favours::HalfAngle
-    }
-
-    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check(&channels)?;
-        Ok(Box::new(Sheen::new(self.rho.clone(), self.alpha, channels)))
-    }
-
-    fn tables(&self) -> Tables {
-        Tables::NONE
-    }
+    label: [alpha],
+    // V spans a factor of ten, D many decades.
+    favours: HalfAngle,
+    build: |spec, channels| Sheen::new(spec.rho.clone(), spec.alpha, channels),
 }
 
 /// The sheen BRDF.
+pub type Sheen = Shaped<Rim>;
+
+/// sinⁿθ_h/(cos θ_i + cos θ_o − cos θ_i cos θ_o).
 #[derive(Clone, Debug)]
-pub struct Sheen {
-    channels: Channels,
-    /// rho (2 + n)/(8π).
-    scale: Vec<f64>,
+pub struct Rim {
     /// n/2: the power of sin²θ_h.
     half_exponent: f64,
 }
@@ -99,64 +54,26 @@ impl Sheen {
     pub fn new(rho: Spectrum, alpha: f64, channels: Channels) -> Self {
         let n = 1.0 / alpha;
         let scale = (2.0 + n) / (8.0 * PI);
-        Self {
-            scale: scaled(&rho, &channels, scale),
-            channels,
+        let rim = Rim {
             half_exponent: 0.5 * n,
-        }
-    }
-}
-
-impl Brdf for Sheen {
-    fn channels(&self) -> &Channels {
-        &self.channels
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::FULL
-    }
-
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-
-    fn is_mirrored(&self) -> bool {
-        true
-    }
-
-    #[inline]
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let shape = if let Some((h, _)) = half_above(pair) {
-            // sinⁿ at its largest, on the horizon, where a rounding of sin² would count n/2 times.
-            let (sin2, cos2) = (h.x * h.x + h.y * h.y, h.z * h.z);
-            let log = if cos2 < 0.5 {
-                (-cos2).ln_1p()
-            } else {
-                sin2.ln()
-            };
-            let (i, o) = (pair.omega_i.cos_theta(), pair.omega_o.cos_theta());
-            let visibility = i + o - i * o;
-            (self.half_exponent * log).exp() / visibility.max(DENOMINATOR_FLOOR)
-        } else {
-            0.0
         };
-        for (out, scale) in out.iter_mut().zip(&self.scale) {
-            *out = scale * shape;
-        }
-        Presence::Present
-    }
-
-    fn as_sample(&self) -> Option<&dyn SampleBrdf> {
-        Some(self)
+        Self::of(BLACK, (&rho, scale), rim, channels)
     }
 }
 
-impl SampleBrdf for Sheen {
-    fn sample(&self, _omega_o: Direction, u: [f64; 2]) -> Option<Direction> {
-        Some(sampling::cosine_hemisphere(u))
-    }
-
-    fn pdf(&self, pair: &DirectionPair) -> f64 {
-        sampling::cosine_hemisphere_pdf(pair.omega_i)
+impl Shape for Rim {
+    #[inline]
+    fn value(&self, pair: &DirectionPair) -> f64 {
+        let (h, _) = unit_half(pair);
+        // sinⁿ at its largest, on the horizon, where a rounding of sin² would count n/2 times.
+        let (sin2, cos2) = (h.x * h.x + h.y * h.y, h.z * h.z);
+        let log = if cos2 < 0.5 {
+            (-cos2).ln_1p()
+        } else {
+            sin2.ln()
+        };
+        let (i, o) = (pair.omega_i.cos_theta(), pair.omega_o.cos_theta());
+        let visibility = i + o - i * o;
+        (self.half_exponent * log).exp() / visibility.max(DENOMINATOR_FLOOR)
     }
 }

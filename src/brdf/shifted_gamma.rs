@@ -16,117 +16,53 @@
 //! that of the clamped channels. Energy conservation is not declared. Where the shape
 //! parameters are grey, D, F and G are computed once.
 
+use super::formula::formula;
 use super::half_vector::half_above;
+use super::spectrum::Spectrum::Rgb;
 use super::spectrum::{planes, spread};
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Spectrum, Tables};
+use super::{Brdf, Channels, Presence, Spectrum};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
-use crate::registry::{self, Entry};
-use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_PI;
 
-const KIND: &str = "shifted-gamma";
-
-/// The registry entry.
-pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
-    kind: KIND,
-    summary: "shifted-gamma microfacets (SGD) of Bagher et al. 2012",
-    examples: &[
+formula! {
+    "shifted-gamma": "shifted-gamma microfacets (SGD) of Bagher et al. 2012", [
         // gold-paint
         "rho_d = [0.147708, 0.0806975, 0.033172]\nrho_s = [0.160592, 0.217282, 0.236425]\nalpha = [0.122506, 0.108069, 0.12187]\np = [0.795078, 0.637578, 0.936117]\nf0 = [9.16095e-12, 1.81225e-12, 0.0024589]\nf1 = [-0.596835, -0.331147, -0.140729]\nkap = [5.98176, 7.35539, 5.29722]\nlambda = [2.64832, 3.04253, 2.3013]\nc = [9.3111e-08, 8.80143e-08, 9.65288e-08]\nk = [24.3593, 24.4037, 25.3623]\ntheta0_rad = [-0.284195, -0.277297, -0.245352]",
         // chrome
         "rho_d = [0.00697189, 0.00655268, 0.0101854]\nrho_s = [0.0930656, 0.041946, 0.104558]\nalpha = [0.00013, 0.0002, 6e-5]\np = [0.3, 0.36, 0.26]\nf0 = [0.256314, 0.819565, 3.22085e-13]\nf1 = [-0.743686, -0.180435, -1.0]\nkap = [2200.0, 2150.0, 4100.0]\nlambda = [3.8545, 4.44817, 5.40959]\nc = [5.30781e-08, 1.04045e-07, 1.8e10]\nk = [354.965, 349.356, 457.0]\ntheta0_rad = [0.526796, 0.528469, 1.00293]",
         "rho_d = 0.1\nrho_s = [0.2, 0.1, 0.05]\nalpha = 0.05\np = 0.4\nf0 = 0.1\nf1 = -0.05\nkap = 20.0\nlambda = 3.0\nc = 1e-7\nk = 30.0\ntheta0_rad = 0.1",
-    ],
-    read: |table| Ok(Box::new(registry::parse::<ShiftedGammaSpec>(table)?)),
-};
-
-/// The shifted-gamma model, as a config writes it; the defaults are the published fit to MERL's
-/// gold-paint.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ShiftedGammaSpec {
-    /// Diffuse albedo in [0, 1].
-    pub rho_d: Spectrum,
-    /// Scale of the lobe, 0 or more.
-    pub rho_s: Spectrum,
-    /// Width of the distribution of normals, above 0.
-    pub alpha: Spectrum,
-    /// Exponent of the gamma distribution.
-    pub p: Spectrum,
-    /// Fresnel term: constant part.
-    pub f0: Spectrum,
-    /// Fresnel term: slope in cos θ_d.
-    pub f1: Spectrum,
-    /// Scale of the distribution of normals, 0 or more.
-    pub kap: Spectrum,
-    /// Shadowing: depth, 0 or more.
-    pub lambda: Spectrum,
-    /// Shadowing: rate (rad^−k), 0 or more.
-    pub c: Spectrum,
-    /// Shadowing: exponent, 0 or more.
-    pub k: Spectrum,
-    /// Shadowing: elevation where it sets in (rad).
-    pub theta0_rad: Spectrum,
-}
-
-impl Default for ShiftedGammaSpec {
-    fn default() -> Self {
-        use Spectrum::Rgb;
-        Self {
-            rho_d: Rgb([0.147708, 0.0806975, 0.033172]),
-            rho_s: Rgb([0.160592, 0.217282, 0.236425]),
-            alpha: Rgb([0.122506, 0.108069, 0.12187]),
-            p: Rgb([0.795078, 0.637578, 0.936117]),
-            f0: Rgb([9.16095e-12, 1.81225e-12, 0.0024589]),
-            f1: Rgb([-0.596835, -0.331147, -0.140729]),
-            kap: Rgb([5.98176, 7.35539, 5.29722]),
-            lambda: Rgb([2.64832, 3.04253, 2.3013]),
-            c: Rgb([9.3111e-08, 8.80143e-08, 9.65288e-08]),
-            k: Rgb([24.3593, 24.4037, 25.3623]),
-            theta0_rad: Rgb([-0.284195, -0.277297, -0.245352]),
-        }
-    }
-}
-
-impl BrdfSpec for ShiftedGammaSpec {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(KIND, self)
-    }
-
-    fn label(&self) -> String {
-        format!("{KIND}-{}", self.alpha)
-    }
-
-    /// The limits are about a hundred times what the published fits reach (c: what they reach);
+    ]
+    /// The shifted-gamma model, as a config writes it; the defaults are the published fit to MERL's
+    /// gold-paint. The ranges are about a hundred times what the published fits reach (c: what they reach);
     /// they keep every product finite.
-    fn check(&self, channels: &Channels) -> Result<(), BuildError> {
-        self.rho_d.check("rho_d", 0.0, 1.0, channels)?;
-        self.rho_s.check("rho_s", 0.0, 1e3, channels)?;
-        self.alpha.check("alpha", 1e-7, 1e2, channels)?;
-        self.p.check("p", 0.0, 10.0, channels)?;
-        self.f0.check("f0", -1e3, 1e3, channels)?;
-        self.f1.check("f1", -1e3, 1e3, channels)?;
-        self.kap.check("kap", 0.0, 1e7, channels)?;
-        self.lambda.check("lambda", 0.0, 1e9, channels)?;
-        self.c.check("c", 0.0, 1e38, channels)?;
-        self.k.check("k", 0.0, 1e5, channels)?;
-        self.theta0_rad.check("theta0_rad", -10.0, 10.0, channels)?;
-        Ok(())
+    pub struct ShiftedGammaSpec {
+        /// Diffuse albedo.
+        rho_d: Spectrum = Rgb([0.147708, 0.0806975, 0.033172]), in 0.0..=1.0;
+        /// Scale of the lobe.
+        rho_s: Spectrum = Rgb([0.160592, 0.217282, 0.236425]), in 0.0..=1e3;
+        /// Width of the distribution of normals.
+        alpha: Spectrum = Rgb([0.122506, 0.108069, 0.12187]), in 1e-7..=1e2;
+        /// Exponent of the gamma distribution.
+        p: Spectrum = Rgb([0.795078, 0.637578, 0.936117]), in 0.0..=10.0;
+        /// Fresnel term: constant part.
+        f0: Spectrum = Rgb([9.16095e-12, 1.81225e-12, 0.0024589]), in -1e3..=1e3;
+        /// Fresnel term: slope in cos θ_d.
+        f1: Spectrum = Rgb([-0.596835, -0.331147, -0.140729]), in -1e3..=1e3;
+        /// Scale of the distribution of normals.
+        kap: Spectrum = Rgb([5.98176, 7.35539, 5.29722]), in 0.0..=1e7;
+        /// Shadowing: depth.
+        lambda: Spectrum = Rgb([2.64832, 3.04253, 2.3013]), in 0.0..=1e9;
+        /// Shadowing: rate (rad^−k).
+        c: Spectrum = Rgb([9.3111e-08, 8.80143e-08, 9.65288e-08]), in 0.0..=1e38;
+        /// Shadowing: exponent.
+        k: Spectrum = Rgb([24.3593, 24.4037, 25.3623]), in 0.0..=1e5;
+        /// Shadowing: elevation where it sets in (rad).
+        theta0_rad: Spectrum = Rgb([-0.284195, -0.277297, -0.245352]), in -10.0..=10.0;
     }
-
-    fn favours(&self) -> Favours {
-        Favours::HalfAngle
-    }
-
-    fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.check(&channels)?;
-        Ok(Box::new(ShiftedGamma::new(self, channels)))
-    }
-
-    fn tables(&self) -> Tables {
-        Tables::NONE
-    }
+    label: [alpha],
+    favours: HalfAngle,
+    build: ShiftedGamma::new,
 }
 
 /// The shifted-gamma BRDF.
@@ -141,19 +77,8 @@ pub struct ShiftedGamma {
     shape: Vec<Shape>,
 }
 
-/// The parameters of one channel in which f_r is not linear.
-#[derive(Clone, Debug)]
-struct Shape {
-    alpha: f64,
-    p: f64,
-    f0: f64,
-    f1: f64,
-    kap: f64,
-    lambda: f64,
-    c: f64,
-    k: f64,
-    theta0: f64,
-}
+/// alpha, p, f0, f1, kap, lambda, c, k and theta0 of one channel: those in which f_r is not linear.
+type Shape = [f64; 9];
 
 /// Angles of a pair, shared by the three channels.
 struct Angles {
@@ -165,30 +90,26 @@ struct Angles {
     cos_d: f64,
 }
 
-impl Shape {
-    /// π F D G.
-    #[inline]
-    fn value(&self, a: &Angles) -> f64 {
-        let u = self.alpha + a.tan2_h / self.alpha;
-        // exp(−745) is the last number above 0; cos⁴θ_h cannot underflow before.
-        if u > 745.0 {
-            return 0.0;
-        }
-        let w = 1.0 - a.cos_d;
-        let f = self.f0 - self.f1 * a.cos_d + (1.0 - self.f0) * (w * w * w * w * w);
-        let d = self.kap * (-u - self.p * u.ln()).exp() * a.sec4_h;
-        f * d * self.shadowing(a.theta_i) * self.shadowing(a.theta_o)
+/// π F D G.
+#[inline]
+fn value(&[alpha, p, f0, f1, kap, lambda, c, k, theta0]: &Shape, a: &Angles) -> f64 {
+    let u = alpha + a.tan2_h / alpha;
+    // exp(−745) is the last number above 0; cos⁴θ_h cannot underflow before.
+    if u > 745.0 {
+        return 0.0;
     }
-
-    #[inline]
-    fn shadowing(&self, theta: f64) -> f64 {
-        let x = (theta - self.theta0).max(0.0);
+    let w = 1.0 - a.cos_d;
+    let f = f0 - f1 * a.cos_d + (1.0 - f0) * (w * w * w * w * w);
+    let d = kap * (-u - p * u.ln()).exp() * a.sec4_h;
+    let shadowing = |theta: f64| {
+        let x = (theta - theta0).max(0.0);
         // The power and, for the largest published c, exp overflow; capped, or c = 0 and lambda = 0
         // would give 0·∞.
-        let exponent = self.c * x.powf(self.k).min(1e300);
+        let exponent = c * x.powf(k).min(1e300);
         let growth = exponent.exp_m1().min(1e300);
-        (1.0 - self.lambda * growth).clamp(0.0, 1.0)
-    }
+        (1.0 - lambda * growth).clamp(0.0, 1.0)
+    };
+    f * d * shadowing(a.theta_i) * shadowing(a.theta_o)
 }
 
 impl ShiftedGamma {
@@ -205,19 +126,7 @@ impl ShiftedGamma {
             &spec.k,
             &spec.theta0_rad,
         ];
-        let shape: Vec<Shape> = planes(shapes, &channels)
-            .map(|[alpha, p, f0, f1, kap, lambda, c, k, theta0]| Shape {
-                alpha,
-                p,
-                f0,
-                f1,
-                kap,
-                lambda,
-                c,
-                k,
-                theta0,
-            })
-            .collect();
+        let shape: Vec<Shape> = planes(shapes, &channels).collect();
         let albedos = [&spec.rho_d, &spec.rho_s];
         let count = shape.len().max(planes(albedos, &channels).len());
         let each =
@@ -239,10 +148,6 @@ impl Brdf for ShiftedGamma {
 
     fn symmetry(&self) -> Symmetry {
         Symmetry::FULL
-    }
-
-    fn conserves_energy(&self) -> bool {
-        false
     }
 
     fn is_mirrored(&self) -> bool {
@@ -268,7 +173,7 @@ impl Brdf for ShiftedGamma {
         let mut shape = 0.0;
         spread(self.diffuse.len(), out, |c| {
             if let Some(of_channel) = self.shape.get(c) {
-                shape = of_channel.value(&angles) * scale;
+                shape = value(of_channel, &angles) * scale;
             }
             (self.diffuse[c] + self.lobe[c] * shape).max(0.0)
         });

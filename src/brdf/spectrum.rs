@@ -2,17 +2,18 @@
 
 use super::Channels;
 use super::channels::{ascending, mean_over};
-use crate::error::{ParameterError, in_closed};
+use crate::error::{ParameterError, in_range};
 use crate::numeric;
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
+use std::ops::RangeBounds;
 
 /// A grey value, a linear R, G, B triple, or a sampled spectrum; a config writes `0.5`,
 /// `[0.5, 0.4, 0.3]` or `{ nm = [400, 550, 700], values = [0.1, 0.4, 0.3] }`.
 ///
 /// A grey value suits every scene, a triple one in luminance or R, G, B, a sampled spectrum one of
-/// wavelengths; [`check`](Self::check) refuses the rest.
+/// wavelengths; [`within`](Self::within) refuses the rest.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Spectrum {
@@ -117,64 +118,78 @@ impl Spectrum {
     }
 
     /// Value `plane` of as many as the parameters of a model have together, for a scene that
-    /// [`check`](Self::check) accepts.
+    /// [`within`](Self::within) accepts.
     pub fn plane(&self, plane: usize, channels: &Channels) -> f64 {
         match (self, channels) {
             (Spectrum::Grey(v), _) => *v,
             (Spectrum::Rgb(v), Channels::Luminance | Channels::Rgb) => v[plane],
             (Spectrum::Sampled(s), Channels::Wavelengths(w)) => s.at(w.nm()[plane]),
-            // What `check` refuses is taken for grey.
+            // What `within` refuses is taken for grey.
             (Spectrum::Rgb(_) | Spectrum::Sampled(_), _) => self.luminance(),
         }
     }
 
-    /// Checks every value against `[lo, hi]`, and that a scene in `channels` can make use of it.
+    /// Checks every value against a range, and that a scene in `channels` can make use of it.
     ///
     /// # Errors
     /// A value outside the range; R, G, B in a scene of wavelengths; a sampled spectrum in another,
     /// or one that does not reach from the first wavelength of the scene to its last.
-    pub fn check(
+    pub fn within(
         &self,
         key: &str,
-        lo: f64,
-        hi: f64,
+        range: impl RangeBounds<f64>,
         channels: &Channels,
     ) -> Result<(), ParameterError> {
-        match self {
-            Spectrum::Grey(v) => in_closed(key, *v, lo, hi).map(drop),
-            Spectrum::Rgb(v) => match channels {
-                Channels::Wavelengths(_) => {
-                    let [r, g, b] = v;
-                    let allowed = "a number or { nm, values } in a scene of wavelengths";
-                    Err(ParameterError::new(
-                        key,
-                        format!("[{r}, {g}, {b}]"),
-                        allowed,
-                    ))
-                }
-                Channels::Luminance | Channels::Rgb => v
-                    .iter()
-                    .try_for_each(|&v| in_closed(key, v, lo, hi).map(drop)),
-            },
-            Spectrum::Sampled(s) => {
+        let refuse = |found, allowed| Err(ParameterError::new(key, found, allowed));
+        let values = match (self, channels.wavelengths()) {
+            (Spectrum::Grey(v), _) => std::slice::from_ref(v),
+            (Spectrum::Rgb(v), None) => v,
+            (Spectrum::Rgb([r, g, b]), Some(_)) => {
+                let allowed = "a number or { nm, values } in a scene of wavelengths";
+                return refuse(format!("[{r}, {g}, {b}]"), allowed.to_owned());
+            }
+            (Spectrum::Sampled(s), scene) => {
                 let [first, last] = s.range();
                 let found = format!("{{ nm = [{first} to {last}], … }}");
-                let Some(scene) = channels.wavelengths() else {
+                let Some(scene) = scene else {
                     let allowed = "a number or [r, g, b] in a scene without wavelengths";
-                    return Err(ParameterError::new(key, found, allowed));
+                    return refuse(found, allowed.into());
                 };
                 let nm = scene.nm();
                 let [from, to] = [nm[0], nm[nm.len() - 1]];
                 if from < first || to > last {
                     let allowed =
                         format!("samples from {from} to {to} nm, the wavelengths of the scene");
-                    return Err(ParameterError::new(key, found, allowed));
+                    return refuse(found, allowed);
                 }
-                s.values
-                    .iter()
-                    .try_for_each(|&v| in_closed(key, v, lo, hi).map(drop))
+                &s.values
             }
-        }
+        };
+        values
+            .iter()
+            .try_for_each(|&v| in_range(key, v, &range).map(drop))
+    }
+}
+
+/// A number that has a range.
+pub(crate) trait Limited {
+    /// Checks a number against a range, in any channels.
+    fn within(
+        &self,
+        key: &str,
+        range: impl RangeBounds<f64>,
+        channels: &Channels,
+    ) -> Result<(), ParameterError>;
+}
+
+impl Limited for f64 {
+    fn within(
+        &self,
+        key: &str,
+        range: impl RangeBounds<f64>,
+        _channels: &Channels,
+    ) -> Result<(), ParameterError> {
+        in_range(key, *self, &range).map(drop)
     }
 }
 

@@ -13,10 +13,10 @@
 //! **Errata** of the paper: one transcription prints S = 1 − |h|, which is F; and G as printed equals 1
 //! on the horizon, not 0: the isoline meant is (ω_i·n)(ω_o·n) = 0.
 
-use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Tables};
-use crate::geometry::{DirectionPair, Symmetry};
-use crate::registry::{self, Entry, ReadError, Table};
-use serde::{Deserialize, Serialize};
+use super::shape::{BLACK, Shape, Shaped};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Spectrum};
+use crate::geometry::DirectionPair;
+use crate::registry::{self, Entry, NoKeys, ReadError, Table};
 
 /// The Fresnel test function.
 pub const F: Entry<dyn BrdfSpec> = Entry {
@@ -42,13 +42,8 @@ pub const G: Entry<dyn BrdfSpec> = Entry {
     read: |table| read(table, TestFunctionSpec::G),
 };
 
-/// There are no keys, and any key is one too many.
-#[derive(Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoParameters {}
-
 fn read(table: Table<'_>, spec: TestFunctionSpec) -> Result<Box<dyn BrdfSpec>, ReadError> {
-    registry::parse::<NoParameters>(table)?;
+    registry::parse::<NoKeys>(table)?;
     Ok(Box::new(spec))
 }
 
@@ -75,7 +70,7 @@ impl TestFunctionSpec {
 
 impl BrdfSpec for TestFunctionSpec {
     fn resolved(&self) -> registry::Keys {
-        registry::resolved(self.kind(), &NoParameters {})
+        registry::resolved(self.kind(), &NoKeys {})
     }
 
     fn label(&self) -> String {
@@ -94,53 +89,27 @@ impl BrdfSpec for TestFunctionSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        Ok(Box::new(TestFunction {
-            channels,
-            function: *self,
-        }))
-    }
-
-    fn tables(&self) -> Tables {
-        Tables::NONE
+        let scale = (&Spectrum::Grey(1.0), 1.0);
+        Ok(Box::new(TestFunction::of(BLACK, scale, *self, channels)))
     }
 }
 
 /// A test function as a BRDF.
-#[derive(Clone, Debug)]
-pub struct TestFunction {
-    channels: Channels,
-    function: TestFunctionSpec,
-}
+pub type TestFunction = Shaped<TestFunctionSpec>;
 
-impl Brdf for TestFunction {
-    fn channels(&self) -> &Channels {
-        &self.channels
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::FULL
-    }
-
-    fn conserves_energy(&self) -> bool {
-        false
-    }
+impl Shape for TestFunctionSpec {
+    const IS_SAMPLED: bool = false;
 
     #[inline]
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let value = if pair.is_above_horizon() {
-            let (h, k) = pair.half_and_back();
-            match self.function {
-                // 1 − |h| = |k|²/(1 + |h|): near retro-reflection the difference would cancel.
-                TestFunctionSpec::F => k.length_squared() / (1.0 + h.length()),
-                TestFunctionSpec::S => (1.0 - h.truncate().length()).max(0.0),
-                TestFunctionSpec::G => {
-                    (1.0 - pair.omega_i.cos_theta() * pair.omega_o.cos_theta()).max(0.0)
-                }
+    fn value(&self, pair: &DirectionPair) -> f64 {
+        let (h, k) = pair.half_and_back();
+        match self {
+            // 1 − |h| = |k|²/(1 + |h|): near retro-reflection the difference would cancel.
+            TestFunctionSpec::F => k.length_squared() / (1.0 + h.length()),
+            TestFunctionSpec::S => (1.0 - h.truncate().length()).max(0.0),
+            TestFunctionSpec::G => {
+                (1.0 - pair.omega_i.cos_theta() * pair.omega_o.cos_theta()).max(0.0)
             }
-        } else {
-            0.0
-        };
-        out.fill(value);
-        Presence::Present
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! BRDFs that tests make of a function.
+//! BRDFs made of a function, for tests and for checks of stability.
 
 use super::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
@@ -19,10 +19,6 @@ where
 
     fn symmetry(&self) -> Symmetry {
         self.symmetry
-    }
-
-    fn conserves_energy(&self) -> bool {
-        false
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {

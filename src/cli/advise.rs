@@ -1,38 +1,19 @@
 //! `gonio advise`.
 
-mod told;
-
 use super::brdf_args::BrdfArgs;
-use super::check::words;
-use super::collect::Collect;
+use super::collect::{collect, tell_failures};
 use super::output::{JsonArgs, print_json};
-use super::run::{tell_inputs, tell_missing};
-use super::talk::{note, say};
+use super::run::tell_missing;
+use super::verbosity::note;
 use super::{ThreadArgs, print};
-use crate::acquisition;
 use crate::error::{Error, ParameterError, count, one_of};
-use crate::experiment::moments::MomentsPlan;
-use crate::experiment::{Allowance, Experiment, Extent, Failure, Known, Metric, Plan, Row, Source};
-use crate::geometry::Symmetry;
-use crate::instrument;
-use crate::reconstruct::{PriorFile, TRUSTED};
-use crate::registry;
+use crate::experiment::{Advice, AdviceSpec, AgainstFirst, Allowance, Metric, Source, Spread};
+use crate::report::{Columns, error_text};
 use clap::{ArgGroup, Args};
-use std::path::{Path, PathBuf};
-use told::Asked;
-use toml::{Table, Value};
-
-/// The choices that are compared, as a config.
-pub(super) const CONFIG: &str = include_str!("../../configs/starters/advise.toml");
+use std::path::PathBuf;
 
 /// Materials of formulas, where no others are given.
 const FORMULAS: &str = include_str!("../../configs/families.toml");
-
-/// The coordinates that planners choose their poses in.
-const OF_PLANNERS: &str = "half-difference";
-
-/// The reconstruction that planners' poses are followed by.
-const KRIGING: &str = "kriging";
 
 /// Compares poses and reconstructions on materials, and says which are best
 #[derive(Debug, Args)]
@@ -90,224 +71,124 @@ fn metric(name: &str) -> Result<Metric, ParameterError> {
     found.ok_or_else(|| ParameterError::new("metric", name, one_of(name, names)))
 }
 
-/// The keys of a config that name materials.
-struct Materials {
-    keys: Table,
-    chosen: usize,
-    all: usize,
-    /// What all of them have.
-    symmetry: Symmetry,
-}
-
 impl Advise {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        let materials = self.materials()?;
-        let mut rows: Vec<Row> = Vec::new();
-        let (mut plans, mut reasons): (Vec<Plan>, Vec<Failure>) = (Vec::new(), Vec::new());
-        for planners in [false, true] {
-            let Some(plan) = self.plan(&materials, planners)? else {
-                continue;
-            };
-            let mut collected = Collect::<Row>::new();
-            let summary = plan.run(&Extent::default(), &Known::default(), &mut collected)?;
-            tell_inputs(&summary);
-            plans.push(plan);
-            let (made, failures) = collected.end();
-            rows.extend(made);
-            for failure in failures {
-                let is_new = !reasons.iter().any(|known| known.reason == failure.reason);
-                reasons.extend(is_new.then_some(failure));
-            }
-        }
-        let rows: Vec<&Row> = rows.iter().collect();
-        let asked = Asked {
-            allowance: self.allowance(),
-            instrument: self.instrument.as_deref(),
+        let materials = match &self.target {
+            Some(target) => BrdfArgs::new(target.clone(), self.set, None).plan()?,
+            None => super::any_plan(&Source::new("gonio advise", FORMULAS))?.into_moments(),
+        };
+        tell_missing(&materials.missing);
+        let asked = AdviceSpec {
+            allowance: match self.minutes {
+                Some(minutes) => Allowance::Minutes(minutes),
+                // The command line has one of both.
+                None => Allowance::Poses(self.budget.unwrap_or(1)),
+            },
+            instrument: self.instrument,
             seed: self.seed,
             by: self.by,
-            symmetry: materials.symmetry,
+            most: self.most.into(),
+            prior: self.prior,
+            built_in_prior: self.target.is_some(),
         };
-        let (advice, left_out) = asked.ranked(&rows, &plans);
-        if advice.is_empty() {
-            let why = reasons.first().map(|failure| failure.reason.clone());
-            let exact = format!("no choice leaves an error: {}", left_out.join(", "));
-            return Err(Error::infeasible("gonio advise", why.unwrap_or(exact)));
-        }
-        for Failure { job, reason, .. } in &reasons {
-            say(&format!("gonio: {job}: {reason}"));
-        }
-        if !left_out.is_empty() {
-            note(&format!("gonio: left out: {}", left_out.join(", ")));
+        let advised = asked.advise(materials, collect)?;
+        tell_failures(&advised.failures);
+        if !advised.left_out.is_empty() {
+            note(&format!("gonio: left out: {}", advised.left_out.join(", ")));
         }
         if self.json.wanted() {
-            return print_json(&advice);
+            return print_json(&advised.choices);
         }
         if self.target.is_none() {
             note(
                 "gonio: materials of formulas stand for all; with tables like the material, advice is better",
             );
         }
-        let of = match materials.chosen {
-            chosen if chosen == materials.all => count(chosen, "material"),
-            chosen => format!("{chosen} of {}", count(materials.all, "material")),
+        let all = count(advised.all, "material");
+        let of = match advised.tried {
+            tried if tried == advised.all => all,
+            tried => format!("{tried} of {all}"),
         };
-        print(&asked.text(&advice, &of))
+        print(&text(&asked, &advised.choices, &of))
     }
+}
 
-    fn allowance(&self) -> Allowance {
-        match (self.budget, self.minutes) {
-            (_, Some(minutes)) => Allowance::Minutes(minutes),
-            // The command line has one of both.
-            (budget, None) => Allowance::Poses(budget.unwrap_or(1)),
-        }
-    }
-
-    /// The experiment of planners, or of sample sets; `None` if there are none for so many poses. The built-in prior is
-    /// left out where it was made of what is tried.
-    fn plan(&self, materials: &Materials, planners: bool) -> Result<Option<Plan>, Error> {
-        let of = |prior: Option<&Path>| {
-            let source = self.source(materials, planners, prior)?;
-            source.map(|source| Plan::read(&source)).transpose()
+/// The choices as a table, then their commands. `of`: the materials.
+fn text(asked: &AdviceSpec, advice: &[Advice], of: &str) -> String {
+    let bounds = advice
+        .iter()
+        .flat_map(|a| &a.nrmse)
+        .any(|s| s.below.is_some());
+    let bounds = match bounds {
+        true => ", and what a further one is below nine times of ten",
+        false => "",
+    };
+    let mut out = format!(
+        "{}, {of}: errors under the cosine measure{bounds}\n\n",
+        asked.allowance
+    );
+    let times = asked
+        .instrument
+        .as_ref()
+        .map_or("", |_| "\t>poses\t>minutes");
+    let mut columns = Columns::new(&format!(
+        "\tchoice\treconstruction\t>nrmse\t>below\t>log_relative\t>below\t{} against the first{times}\t>s of computing",
+        asked.by.name()
+    ));
+    let spread = |s: &Option<Spread>| {
+        let below = s.as_ref().and_then(|s| s.below);
+        format!(
+            "{}\t{}",
+            error_text(s.as_ref().map(|s| s.mean)),
+            error_text(below)
+        )
+    };
+    for (i, a) in advice.iter().enumerate() {
+        let warp = match a.warp.as_str() {
+            "none" => String::new(),
+            warp => format!(" {warp}"),
         };
-        let built_in = PriorFile::default();
-        match (&self.prior, &self.target) {
-            (Some(path), _) => of(Some(path)),
-            (None, Some(_)) => of(Some(built_in.path())).or_else(|_| of(None)),
-            (None, None) => of(None),
-        }
-    }
-
-    /// The materials that are tried.
-    fn materials(&self) -> Result<Materials, Error> {
-        let plan: MomentsPlan = match &self.target {
-            Some(target) => {
-                let of = BrdfArgs::new(target.clone(), self.set.clone(), None);
-                of.plan(&of.source()?)?
+        let against = match &a.against_first {
+            None => String::new(),
+            Some(AgainstFirst {
+                ratio,
+                interval: None,
+                ..
+            }) => format!("{ratio:.2}"),
+            Some(AgainstFirst {
+                ratio,
+                interval: Some([low, high]),
+                ..
+            }) => {
+                format!("{ratio:.2} [{low:.2}, {high:.2}]")
             }
-            None => super::any_plan(&Source::new("gonio advise", FORMULAS))?.into_moments(),
         };
-        tell_missing(&plan.missing);
-        let all = plan.materials.len();
-        let chosen = all.min(self.most.into());
-        let name = |i: usize| plan.materials[i * all / chosen].name.clone();
-        let mut names: Vec<String> = (0..chosen).map(name).collect();
-        let mut tried = plan.materials.iter().filter(|m| names.contains(&m.name));
-        let symmetry = tried.next().map_or(Symmetry::FULL, |m| m.symmetry);
-        if let Some(other) = tried.find(|m| m.symmetry != symmetry) {
-            let message = format!(
-                "{} is {}, {} is {}; allowed: materials of the same symmetries, which have the same schedules",
-                names[0],
-                words(symmetry),
-                other.name,
-                words(other.symmetry)
-            );
-            return Err(Error::config("gonio advise", message));
-        }
-        let mut keys = plan.resolved;
-        keys.retain(|key, _| ["channels", "material", "materials_dir", "merl"].contains(&key));
-        if let Some(Value::Array(list)) = keys.get_mut("material") {
-            let name = |table: &Value| Some(table.get("name")?.as_str()?.to_owned());
-            list.retain(|table| name(table).is_some_and(|name| names.contains(&name)));
-            let written: Vec<String> = list.iter().filter_map(name).collect();
-            names.retain(|name| !written.contains(name));
-        }
-        if names.is_empty() {
-            keys.retain(|key, _| !["materials_dir", "merl"].contains(&key));
-        } else {
-            keys.insert("only".into(), names.into());
-        }
-        Ok(Materials {
-            keys,
-            chosen,
-            all,
-            symmetry,
-        })
-    }
-
-    /// The config of what is compared: of planners, or of sample sets; `None` if there are none for so many poses.
-    fn source(
-        &self,
-        materials: &Materials,
-        planners: bool,
-        prior: Option<&Path>,
-    ) -> Result<Option<Source>, Error> {
-        let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
-        let mut config: Table = CONFIG.parse().map_err(|e| internal(&e))?;
-        config.remove("material");
-        config.extend(materials.keys.clone());
-        config.insert("seeds".into(), vec![self.seed].into());
-        let most = self.budget.unwrap_or(0);
-        match self.minutes {
-            Some(minutes) => {
-                config.insert("budgets".into(), Value::Array(Vec::new()));
-                config.insert("minutes".into(), vec![minutes].into())
-            }
-            None => config.insert("budgets".into(), vec![most as i64].into()),
-        };
-        if let Some(name) = &self.instrument {
-            let preset = instrument::presets().iter().any(|p| p.name == name);
-            let key = if preset { "preset" } else { "file" };
-            let table = Table::from_iter([(key.to_owned(), Value::from(name.as_str()))]);
-            config.insert("instrument".into(), vec![table].into());
-        }
-        let kind = |table: &Value| {
-            table
-                .get("kind")
-                .and_then(Value::as_str)
-                .unwrap_or_default()
-                .to_owned()
-        };
-        let all = acquisition::all();
-        let mut retain = |key: &str, is_kept: &dyn Fn(&Value) -> bool| match config.get_mut(key) {
-            Some(Value::Array(list)) => {
-                list.retain(|table| is_kept(table));
-                list.is_empty()
-            }
-            _ => true,
-        };
-        let suits = |table: &Value| {
-            let kind = kind(table);
-            let Some(planner) = all.iter().find(|e| e.kind == kind) else {
-                return !planners;
+        let times = a.minutes.map_or(String::new(), |minutes| {
+            let poses = match a.poses {
+                [least, most] if least == most => most.to_string(),
+                [least, most] => format!("{least}–{most}"),
             };
-            let read = registry::read_text(planner, "");
-            planners && read.is_ok_and(|planner| most <= planner.most())
-        };
-        let is_empty = retain("sample_set", &suits);
-        retain("parametrization", &|table| {
-            !planners || kind(table) == OF_PLANNERS
+            format!("\t{poses}\t{minutes:.1}")
         });
-        retain("reconstruction", &|table| {
-            let up_to = table.get("up_to").and_then(Value::as_integer);
-            let few = up_to.is_none_or(|up_to| most as i64 <= up_to);
-            few && (!planners || kind(table) == KRIGING)
-        });
-        if is_empty {
-            return Ok(None);
-        }
-        if let Some(prior) = prior {
-            self.add_prior(&mut config, planners, &prior.to_string_lossy());
-        }
-        let text = toml::to_string(&config).map_err(|e| internal(&e))?;
-        Ok(Some(Source::new("gonio advise", text)))
+        columns.row(&format!(
+            "{}\t{} in {}{warp}\t{}\t{}\t{}\t{against}{times}\t{}",
+            i + 1,
+            a.sample_set,
+            a.parametrization,
+            a.reconstruction,
+            spread(&a.nrmse),
+            spread(&a.log_relative),
+            a.seconds.map_or(String::new(), |s| format!("{s:.1}")),
+        ));
     }
-
-    /// Adds what knows of other materials.
-    fn add_prior(&self, config: &mut Table, planners: bool, prior: &str) {
-        let mut add = |key: &str, kind: &str| {
-            let keys = [("kind", kind), ("prior", prior)];
-            let table = keys.map(|(key, value)| (key.to_owned(), Value::from(value)));
-            if let Some(Value::Array(list)) = config.get_mut(key) {
-                list.push(Table::from_iter(table).into());
-            }
-        };
-        if planners {
-            add("sample_set", "adaptive");
-        }
-        // Beyond it is left out; how many a time allows for is not known yet.
-        if self.budget.is_none_or(|budget| budget <= TRUSTED) {
-            add("reconstruction", KRIGING);
+    out += &columns.to_string();
+    for (i, a) in advice.iter().enumerate() {
+        out += &format!("\n{}  {}:\n", i + 1, a.sample_set);
+        let (last, first) = a.commands.split_last().unwrap_or((&a.sample_set, &[]));
+        for line in first.iter().chain(&a.then).chain([last]) {
+            out += &format!("   {line}\n");
         }
     }
+    out
 }

@@ -1,19 +1,17 @@
 //! `gonio bench`.
 
-use super::output::{JsonArgs, print_json};
+use super::output::{JsonArgs, print_json, write_text};
 use super::progress::Progress;
 use super::signals::stop_flag;
-use super::talk::{note, wrote};
-use super::{ThreadArgs, print, refuse_existing, written};
+use super::verbosity::note;
+use super::{ThreadArgs, make_folder, print, refuse_existing, write_file};
 use crate::bench::{
     self, Layout, Listener, Machine, Row, Section, Settings, Task, fronts, json, reached,
 };
 use crate::error::Error;
-use crate::files::write_atomically;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use serde_json::{Map, json};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -67,7 +65,7 @@ impl Bench {
             views: self.views.map(|n| n as usize),
             merl: self.merl.clone(),
         };
-        let mut told = Told {
+        let mut told = BenchOutput {
             stop: stop_flag(""),
             progress: Progress::new(),
             layout: None,
@@ -82,7 +80,7 @@ impl Bench {
         self.measure(&tasks, &mut told)
     }
 
-    fn measure(&self, tasks: &[Task], told: &mut Told) -> Result<(), Error> {
+    fn measure(&self, tasks: &[Task], told: &mut BenchOutput) -> Result<(), Error> {
         let machine = Machine::this();
         let mut objects = Map::new();
         let mut count = 0;
@@ -147,22 +145,13 @@ fn write(
     machine: &Machine,
     [csv, svg]: [&Path; 2],
 ) -> Result<(), Error> {
-    if let Some(dir) = csv.parent() {
-        std::fs::create_dir_all(dir)
-            .map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))?;
-    }
-    let result = write_atomically(csv, |mut out| bench::csv(section, rows, machine, &mut out));
-    written(csv, result)?;
-    wrote(csv);
-    let text = bench::svg(section, rows, machine)?;
-    let result = write_atomically(svg, |out| out.write_all(text.as_bytes()));
-    written(svg, result)?;
-    wrote(svg);
-    Ok(())
+    csv.parent().map_or(Ok(()), make_folder)?;
+    write_file(csv, |mut out| bench::csv(section, rows, machine, &mut out))?;
+    write_text(svg, &bench::svg(section, rows, machine)?)
 }
 
 /// The rows that are printed, and the bar below them.
-struct Told {
+struct BenchOutput {
     stop: Arc<AtomicBool>,
     progress: Progress,
     /// `None`: rows are printed as JSON at the end.
@@ -172,13 +161,13 @@ struct Told {
 /// Steps of the bar in a second.
 const STEPS: f64 = 1000.0;
 
-impl Told {
+impl BenchOutput {
     fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::SeqCst)
     }
 }
 
-impl Listener for Told {
+impl Listener for BenchOutput {
     fn go_on(&self) -> bool {
         !self.is_stopped()
     }

@@ -1,12 +1,12 @@
 //! The argument CONFIG|BRDF of commands that look at materials.
 
 use super::progress::Progress;
-use super::talk::{detail, say};
-use super::unknown;
+use super::verbosity::{detail, say};
+use super::{build, choose_material, named_by};
 use crate::brdf::{Brdf, Channels};
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
-use crate::experiment::{AnyPlan, Kind, Material, ReadingsSpec, Source, materials};
+use crate::experiment::{AnyPlan, Kind, Material, ReadingsSpec, Source, keys_of_file, materials};
 use crate::formats::{self, READ_READINGS, READ_TABLE};
 use clap::Args;
 use std::path::Path;
@@ -63,24 +63,24 @@ impl BrdfArgs {
             Source::new(self.target.as_str(), text)
         };
         let of_config = is_config(&self.target);
-        let format = formats::of_name(path);
-        let table = format.and_then(|f| f.read_table);
-        let readings = format.is_some_and(|f| f.read_readings.is_some());
-        let mut source = match table {
+        let is_table = formats::of_name(path).is_some_and(|f| f.read_table.is_some());
+        let of_dir = !is_table && path.is_dir();
+        let mut source = match keys_of_file(path) {
             _ if of_config => {
                 detail(|| format!("gonio: reads {}", path.display()));
                 Source::read(path)?
             }
-            Some(read) => single(read(path.into()).resolved().to_string()),
-            None if path.is_dir() => {
+            Some(keys) if is_table => single(keys.to_string()),
+            _ if of_dir => {
                 let dir = toml::Value::from(path.to_string_lossy().into_owned());
                 let text = format!("experiment = \"moments\"\nmaterials_dir = {dir}\n");
                 Source::new(self.target.as_str(), text)
             }
-            None if kinds().any(|kind| kind == self.target) => {
+            _ if kinds().any(|kind| kind == self.target) => {
                 single(format!("kind = \"{}\"", self.target))
             }
-            None if readings || path.is_file() => single(ReadingsSpec::of(path.into()).to_string()),
+            Some(keys) => single(keys.to_string()),
+            None if path.is_file() => single(ReadingsSpec::of(path.into()).to_string()),
             None => {
                 let message = format!(
                     "this is neither a config (*.toml), a table ({}), a folder of them, readings ({}) nor \
@@ -101,7 +101,7 @@ impl BrdfArgs {
             let label = format!("--set {assignment}");
             if of_config || TABLES.contains(&first) {
                 source.set(assignment, label)?;
-            } else if table.is_none() && path.is_dir() {
+            } else if of_dir {
                 source.set(&format!("merl.{assignment}"), label)?;
             } else {
                 source.set(&format!("material.0.{assignment}"), label)?;
@@ -124,13 +124,13 @@ impl BrdfArgs {
         results: &Path,
         mut visit: impl FnMut(&Material, &dyn Brdf) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let plan = self.plan(&self.source()?)?;
+        let plan = self.plan()?;
         let (channels, materials) = (plan.seen_in(Channels::Luminance), plan.materials);
         let mut failed = 0;
         let mut progress = Progress::of(materials.len() as u64, "");
         for material in &materials {
             progress.doing(|| material.name.clone());
-            match super::build(material, channels.clone()) {
+            match build(material, channels.clone()) {
                 Ok(brdf) => visit(material, &*brdf)?,
                 Err(e) if materials.len() == 1 => return Err(e),
                 Err(e) => {
@@ -150,16 +150,28 @@ impl BrdfArgs {
         })
     }
 
+    /// The name of the config, for errors.
+    pub(super) fn place(&self) -> &str {
+        &self.target
+    }
+
+    /// The only material, and its BRDF in some channels, or in the wavelengths of its scene.
+    pub(super) fn one(&self, channels: Channels) -> Result<(Material, Box<dyn Brdf>), Error> {
+        let mut plan = self.plan()?;
+        let brdf = build(
+            choose_material(&plan.materials, None)?,
+            plan.seen_in(channels),
+        )?;
+        Ok((plan.materials.swap_remove(0), brdf))
+    }
+
     /// The materials and the settings of their moments.
-    pub(super) fn plan(&self, source: &Source) -> Result<MomentsPlan, Error> {
-        let mut plan = AnyPlan::read(source)?.into_moments();
-        if let Some(name) = &self.material {
-            let names: Vec<_> = plan.materials.iter().map(|m| m.name.clone()).collect();
-            plan.materials.retain(|m| m.name == *name);
-            if plan.materials.is_empty() {
-                return Err(unknown("--material", name, names));
-            }
-        }
+    pub(super) fn plan(&self) -> Result<MomentsPlan, Error> {
+        let mut plan = AnyPlan::read(&self.source()?)?.into_moments();
+        let only = self.material.as_deref();
+        named_by("--material", only, &plan.materials, |m| &m.name)?;
+        plan.materials
+            .retain(|m| only.is_none_or(|name| m.name == name));
         super::remark(&plan.materials);
         Ok(plan)
     }

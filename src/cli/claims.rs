@@ -3,7 +3,7 @@
 use super::ThreadArgs;
 use super::brdf_args::BrdfArgs;
 use super::output::OutputArgs;
-use super::talk::note;
+use super::verbosity::note;
 use crate::analysis;
 use crate::error::Error;
 use crate::report::{claims_csv, claims_json, claims_table};
@@ -50,22 +50,15 @@ impl Claims {
             }
         };
         claims.extend(analysis::on_materials(&claims));
-        if let Err(e) = outcome {
-            // Rows of the materials that could be built are worth keeping.
-            if matches!(e, Error::JobsFailed { .. }) {
-                self.write(&claims)?;
-            }
-            return Err(e);
+        // Rows of the materials that could be built are worth keeping.
+        if matches!(outcome, Ok(()) | Err(Error::JobsFailed { .. })) {
+            self.write(&claims)?;
         }
-        self.write(&claims)
+        outcome
     }
 
-    fn write(&self, claims: &Vec<analysis::Claim>) -> Result<(), Error> {
-        self.output.write(
-            claims,
-            |c| claims_table(c),
-            |c, out| claims_csv(c, out),
-            |c, out| claims_json(c, out),
-        )
+    fn write(&self, claims: &[analysis::Claim]) -> Result<(), Error> {
+        self.output
+            .write(claims, claims_table, claims_csv, claims_json)
     }
 }

@@ -1,28 +1,34 @@
-//! An observer that keeps what an experiment makes.
+//! What an experiment makes, kept in memory.
 
 use super::progress::Progress;
+use super::run::tell_inputs;
+use super::verbosity::say;
 use crate::error::Error;
-use crate::experiment::{Event, Failure, Observer};
+use crate::experiment::{Event, Experiment, Extent, Failure, Known, Observer};
 
 /// Keeps records and failures, and shows how far it is.
-pub(super) struct Collect<T> {
+struct Collect<T> {
     progress: Progress,
     made: Vec<T>,
     failures: Vec<Failure>,
 }
 
-impl<T> Collect<T> {
-    pub(super) fn new() -> Self {
-        Self {
-            progress: Progress::new(),
-            made: Vec::new(),
-            failures: Vec::new(),
-        }
-    }
+/// Runs all of an experiment: what was made, and what failed.
+pub(super) fn collect<E: Experiment>(plan: &E) -> Result<(Vec<E::Record>, Vec<Failure>), Error> {
+    let mut collected = Collect {
+        progress: Progress::new(),
+        made: Vec::new(),
+        failures: Vec::new(),
+    };
+    let summary = plan.run(&Extent::default(), &Known::default(), &mut collected)?;
+    tell_inputs(&summary);
+    Ok((collected.made, collected.failures))
+}
 
-    /// What was made, and what failed; the bar is gone.
-    pub(super) fn end(self) -> (Vec<T>, Vec<Failure>) {
-        (self.made, self.failures)
+/// Tells what failed.
+pub(super) fn tell_failures(failures: &[Failure]) {
+    for Failure { job, reason, .. } in failures {
+        say(&format!("gonio: {job}: {reason}"));
     }
 }
 
@@ -31,7 +37,7 @@ impl<T: Clone> Observer<T> for Collect<T> {
         self.progress.begin(work as u64);
     }
 
-    fn tell(&mut self, event: &Event<'_, T>) -> Result<(), Error> {
+    fn observe(&mut self, event: &Event<'_, T>) -> Result<(), Error> {
         self.progress.follow(event);
         match event {
             Event::Made(made) => self.made.extend_from_slice(made),

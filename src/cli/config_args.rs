@@ -1,6 +1,7 @@
 //! The argument CONFIG of commands that look at experiments.
 
-use super::talk::detail;
+use super::set_all;
+use super::verbosity::detail;
 use crate::error::Error;
 use crate::experiment::Source;
 use crate::formats::{self, MERL};
@@ -46,9 +47,7 @@ impl ConfigArgs {
 
     /// A config with every override.
     pub(super) fn apply(&self, mut source: Source) -> Result<Source, Error> {
-        for assignment in &self.set {
-            source.set(assignment, format!("--set {assignment}"))?;
-        }
+        set_all(&mut source, &self.set)?;
         Ok(source)
     }
 

@@ -1,18 +1,19 @@
 //! `gonio convert`.
 
-use super::check::words;
 use super::reading::ReadingArgs;
 use super::readings_file::ReadingsFile;
 use super::tabulate::TableArgs;
-use super::talk::{say, wrote};
-use super::{ThreadArgs, format_names, print, read_as, refuse_unwritable, written};
+use super::verbosity::say;
+use super::{
+    ThreadArgs, assumed, format_names, format_of, print, read_schedule, refuse_unwritable,
+    write_file, writer,
+};
 use crate::brdf::{self, Brdf, BrdfSpec, Channels, laws};
 use crate::error::{Error, count};
 use crate::files;
-use crate::formats::{self, Format, READ_SCHEDULE, Readings, WRITE, WRITE_SCHEDULE, WRITE_TABLE};
-use crate::instrument;
+use crate::formats::{self, Format, Readings, WRITE, WRITE_SCHEDULE, WRITE_TABLE};
 use crate::measurement::{Flags, Measurement, Outcome};
-use crate::schedule::{Assume, ScheduleFile, Sequence};
+use crate::schedule::{ScheduleFile, Sequence};
 use clap::Args;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -58,8 +59,7 @@ impl Convert {
         let Some((output, inputs)) = self.files.split_last() else {
             return Ok(());
         };
-        let format = WRITE.format(self.format, output);
-        let format = format.map_err(|e| Error::output(output, e))?;
+        let format = format_of(&WRITE, self.format, output)?;
         let of_table = |input: &PathBuf| {
             let format = formats::of_name(input)?;
             Some((format, format.read_table?))
@@ -71,7 +71,7 @@ impl Convert {
                     keys.insert("no_reading".into(), value.into());
                 }
                 let spec = brdf::read_keys(keys);
-                let spec = spec.map_err(|e| Error::Internal(e.to_string()))?;
+                let spec = spec.map_err(Error::internal)?;
                 self.table(one, own, &*spec, format, output)
             }
             (_, Some(_)) => {
@@ -92,9 +92,7 @@ impl Convert {
         output: &Path,
     ) -> Result<(), Error> {
         let told = |e: &dyn std::fmt::Display| Error::data(input, e);
-        WRITE_TABLE
-            .function(&format)
-            .map_err(|e| Error::output(output, e))?;
+        writer(&WRITE_TABLE, &format, output)?;
         self.table.suits(format)?;
         refuse_unwritable(output, self.force)?;
         let brdf = spec.widest_channels().and_then(|c| spec.build(c));
@@ -107,13 +105,13 @@ impl Convert {
         print(&format!(
             "table: {}, {}\n",
             known_in(brdf.channels()),
-            words(brdf.symmetry())
+            brdf.symmetry()
         ))?;
         if own == format && self.reading.no_reading().is_none() && self.table.keeps() {
             return keep(input, output);
         }
-        let place = || input.display().to_string();
-        let Some(copy) = self.table.write(format, &*brdf, output, place)? else {
+        let place = input.display().to_string();
+        let Some(copy) = self.table.write(format, &*brdf, output, &place)? else {
             return print("errors of the table: unknown, this format is not read\n");
         };
         print(&laws_of(&*brdf, &*copy))
@@ -121,10 +119,7 @@ impl Convert {
 
     fn rows(&self, inputs: &[PathBuf], format: Format, output: &Path) -> Result<(), Error> {
         self.table.refuse_fill()?;
-        let assume = Assume {
-            axes: instrument::axis_names(),
-            ..Assume::default()
-        };
+        let assume = assumed();
         match (self.reading.read_all(inputs, &assume), inputs) {
             (Ok(read), _) => {
                 for note in &read.notes {
@@ -132,9 +127,9 @@ impl Convert {
                 }
                 self.readings(&read, format, output)
             }
-            (Err(e), [one]) => match schedule(one, &assume) {
-                Some(file) => self.schedule(&file, format, output),
-                None => Err(e),
+            (Err(e), [one]) => match read_schedule(one, &assume) {
+                Ok(file) => self.schedule(&file, format, output),
+                Err(_) => Err(e),
             },
             (Err(e), _) => Err(e),
         }
@@ -144,16 +139,12 @@ impl Convert {
         let (measurement, about) = (&read.measurement, &read.about);
         let file = ReadingsFile::new(Some(format), output)?;
         file.refuse_existing(self.force)?;
-        let assume = Assume {
-            axes: instrument::axis_names(),
-            ..Assume::default()
-        };
         // A lattice has poses that the file does not list.
         let poses = 0..measurement.outcomes.len() as u32;
         let listed = poses.filter(|p| measurement.outcomes[*p as usize] != Outcome::NotVisited);
         let listed: Vec<u32> = listed.collect();
         file.write(measurement, about, Sequence::Order(&listed))?;
-        let copy = ReadingArgs::default().read_all(&file.files()?, &assume)?;
+        let copy = ReadingArgs::default().read_all(&file.files()?, &assumed())?;
         let [before, after] = [read, &copy].map(facts);
         let copy = copy.measurement;
         let mut text = String::new();
@@ -184,14 +175,11 @@ impl Convert {
     }
 
     fn schedule(&self, file: &ScheduleFile, format: Format, output: &Path) -> Result<(), Error> {
-        let write = WRITE_SCHEDULE.function(&format);
-        let write = write.map_err(|e| Error::output(output, e))?;
+        let write = writer(&WRITE_SCHEDULE, &format, output)?;
         refuse_unwritable(output, self.force)?;
-        let done = files::write_atomically(output, |out| {
+        write_file(output, |out| {
             write(&file.schedule, Sequence::Order(&file.order), out)
-        });
-        written(output, done)?;
-        wrote(output);
+        })?;
         let mut text = format!("kept: {}\n", count(file.order.len(), "pose"));
         if !file.axes.is_empty() {
             let axes = file.axes.join(", ");
@@ -207,18 +195,8 @@ impl Convert {
 fn keep(input: &Path, output: &Path) -> Result<(), Error> {
     let bytes = files::read(input, files::TABLE_LIMIT);
     let bytes = bytes.map_err(|e| Error::data(input, format!("cannot read this file: {e}")))?;
-    written(
-        output,
-        files::write_atomically(output, |out| out.write_all(&bytes)),
-    )?;
-    wrote(output);
+    write_file(output, |out| out.write_all(&bytes))?;
     print("kept: the table as it is\n")
-}
-
-/// The schedule of a file, if it is one.
-fn schedule(path: &Path, assume: &Assume) -> Option<ScheduleFile> {
-    let (text, read) = read_as(path, &READ_SCHEDULE).ok()?;
-    read(&text, &path.display().to_string(), assume).ok()
 }
 
 fn known_in(channels: &Channels) -> String {
@@ -250,7 +228,7 @@ fn facts(read: &Readings) -> [(&'static str, String); 9] {
     let name = |name: &Option<String>| name.clone().unwrap_or("not named".into());
     let symmetry = match about.is_bare {
         true => "symmetries not said".into(),
-        false => words(m.schedule.parametrization.symmetry()),
+        false => m.schedule.parametrization.symmetry().to_string(),
     };
     let flags = m.details.as_ref().map_or(0, |details| {
         details.flags.iter().filter(|f| **f != Flags::NONE).count()

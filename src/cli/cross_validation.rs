@@ -2,7 +2,7 @@
 
 use super::print;
 use super::progress::Progress;
-use super::talk::is_verbose;
+use super::verbosity::is_verbose;
 use crate::error::{Error, count};
 use crate::measurement::Measurement;
 use crate::metrics::{Errors, Measure, WITHIN};
@@ -36,12 +36,12 @@ enum LeaveOut {
     None,
 }
 
-/// A number with its standard error, as text.
-fn estimate(e: &Estimate) -> String {
+/// A number of some digits with its standard error, as text.
+pub(super) fn estimate(e: &Estimate, digits: usize) -> String {
     match (e.value, e.standard_error) {
         (None, _) => "undefined".into(),
-        (Some(value), None) => format!("{value:.2e}"),
-        (Some(value), Some(error)) => format!("{value:.2e} ± {error:.0e}"),
+        (Some(value), None) => format!("{value:.digits$e}"),
+        (Some(value), Some(error)) => format!("{value:.digits$e} ± {error:.0e}"),
     }
 }
 
@@ -56,11 +56,11 @@ pub(super) fn print_scores(
         let of = scores
             .0
             .each_ref()
-            .map(|of| format!("\t{}", estimate(&of[q])));
+            .map(|of| format!("\t{}", estimate(&of[q], 2)));
         table.row(&format!("{}{}", quantity.name, of.concat()));
     }
     if let Some(within) = within {
-        let of = within.map(|share| format!("\t{}", estimate(&share)));
+        let of = within.map(|share| format!("\t{}", estimate(&share, 2)));
         table.row(&format!("{}{}", WITHIN.name, of.concat()));
     }
     print(&table.to_string())
@@ -123,7 +123,7 @@ impl CrossValidationArgs {
             let (quantity, measure) = (Errors::QUANTITIES[0].0.name, Measure::USUAL[0].name());
             let mut table = Columns::new(&format!("reconstruction\t>{quantity}, {measure}"));
             for (method, scores) in ranked.iter().take(shown) {
-                let error = estimate(&scores.0[0][0]);
+                let error = estimate(&scores.0[0][0], 2);
                 table.row(&format!("{}\t{error}", method.label()));
             }
             print(&table.to_string())?;

@@ -1,12 +1,11 @@
 //! `gonio density`.
 
 use super::output::{JsonArgs, print_json};
-use super::{ThreadArgs, print, read_as};
+use super::{ThreadArgs, assumed, print, read_schedule};
 use crate::analysis::{self, Density};
 use crate::error::{Error, ParameterError, count, in_left_open};
 use crate::formats::READ_SCHEDULE;
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::instrument;
 use crate::report::Columns;
 use crate::schedule::Assume;
 use crate::statistics::mean_and_error;
@@ -70,11 +69,9 @@ impl DensityArgs {
         for path in &self.schedules {
             let assume = Assume {
                 otherwise: Symmetry::FULL,
-                axes: instrument::axis_names(),
-                ..Assume::default()
+                ..assumed()
             };
-            let (text, read) = read_as(path, &READ_SCHEDULE)?;
-            let schedule = read(&text, &path.display().to_string(), &assume)?.schedule;
+            let schedule = read_schedule(path, &assume)?.schedule;
             let folded = schedule.parametrization.symmetry();
             if symmetry.is_some_and(|known| known != folded) {
                 let message =

@@ -1,9 +1,9 @@
 //! `gonio distortion`.
 
-use super::ThreadArgs;
 use super::brdf_args::BrdfArgs;
 use super::output::{OutputArgs, refuse_other_endings, write_text};
-use crate::analysis::{self, Averaging, Scale, Weight};
+use super::{ThreadArgs, choice_of};
+use crate::analysis::{self, Averaging, Scale, View, Weight};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::geometry::{DirectionPair, Symmetry};
@@ -12,8 +12,9 @@ use crate::parametrization;
 use crate::registry::Entry;
 use crate::report::{
     AlignmentRow, ReductionRow, SharesRow, StretchRow, alignment_svg, alignment_table,
-    reduction_table, rows_csv, rows_json, shares_table, stretch_table,
+    reduction_table, shares_table, stretch_table,
 };
+use crate::schedule::{Choice, choice};
 use clap::{ArgGroup, Args, ValueEnum};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -30,21 +31,25 @@ enum Table {
     Stretch,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum ScaleArg {
-    /// f, in 1/sr
-    Value,
-    /// ln(f + 1e-3)
-    Log,
-}
+/// Of what number shares are.
+const SCALES: [Choice<Scale>; 2] = [
+    choice(Scale::Value, "value", "f, in 1/sr"),
+    choice(Scale::Log, "log", "ln(f + 1e-3)"),
+];
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum WeightArg {
-    /// Nodes in equal steps of the coordinates count the same
-    Coordinates,
-    /// Nodes count as the steradians² they stand for
-    SolidAngle,
-}
+/// What a node counts.
+const WEIGHTS: [Choice<Weight>; 2] = [
+    choice(
+        Weight::Coordinates,
+        "coordinates",
+        "Nodes in equal steps of the coordinates count the same",
+    ),
+    choice(
+        Weight::SolidAngle,
+        "solid-angle",
+        "Nodes count as the steradians² they stand for",
+    ),
+];
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("files").multiple(true))]
@@ -57,11 +62,11 @@ pub(super) struct Distortion {
     #[arg(long, value_enum, default_value = "shares")]
     table: Table,
     /// For shares and alignment: of what number [default: value for the test functions, log for the others]
-    #[arg(long, value_enum)]
-    scale: Option<ScaleArg>,
+    #[arg(long, value_parser = choice_of(&SCALES))]
+    scale: Option<Scale>,
     /// For shares: what a node counts
-    #[arg(long, value_enum, default_value = "coordinates")]
-    weight: WeightArg,
+    #[arg(long, value_parser = choice_of(&WEIGHTS), default_value = "coordinates")]
+    weight: Weight,
     /// For alignment: draw it, material by material, into this file (*.svg) as well
     #[arg(long, value_name = "FILE", group = "files")]
     picture: Option<PathBuf>,
@@ -90,17 +95,13 @@ impl Distortion {
     }
 
     fn shares(&self) -> Result<(), Error> {
-        let weight = match self.weight {
-            WeightArg::Coordinates => Weight::Coordinates,
-            WeightArg::SolidAngle => Weight::SolidAngle,
-        };
-        let (rows, outcome) = self.all_shares(&[weight], true);
-        self.write(rows, |r| shares_table(r), outcome)
+        let (rows, outcome) = self.all_shares(&[self.weight], true);
+        self.write(&rows, shares_table, outcome)
     }
 
     fn alignment(&self) -> Result<(), Error> {
         let (rows, outcome) = self.all_shares(&Weight::ALL, false);
-        self.write(AlignmentRow::of(&rows), |r| alignment_table(r), outcome)?;
+        self.write(&AlignmentRow::of(&rows), alignment_table, outcome)?;
         let Some(path) = &self.picture else {
             return Ok(());
         };
@@ -116,8 +117,7 @@ impl Distortion {
         let mut rows = Vec::new();
         let outcome = self.brdf.each(self.output.place(), |material, brdf| {
             let scale = match self.scale {
-                Some(ScaleArg::Value) => Scale::Value,
-                Some(ScaleArg::Log) => Scale::Log,
+                Some(scale) => scale,
                 None if is_test_function(&material.spec.resolved()) => Scale::Value,
                 None => Scale::Log,
             };
@@ -127,9 +127,9 @@ impl Distortion {
                     ..material.symmetry
                 });
                 for &weight in weights {
-                    let found = analysis::distortion(brdf, scale, &*form, weight);
-                    let gradients =
-                        gradients.then(|| analysis::gradients(brdf, scale, &*form, weight));
+                    let view = View::new(brdf, scale, &*form, weight);
+                    let found = view.distortion();
+                    let gradients = gradients.then(|| view.gradients());
                     let (name, axes) = (&material.name, form.axes());
                     rows.extend(SharesRow::of(
                         name,
@@ -153,7 +153,7 @@ impl Distortion {
             rows.extend(reductions(&material.name, brdf, &pairs));
             Ok(())
         });
-        self.write(rows, |r| reduction_table(r), outcome)
+        self.write(&rows, reduction_table, outcome)
     }
 
     fn stretch(&self) -> Result<(), Error> {
@@ -161,25 +161,27 @@ impl Distortion {
         let entries = parametrization::all();
         let rows = entries.iter().filter_map(|entry| {
             let found = analysis::anisotropy(entry, &pairs)?;
-            Some(StretchRow::new(entry.kind, &found))
+            Some(StretchRow {
+                parametrization: entry.kind,
+                condition_median: found.condition.median,
+                condition_p95: found.condition.p95,
+                jacobian_error_median: found.jacobian_error.median,
+                pairs: found.pairs,
+                skipped: found.skipped,
+            })
         });
-        self.write(rows.collect(), |r| stretch_table(r), Ok(()))
+        self.write(&rows.collect::<Vec<_>>(), stretch_table, Ok(()))
     }
 
     /// Writes the rows and returns `outcome`; writes nothing after errors other than failed jobs.
     fn write<T: Serialize>(
         &self,
-        rows: Vec<T>,
-        text: impl FnOnce(&Vec<T>) -> String,
+        rows: &[T],
+        text: impl FnOnce(&[T]) -> String,
         outcome: Result<(), Error>,
     ) -> Result<(), Error> {
         if matches!(outcome, Ok(()) | Err(Error::JobsFailed { .. })) {
-            self.output.write(
-                &rows,
-                text,
-                |r, out| rows_csv(r, out),
-                |r, out| rows_json(r, out),
-            )?;
+            self.output.write_rows(rows, text)?;
         }
         outcome
     }
@@ -196,7 +198,7 @@ fn pairs() -> Result<Vec<DirectionPair>, Error> {
         pairs: 20_000,
         ..MetricsSpec::default()
     };
-    metrics::test_pairs(Measure::Cosine, &spec).map_err(|e| Error::Internal(e.to_string()))
+    metrics::test_pairs(Measure::Cosine, &spec).map_err(Error::internal)
 }
 
 /// The approximations of one material in every parametrization.
@@ -212,13 +214,17 @@ fn reductions(material: &str, brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<R
         for entry in &entries {
             let values = of(entry);
             let from = half.as_ref().unwrap_or(&truth);
-            rows.push(ReductionRow::new(
-                material,
-                entry.kind,
-                averaging,
-                &metrics::compare(pairs, &truth, &values),
-                &metrics::compare(pairs, from, &values),
-            ));
+            let errors = metrics::compare(pairs, &truth, &values);
+            let errors_from_half = metrics::compare(pairs, from, &values);
+            rows.push(ReductionRow {
+                material: material.into(),
+                parametrization: entry.kind,
+                averaging: averaging.name(),
+                nrmse: errors.nrmse,
+                log_relative: errors.log_relative,
+                nrmse_from_half_difference: errors_from_half.nrmse,
+                log_relative_from_half_difference: errors_from_half.log_relative,
+            });
         }
     }
     rows

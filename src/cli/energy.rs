@@ -1,10 +1,10 @@
 //! Whether a BRDF that goes into a file reflects more than it receives.
 
 use super::print;
-use super::talk::say;
-use crate::brdf::{Brdf, Channels, Presence, laws};
+use super::verbosity::say;
+use crate::brdf::{Brdf, Channels, Presence, laws, of_wrapped};
 use crate::error::Error;
-use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::geometry::{Direction, DirectionPair};
 use crate::measurement::Measurement;
 use crate::reconstruct::Predictive;
 use crate::sampling::{Random, cosine_hemisphere};
@@ -40,17 +40,7 @@ const ABSURD: f64 = 1e3;
 struct Exchanged<'a>(&'a dyn Brdf);
 
 impl Brdf for Exchanged<'_> {
-    fn channels(&self) -> &Channels {
-        self.0.channels()
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.0.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        self.0.conserves_energy()
-    }
+    of_wrapped!(0);
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         self.0.eval(&pair.swapped(), out)

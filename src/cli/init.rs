@@ -1,18 +1,20 @@
 //! `gonio init`: starters, each a config that runs as it is.
 
-use super::talk::note;
-use super::{print, refuse_unwritable, written};
+use super::verbosity::note;
+use super::{choices, print, refuse_unwritable, written};
 use crate::error::Error;
+use crate::experiment::ADVICE;
 use crate::files::write_atomically;
-use clap::{Args, ValueEnum};
+use crate::schedule::{Choice, choice};
+use clap::Args;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(super) struct Init {
     /// What the file is to describe
-    #[arg(value_enum, default_value = "acquisition")]
-    starter: Starter,
+    #[arg(value_parser = choices(&STARTERS), default_value = "acquisition")]
+    starter: &'static Choice<&'static str>,
     /// File to write, or - to print it [default: NAME.toml]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -21,41 +23,47 @@ pub(super) struct Init {
     force: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Starter {
-    /// Measure materials, reconstruct them, compare
-    Acquisition,
-    /// A cross table of coordinates and reconstructions with its statistics
-    Study,
-    /// Which poses, and which reconstruction: what `gonio advise` compares
-    Advise,
-    /// Moment profiles of materials
-    Moments,
-    /// Moments of reflected light, rendered and predicted
-    Relations,
-    /// A machine of one's own, to be named in `[[instrument]] file = …`
-    Instrument,
-}
-
-impl Starter {
-    fn text(self) -> &'static str {
-        match self {
-            Starter::Acquisition => include_str!("../../configs/starters/acquisition.toml"),
-            Starter::Study => include_str!("../../configs/starters/study.toml"),
-            Starter::Advise => super::advise::CONFIG,
-            Starter::Moments => include_str!("../../configs/starters/moments.toml"),
-            Starter::Relations => include_str!("../../configs/relations.toml"),
-            Starter::Instrument => include_str!("../../configs/instruments/cornell.toml"),
-        }
-    }
-}
+/// The texts of files, by what they describe.
+const STARTERS: [Choice<&str>; 6] = [
+    choice(
+        include_str!("../../configs/starters/acquisition.toml"),
+        "acquisition",
+        "Measure materials, reconstruct them, compare",
+    ),
+    choice(
+        include_str!("../../configs/starters/study.toml"),
+        "study",
+        "A cross table of coordinates and reconstructions with its statistics",
+    ),
+    choice(
+        ADVICE,
+        "advise",
+        "Which poses, and which reconstruction: what `gonio advise` compares",
+    ),
+    choice(
+        include_str!("../../configs/starters/moments.toml"),
+        "moments",
+        "Moment profiles of materials",
+    ),
+    choice(
+        include_str!("../../configs/relations.toml"),
+        "relations",
+        "Moments of reflected light, rendered and predicted",
+    ),
+    choice(
+        include_str!("../../configs/instruments/cornell.toml"),
+        "instrument",
+        "A machine of one's own, to be named in `[[instrument]] file = …`",
+    ),
+];
 
 impl Init {
     pub(super) fn run(self) -> Result<(), Error> {
-        let text = self.starter.text();
-        let name = self.starter.to_possible_value();
-        let name = name.map_or_else(String::new, |value| format!("{}.toml", value.get_name()));
-        let path = self.output.unwrap_or_else(|| name.into());
+        let Choice {
+            value: text, name, ..
+        } = self.starter;
+        let path = self.output;
+        let path = path.unwrap_or_else(|| format!("{name}.toml").into());
         if path == Path::new("-") {
             return print(text);
         }

@@ -51,147 +51,56 @@ enum Family {
     Columns,
 }
 
-/// A file and its columns with their meaning; groups of like columns share a line.
-type ColumnsOf = (&'static str, &'static [(&'static str, &'static str)]);
+/// The tables of the other kinds of experiments: each with its columns and their
+/// meaning; groups of like columns share a line.
+const MORE_COLUMNS: &str = "\
+ranking.csv
+metric, measure, truth | which ranking; truth is empty for all of them
+materials | materials of that truth
+parametrization, …, allowed | which choice, as in results.csv
+place | among the choices that have all materials, from 1
+mean | geometric mean of the error over materials
+ratio_to_best, _low, _high | ratio to the best choice with its 95 % bootstrap interval over materials
+p | Wilcoxon signed-rank test against the best, adjusted for the number of choices (Holm)
+wins, losses, ties | materials on which it is better or worse than the best by more than the band
+verdict | against the best
+readings, instrument_seconds | geometric means over materials
+order, order_low, order_high | slope of ln error on ln readings over the budgets, with its 95 % interval over materials
 
-/// The tables of the other kinds of experiments.
-const MORE_COLUMNS: [ColumnsOf; 5] = [
-    (
-        "ranking.csv",
-        &[
-            (
-                "metric, measure, truth",
-                "which ranking; truth is empty for all of them",
-            ),
-            ("materials", "materials of that truth"),
-            (
-                "parametrization, …, allowed",
-                "which choice, as in results.csv",
-            ),
-            ("place", "among the choices that have all materials, from 1"),
-            ("mean", "geometric mean of the error over materials"),
-            (
-                "ratio_to_best, _low, _high",
-                "ratio to the best choice with its 95 % bootstrap interval over materials",
-            ),
-            (
-                "p",
-                "Wilcoxon signed-rank test against the best, adjusted for the number of choices (Holm)",
-            ),
-            (
-                "wins, losses, ties",
-                "materials on which it is better or worse than the best by more than the band",
-            ),
-            ("verdict", "against the best"),
-            (
-                "readings, instrument_seconds",
-                "geometric means over materials",
-            ),
-            (
-                "order, order_low, order_high",
-                "slope of ln error on ln readings over the budgets, with its 95 % interval over materials",
-            ),
-        ],
-    ),
-    (
-        "profiles.csv (also of gonio moments)",
-        &[
-            ("material, channel, theta_o_deg", "which slice"),
-            (
-                "energy",
-                "rad²/sr: the integral of f_r over theta and phi, no cosine",
-            ),
-            (
-                "mean_10, mean_01",
-                "mean direction along theta and phi, rad",
-            ),
-            ("covariance_20, _11, _02", "central, rad²"),
-            ("skewness_30, _21, _12, _03", "standardised by sigma"),
-            (
-                "kurtosis_40, …, _04",
-                "excess: less that of a normal distribution of the same correlation",
-            ),
-            (
-                "*_uncertainty",
-                "standard deviation (random estimators) or error bound, in the same unit",
-            ),
-            (
-                "missing_share",
-                "share of the square (theta, phi) without data",
-            ),
-            (
-                "clamped_share",
-                "share of it that was below the diffuse part",
-            ),
-            ("evaluations", "values of the BRDF that were looked at"),
-            (
-                "unresolved",
-                "why the uncertainties are not to be trusted; empty if they are",
-            ),
-        ],
-    ),
-    (
-        "fits.csv: averages and counts are over the fitted views",
-        &[
-            ("diffuse", "what was subtracted before, 1/sr"),
-            (
-                "energy_base, ramp_height",
-                "rad²/sr; ramp_slope: per rad of theta_o",
-            ),
-            (
-                "knot_0_deg, knot_1_deg",
-                "where the ramp starts and ends; *_at_bound: at an end of the fitted views",
-            ),
-            (
-                "energy_*, mean_*, variance_*",
-                "mean absolute and root mean square errors: rad²/sr, rad, rad²",
-            ),
-            (
-                "mean_slope",
-                "of the mean over theta_o: −1 mirror, 0 Lambertian",
-            ),
-            ("average_variance", "(sigma_theta² + sigma_phi²)/2, rad²"),
-            ("skewness_30, kurtosis_40", "averages"),
-            (
-                "horizon_*",
-                "share of a profile's course that a cut by the horizon explains; empty without course",
-            ),
-        ],
-    ),
-    (
-        "correlations.csv: over the materials of a group",
-        &[
-            (
-                "between",
-                "orders: of the first channel; channels: of one quantity",
-            ),
-            ("pearson, spearman", "of the averages of both quantities"),
-            ("materials", "that have both"),
-        ],
-    ),
-    (
-        "relations.csv",
-        &[
-            (
-                "slice_*, slope",
-                "moments of the slice at theta_o, and how its mean moves with the view",
-            ),
-            (
-                "rendered_*",
-                "windowed moments of reflected radiance: radiance × rad, rad, rad²",
-            ),
-            (
-                "printed_*, corrected_*, windowed_*",
-                "the same as each form predicts it",
-            ),
-            (
-                "*_error",
-                "relative to the rendered value; of means in rendered standard deviations",
-            ),
-            ("cut_share", "share of the window beyond the horizon"),
-        ],
-    ),
-];
+profiles.csv (also of gonio moments)
+material, channel, theta_o_deg | which slice
+energy | rad²/sr: the integral of f_r over theta and phi, no cosine
+mean_10, mean_01 | mean direction along theta and phi, rad
+covariance_20, _11, _02 | central, rad²
+skewness_30, _21, _12, _03 | standardised by sigma
+kurtosis_40, …, _04 | excess: less that of a normal distribution of the same correlation
+*_uncertainty | standard deviation (random estimators) or error bound, in the same unit
+missing_share | share of the square (theta, phi) without data
+clamped_share | share of it that was below the diffuse part
+evaluations | values of the BRDF that were looked at
+unresolved | why the uncertainties are not to be trusted; empty if they are
+
+fits.csv: averages and counts are over the fitted views
+diffuse | what was subtracted before, 1/sr
+energy_base, ramp_height | rad²/sr; ramp_slope: per rad of theta_o
+knot_0_deg, knot_1_deg | where the ramp starts and ends; *_at_bound: at an end of the fitted views
+energy_*, mean_*, variance_* | mean absolute and root mean square errors: rad²/sr, rad, rad²
+mean_slope | of the mean over theta_o: −1 mirror, 0 Lambertian
+average_variance | (sigma_theta² + sigma_phi²)/2, rad²
+skewness_30, kurtosis_40 | averages
+horizon_* | share of a profile's course that a cut by the horizon explains; empty without course
+
+correlations.csv: over the materials of a group
+between | orders: of the first channel; channels: of one quantity
+pearson, spearman | of the averages of both quantities
+materials | that have both
+
+relations.csv
+slice_*, slope | moments of the slice at theta_o, and how its mean moves with the view
+rendered_* | windowed moments of reflected radiance: radiance × rad, rad, rad²
+printed_*, corrected_*, windowed_* | the same as each form predicts it
+*_error | relative to the rendered value; of means in rendered standard deviations
+cut_share | share of the window beyond the horizon";
 
 /// Members of a family, under a title.
 #[derive(Serialize)]
@@ -293,127 +202,136 @@ impl Member {
 }
 
 fn sections(family: Family) -> Vec<Section> {
-    let section = match family {
-        Family::Experiments => {
-            let kinds = Kind::ALL.iter().map(|k| Member::new(k.name(), k.summary()));
-            Section::new("experiments", "experiments: experiment = …", kinds)
-        }
-        Family::Estimators => {
-            let title = "estimators of moments: estimator = { kind = … } in [moments]";
-            let members = entries(&moments::all(), |estimator| estimator.resolved());
-            Section::new("estimators", title, members)
-        }
-        Family::Lightings => {
-            let title = "lightings: [[lighting]] with kind = … of relations, [lighting] of moments";
-            let members = entries(&lighting::all(), |light| light.resolved());
-            Section::new("lightings", title, members)
-        }
-        Family::Surfaces => {
-            // With the keys that nobody has to set: examples are small, for tests.
-            let by_default = |entry: Entry<_>| match registry::read_text(&entry, "") {
-                Ok(_) => Entry {
-                    examples: &[""],
-                    ..entry
-                },
-                Err(_) => entry,
-            };
-            let all = light_paths::surface::all().into_iter().map(by_default);
-            let members = entries(&all.collect::<Vec<_>>(), |surface| surface.resolved());
-            let title =
-                "surfaces: gonio surface KIND, --set KEY=VALUE to change one of its defaults";
-            Section::new("surfaces", title, members)
-        }
-        Family::Facets => {
-            let title = "facets: facets = { kind = … } of smith-multiple and of surfaces";
-            let members = entries(&light_paths::facets(), |facets| facets.resolved());
-            Section::new("facets", title, members)
-        }
+    let (name, title, members): (_, _, Vec<Member>) = match family {
+        Family::Experiments => (
+            "experiments",
+            "experiments: experiment = …",
+            (Kind::ALL.iter().map(|k| Member::new(k.name(), k.summary()))).collect(),
+        ),
+        Family::Estimators => (
+            "estimators",
+            "estimators of moments: estimator = { kind = … } in [moments]",
+            entries(&moments::all(), |estimator| estimator.resolved()),
+        ),
+        Family::Lightings => (
+            "lightings",
+            "lightings: [[lighting]] with kind = … of relations, [lighting] of moments",
+            entries(&lighting::all(), |light| light.resolved()),
+        ),
+        Family::Surfaces => (
+            "surfaces",
+            "surfaces: gonio surface KIND, --set KEY=VALUE to change one of its defaults",
+            surfaces(),
+        ),
+        Family::Facets => (
+            "facets",
+            "facets: facets = { kind = … } of smith-multiple and of surfaces",
+            entries(&light_paths::facets(), |facets| facets.resolved()),
+        ),
         Family::Instruments => return instruments(),
-        Family::Formats => {
-            let formats = formats::all().into_iter().map(|format| {
-                let endings = format.extensions.iter().map(|e| format!(".{e}"));
-                let endings: Vec<_> = endings.collect();
-                let (endings, holds) = (endings.join(", "), format.holds().join(", "));
-                Member::new(format.name, format.summary).with([format!("{endings}: {holds}")])
-            });
-            let title = "formats: of files, by extension or --format";
-            Section::new("formats", title, formats)
-        }
-        Family::Materials => {
-            let title = "materials: [[material]] with kind = …";
-            let members = entries(&experiment::materials(), |spec| spec.resolved());
-            Section::new("materials", title, members)
-        }
-        Family::SampleSets => {
-            let title = "sample sets: [[sample_set]] with kind = …";
-            let members = entries(&schedule::all(), |set| set.resolved());
-            Section::new("sample-sets", title, members)
-        }
-        Family::Planners => {
-            let title = "planners: [[sample_set]] with kind = …, and gonio next";
-            let members = entries(&acquisition::all(), |planner| planner.resolved());
-            Section::new("planners", title, members)
-        }
-        Family::Reconstructions => {
-            let title = "reconstructions: [[reconstruction]] with kind = …";
-            let members = entries(&reconstruct::all(), |method| method.resolved());
-            Section::new("reconstructions", title, members)
-        }
-        Family::Parametrizations => {
-            let all = parametrization::all();
-            let mut members = entries(&all, |p| p.resolved());
-            for (member, entry) in members.iter_mut().zip(&all) {
-                let of = |symmetry| {
-                    let axes = entry.axes(symmetry);
-                    let symbols: Vec<_> = axes.iter().map(|a| a.symbol).collect();
-                    symbols.join(", ")
-                };
-                let (isotropic, general) = (of(Symmetry::FULL), of(Symmetry::NONE));
-                let axes = format!("isotropic: {isotropic}; anisotropic: {general}");
-                member.facts.push(axes);
-            }
-            let title = "parametrizations: [[parametrization]] with kind = …";
-            Section::new("parametrizations", title, members)
-        }
-        Family::Warps => {
-            let title = "warps: warp = { AXIS = NAME } in a [[parametrization]], { AXIS = { kind = NAME, … } } with keys";
-            let members = entries(&parametrization::warps(), |warp| warp.resolved());
-            Section::new("warps", title, members)
-        }
-        Family::Measures => {
-            let measures = Measure::ALL
+        Family::Formats => (
+            "formats",
+            "formats: of files, by extension or --format",
+            formats::all().into_iter().map(format).collect(),
+        ),
+        Family::Materials => (
+            "materials",
+            "materials: [[material]] with kind = …",
+            entries(&experiment::materials(), |spec| spec.resolved()),
+        ),
+        Family::SampleSets => (
+            "sample-sets",
+            "sample sets: [[sample_set]] with kind = …",
+            entries(&schedule::all(), |set| set.resolved()),
+        ),
+        Family::Planners => (
+            "planners",
+            "planners: [[sample_set]] with kind = …, and gonio next",
+            entries(&acquisition::all(), |planner| planner.resolved()),
+        ),
+        Family::Reconstructions => (
+            "reconstructions",
+            "reconstructions: [[reconstruction]] with kind = …",
+            entries(&reconstruct::all(), |method| method.resolved()),
+        ),
+        Family::Parametrizations => (
+            "parametrizations",
+            "parametrizations: [[parametrization]] with kind = …",
+            parametrizations(),
+        ),
+        Family::Warps => (
+            "warps",
+            "warps: warp = { AXIS = NAME } in a [[parametrization]], { AXIS = { kind = NAME, … } } with keys",
+            entries(&parametrization::warps(), |warp| warp.resolved()),
+        ),
+        Family::Measures => (
+            "measures",
+            "measures: measures = [ … ]",
+            (Measure::ALL
                 .iter()
-                .map(|m| Member::new(m.name(), summary(*m)));
-            Section::new("measures", "measures: measures = [ … ]", measures)
-        }
+                .map(|m| Member::new(m.name(), summary(*m))))
+            .collect(),
+        ),
         Family::Columns => return columns(),
     };
-    vec![section]
+    vec![Section::new(name, title, members)]
+}
+
+/// Surfaces with the keys that nobody has to set: examples are small, for tests.
+fn surfaces() -> Vec<Member> {
+    let mut all = light_paths::surface::all();
+    for entry in &mut all {
+        if registry::read_text(entry, "").is_ok() {
+            entry.examples = &[""];
+        }
+    }
+    entries(&all, |surface| surface.resolved())
+}
+
+/// Parametrizations with their axes.
+fn parametrizations() -> Vec<Member> {
+    let all = parametrization::all();
+    let mut members = entries(&all, |p| p.resolved());
+    for (member, entry) in members.iter_mut().zip(&all) {
+        let [isotropic, general] = [Symmetry::FULL, Symmetry::NONE].map(|symmetry| {
+            let symbols = entry.axes(symmetry).into_iter().map(|a| a.symbol);
+            symbols.collect::<Vec<_>>().join(", ")
+        });
+        let axes = format!("isotropic: {isotropic}; anisotropic: {general}");
+        member.facts.push(axes);
+    }
+    members
+}
+
+/// A format with its extensions and what its files hold.
+fn format(format: formats::Format) -> Member {
+    let endings = format.extensions.iter().map(|e| format!(".{e}"));
+    let endings = endings.collect::<Vec<_>>().join(", ");
+    let fact = format!("{endings}: {}", format.holds().join(", "));
+    Member::new(format.name, format.summary).with([fact])
 }
 
 /// The columns of every table.
 fn columns() -> Vec<Section> {
-    let of_rows = Row::columns().map(|(name, meaning)| Member::new(name, meaning));
-    let title = "columns: of results.csv and results.jsonl";
-    let mut sections = vec![Section {
-        width: [22, 1],
-        ..Section::new("columns", title, of_rows)
-    }];
-    let times = Row::times().map(|(name, meaning)| Member::new(name, meaning));
-    let title = "columns: of timings.jsonl, by the key of the row; its last line is the run";
-    sections.push(Section {
-        width: [22, 1],
-        ..Section::new("columns", title, times)
-    });
-    sections.extend(MORE_COLUMNS.iter().map(|(file, columns)| {
-        let columns = columns
-            .iter()
-            .map(|(name, meaning)| Member::new(name, meaning));
-        Section {
-            width: [32, 1],
-            ..Section::new("columns", &format!("columns: of {file}"), columns)
-        }
-    }));
+    let table =
+        |file: &str, width: usize, columns: &mut dyn Iterator<Item = (&str, &str)>| Section {
+            width: [width, 1],
+            ..Section::new(
+                "columns",
+                &format!("columns: of {file}"),
+                columns.map(|(name, meaning)| Member::new(name, meaning)),
+            )
+        };
+    let times = "timings.jsonl, by the key of the row; its last line is the run";
+    let mut sections = vec![
+        table("results.csv and results.jsonl", 22, &mut Row::columns()),
+        table(times, 22, &mut Row::times()),
+    ];
+    for more in MORE_COLUMNS.split("\n\n") {
+        let (file, columns) = more.split_once('\n').unwrap_or((more, ""));
+        let mut columns = columns.lines().filter_map(|line| line.split_once(" | "));
+        sections.push(table(file, 32, &mut columns));
+    }
     sections
 }
 
@@ -434,14 +352,14 @@ fn instruments() -> Vec<Section> {
     });
     let classes = instrument::classes();
     let required = classes.iter().map(|class| {
-        let axes = class.axes();
+        let axes = class.axes;
         let facts = axes.iter().map(|axis| {
             let parent = axis.parent.map_or("base", |parent| axes[parent].role);
             let [x, y, z] = axis.vector;
             format!("{:<16} on {parent}, about [{x}, {y}, {z}]", axis.role)
         });
-        let summary = class.summary().to_owned();
-        Member::new(class.name(), "").with(std::iter::once(summary).chain(facts))
+        let summary = class.summary.to_owned();
+        Member::new(class.name, "").with(std::iter::once(summary).chain(facts))
     });
     let keys = Use::KEYS.map(|(key, meaning)| Member::new(key, meaning));
     let orders = Order::ALL.map(|order| Member::new(order.name(), order.summary()));

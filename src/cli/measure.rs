@@ -1,14 +1,16 @@
 //! `gonio measure`.
 
-use super::check::words;
 use super::readings_file::ReadingsFile;
 use super::schedule::out_of_reach;
-use super::talk::note;
-use super::{ThreadArgs, build, choose_material, format_names, print, read_as};
+use super::verbosity::note;
+use super::{
+    ThreadArgs, assumed, build, choose_material, format_names, planned_instrument, print,
+    read_schedule, set_all,
+};
 use crate::error::{Error, count};
 use crate::experiment::{IDEAL, Plan, PlannedInstrument, Source};
 use crate::formats::{Format, READ_SCHEDULE, WRITE_READINGS};
-use crate::instrument::{self, Ideal, Instrument, Order};
+use crate::instrument::{Ideal, Instrument};
 use crate::measurement::About;
 use crate::schedule::{Assume, Sequence};
 use clap::Args;
@@ -66,27 +68,20 @@ impl Measure {
         let file = ReadingsFile::new(self.format, &self.output)?;
         file.refuse_existing(self.force)?;
         let mut source = Source::read(&self.config)?;
-        for assignment in &self.set {
-            source.set(assignment, format!("--set {assignment}"))?;
-        }
+        set_all(&mut source, &self.set)?;
         let plan = Plan::read(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         super::remark(std::slice::from_ref(material));
         let assume = Assume {
             otherwise: material.symmetry,
-            axes: instrument::axis_names(),
-            ..Assume::default()
+            ..assumed()
         };
-        let name = self.schedule.display().to_string();
-        let (text, read) = read_as(&self.schedule, &READ_SCHEDULE)?;
-        let poses = read(&text, &name, &assume)?;
+        let poses = read_schedule(&self.schedule, &assume)?;
         let folded = poses.schedule.parametrization.symmetry();
         if folded.and(material.symmetry) != folded {
             note(&format!(
                 "gonio: the schedule is for {} materials; {} is {}",
-                words(folded),
-                material.name,
-                words(material.symmetry),
+                folded, material.name, material.symmetry,
             ));
         }
         let brdf = build(material, plan.channels.clone())?;
@@ -121,7 +116,7 @@ impl Measure {
                 let name = format!("the schedule for \"{}\"", material.name);
                 instrument.check_symmetry(folded, &name, || "--instrument".into())?;
                 let bench = instrument.bench(instrument.use_of.parts(), seed);
-                let bench = bench.map_err(|e| Error::Internal(e.to_string()))?;
+                let bench = bench.map_err(Error::internal)?;
                 let mut itinerary = bench.plan_given(&schedule, &order);
                 if !itinerary.unreachable.is_empty() && !self.skip_unreachable {
                     return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
@@ -157,10 +152,7 @@ impl Measure {
     /// The instrument that measures; `None`: the ideal one.
     fn instrument(&self, plan: &Plan) -> Result<Option<PlannedInstrument>, Error> {
         if let Some(name) = &self.instrument {
-            return match plan.instruments.iter().find(|i| i.name == *name) {
-                Some(planned) => Ok(Some(planned.clone())),
-                None => PlannedInstrument::load(name, Order::default()).map(Some),
-            };
+            return planned_instrument(plan, name).map(Some);
         }
         match plan.instruments.as_slice() {
             [] => Ok(None),

@@ -1,15 +1,15 @@
 //! `gonio merge`.
 
-use super::read_text;
-use super::run::{End, Shown, experiment, manifest};
-use super::talk::note;
+use super::run::{End, Shown};
+use super::verbosity::note;
+use super::{any_plan, read_text};
 use crate::error::{Error, count, count_are};
-use crate::experiment::{Expected, Record, RowKey, Source, Stage, asks_the_same, material_key};
-use crate::report::{CONFIG, Machine, MadeFrom, Outcome, RunFolder, read_rows};
+use crate::experiment::{AnyPlan, Expected, Record, RowKey, Source, asks_the_same, material_key};
+use crate::report::{CONFIG, Machine, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
 use clap::Args;
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
-use std::time::{Instant, SystemTime};
+use std::time::SystemTime;
 
 #[derive(Debug, Args)]
 pub(super) struct Merge {
@@ -35,10 +35,14 @@ impl Merge {
             return Err(Error::output(&self.output, message));
         }
         let source = self.config()?;
-        experiment(&source)?.merge(&self, &source, started)
+        match any_plan(&source)? {
+            AnyPlan::Acquisition(plan) => self.put_together(&*plan, &source, started),
+            AnyPlan::Moments(plan) => self.put_together(&*plan, &source, started),
+            AnyPlan::Relations(plan) => self.put_together(&*plan, &source, started),
+        }
     }
 
-    pub(super) fn put_together<E: Shown>(
+    fn put_together<E: Shown>(
         &self,
         plan: &E,
         source: &Source,
@@ -49,8 +53,8 @@ impl Merge {
             let message = "a run is here already; choose another folder with -o, or --force";
             return Err(Error::output(&self.output, message));
         }
-        let expected = plan.expected(None);
-        let of = |e: &Expected| (plan.materials()[e.material].name.clone(), e.label.clone());
+        let (head, expected) = (plan.head(), plan.expected(None));
+        let of = |e: &Expected| (head.materials[e.material].name.clone(), e.label.clone());
         let places: HashMap<(String, String), usize> = expected.iter().map(of).zip(0..).collect();
         let mut found: Vec<Option<(&Path, E::Record)>> = vec![None; expected.len()];
         let mut from = MadeFrom::default();
@@ -112,10 +116,10 @@ impl Merge {
         let sorted: Vec<E::Record> = sorted.collect();
         let keys: Vec<RowKey> = sorted.iter().map(|r| r.key().to_owned()).collect();
         let key_of = |name: &String| made_from.get(name).map(|(key, _)| key.clone());
-        let materials: Vec<Option<RowKey>> =
-            plan.materials().iter().map(|m| key_of(&m.name)).collect();
+        let materials = head.materials.iter().map(|m| key_of(&m.name));
+        let materials: Vec<Option<RowKey>> = materials.collect();
         let (found, of) = (keys.len(), expected.len());
-        let mut folder = RunFolder::open(&self.output, self.force, plan.resolved())?;
+        let mut folder = RunFolder::open(&self.output, self.force, head.resolved)?;
         folder.write_rows(&sorted)?;
         for dir in &self.parts {
             folder.copy_below(dir)?;
@@ -133,21 +137,15 @@ impl Merge {
             ..Outcome::default()
         };
         let (mut seconds, mut counts) = (from.seconds.clone(), from.counts.clone());
-        let manifest = manifest(plan, source, Vec::new(), outcome, Some(from));
-        let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
-        let begun = Instant::now();
-        plan.conclude(
-            &mut folder,
-            &End {
-                keys: &keys,
-                materials: &materials,
-                manifest: &facts,
-                ended: true,
-                whole: true,
-            },
-        )?;
-        *seconds.entry(Stage::Report.name().into()).or_default() += begun.elapsed().as_secs_f64();
-        counts.extend(&folder.ledger().counts());
+        let manifest = Manifest::new(head, source, Vec::new(), outcome, Some(from));
+        let end = End {
+            keys: &keys,
+            materials: &materials,
+            manifest: &manifest,
+            ended: true,
+            whole: true,
+        };
+        end.conclude(plan, &mut folder, &mut seconds, &mut counts)?;
         let path = folder.finish(&keys, manifest, &Machine::new(started, seconds, counts))?;
         note(&format!(
             "\n{found} of {} in {}",
@@ -205,7 +203,7 @@ fn meant<E: Shown>(
     let mut meant = HashMap::new();
     for several in found.iter().collect::<Vec<_>>().chunk_by(|a, b| a.0 == b.0) {
         let position = several[0].0;
-        let material = &plan.materials()[position];
+        let material = &plan.head().materials[position];
         if let ([(_, only)], false) = (several, material.spec.tables().files.is_empty()) {
             meant.insert(position, only.clone());
             continue;

@@ -6,6 +6,7 @@
 mod advise;
 mod bench;
 mod brdf_args;
+mod cached;
 mod check;
 mod claims;
 mod collect;
@@ -16,7 +17,6 @@ mod density;
 mod distortion;
 mod energy;
 mod init;
-mod kept;
 mod list;
 mod measure;
 mod merge;
@@ -40,24 +40,29 @@ mod subset;
 mod surface;
 mod symmetry;
 mod tabulate;
-mod talk;
 mod train;
+mod values;
+mod verbosity;
 
 use crate::brdf::{Brdf, BuildError, Channels};
-use crate::error::{Error, ParameterError, count, excerpt, in_left_open, one_of};
-use crate::experiment::{AnyPlan, MAX_BUDGET, MAX_MINUTES, Material, Source};
+use crate::error::{Error, ParameterError, count, excerpt, one_of};
+use crate::experiment::{AnyPlan, Material, Plan, PlannedInstrument, Source};
 use crate::files;
-use crate::formats::{Format, Use, WRITE_TABLE};
+use crate::formats::{Format, READ_SCHEDULE, Use, WRITE_TABLE};
+use crate::instrument::{self, Order};
 use crate::registry::Entry;
+use crate::schedule::{Assume, Choice, ScheduleFile};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser};
 use config_args::ConfigArgs;
 pub use signals::exit_code;
-use std::io::{self, ErrorKind, Write};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-pub use talk::say_error;
-use talk::{TalkArgs, color_of, detail, say};
+use values::{NoNumber, budget, minutes, number, whole};
+pub use verbosity::say_error;
+use verbosity::{VerbosityArgs, color_of, detail, say, wrote};
 
 /// A virtual gonio-reflectometer: measure, reconstruct and compare BRDFs.
 #[derive(Debug, Parser)]
@@ -70,67 +75,88 @@ pub struct Cli {
     #[command(subcommand)]
     command: Command,
     #[command(flatten)]
-    talk: TalkArgs,
+    talk: VerbosityArgs,
 }
 
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Write a commented config to start from
-    Init(init::Init),
-    /// Run an experiment: measure, reconstruct, compare
-    Run(run::Run),
-    /// Put the parts of a run together
-    Merge(merge::Merge),
-    /// Check a config as `run` would and print its plan, without measuring
-    Check(check::Check),
-    /// List what a config can name
-    List(list::List),
-    /// Export schedules of a config, for an instrument
-    Schedule(schedule::Schedule),
-    /// Which poses and which reconstruction are best for materials like some
-    Advise(advise::Advise),
-    /// The poses to read next, from the readings so far
-    Next(next::Next),
-    /// Measure a material at the poses of a schedule file
-    Measure(measure::Measure),
-    /// Make a BRDF of a measurement file, and say how good it is
-    Reconstruct(reconstruct::Reconstruct),
-    /// JSON Schema of configs, instruments, and of the lines of our files
-    Schema(schema::Schema),
-    /// Moment profiles of a material, or of every material of a config
-    Moments(moments::Moments),
-    /// Pictures of a material seen from chosen elevations
-    Slice(slice::Slice),
-    /// Symmetries of a material, by how much it misses them and what they save
-    Symmetry(symmetry::SymmetryArgs),
-    /// How far the isolines of a material are from the axes of each parametrization
-    Distortion(distortion::Distortion),
-    /// Which coordinates the poses of schedules follow
-    Density(density::DensityArgs),
-    /// What Barla et al. 2015 say of the parametrizations, and whether it is so
-    Claims(claims::Claims),
-    /// Pictures of parametrizations, materials and reconstructions
-    Picture(picture::Picture),
-    /// The light paths that a box of coordinates stands for
-    Subset(subset::Subset),
-    /// Which coordinates light of one facet, of two, of more is in
-    Paths(paths::PathsArgs),
-    /// A rough surface: its statistics, and light after one facet and more
-    Surface(surface::SurfaceArgs),
-    #[command(about = format!("Write a material of a config as a table ({})", WRITE_TABLE.extensions(".")))]
-    Tabulate(tabulate::Tabulate),
-    /// Write a table, readings or a schedule in another format, and say what became of them
-    Convert(convert::Convert),
-    /// What many materials have in common, for planners and reconstructions
-    Train(train::Train),
-    /// Every registry at the edges of its domain: errors against their conditioning
-    Stability(stability::Stability),
-    /// Measure the program against the clock
-    Bench(bench::Bench),
-    /// What completes commands and options in a shell
-    Completions(shell::Completions),
-    /// Man pages
-    Man(shell::ManPages),
+/// A choice between commands, each of which runs.
+macro_rules! commands {
+    ($(#[$of:meta])* enum $commands:ident { $($(#[$meta:meta])* $name:ident($command:ty),)* }) => {
+        $(#[$of])*
+        #[derive(Debug, clap::Subcommand)]
+        enum $commands {
+            $($(#[$meta])* $name($command),)*
+        }
+
+        impl $commands {
+            fn run(self) -> Result<(), Error> {
+                match self {
+                    $(Self::$name(command) => command.run(),)*
+                }
+            }
+        }
+    };
+}
+use commands;
+
+commands! {
+    enum Command {
+        /// Write a commented config to start from
+        Init(init::Init),
+        /// Run an experiment: measure, reconstruct, compare
+        Run(run::Run),
+        /// Put the parts of a run together
+        Merge(merge::Merge),
+        /// Check a config as `run` would and print its plan, without measuring
+        Check(check::Check),
+        /// List what a config can name
+        List(list::List),
+        /// Export schedules of a config, for an instrument
+        Schedule(schedule::Schedule),
+        /// Which poses and which reconstruction are best for materials like some
+        Advise(advise::Advise),
+        /// The poses to read next, from the readings so far
+        Next(next::Next),
+        /// Measure a material at the poses of a schedule file
+        Measure(measure::Measure),
+        /// Make a BRDF of a measurement file, and say how good it is
+        Reconstruct(reconstruct::Reconstruct),
+        /// JSON Schema of configs, instruments, and of the lines of our files
+        Schema(schema::Schema),
+        /// Moment profiles of a material, or of every material of a config
+        Moments(moments::Moments),
+        /// Pictures of a material seen from chosen elevations
+        Slice(slice::Slice),
+        /// Symmetries of a material, by how much it misses them and what they save
+        Symmetry(symmetry::SymmetryArgs),
+        /// How far the isolines of a material are from the axes of each parametrization
+        Distortion(distortion::Distortion),
+        /// Which coordinates the poses of schedules follow
+        Density(density::DensityArgs),
+        /// What Barla et al. 2015 say of the parametrizations, and whether it is so
+        Claims(claims::Claims),
+        /// Pictures of parametrizations, materials and reconstructions
+        Picture(picture::Picture),
+        /// The light paths that a box of coordinates stands for
+        Subset(subset::Subset),
+        /// Which coordinates light of one facet, of two, of more is in
+        Paths(paths::PathsArgs),
+        /// A rough surface: its statistics, and light after one facet and more
+        Surface(surface::SurfaceArgs),
+        #[command(about = format!("Write a material of a config as a table ({})", WRITE_TABLE.extensions(".")))]
+        Tabulate(tabulate::Tabulate),
+        /// Write a table, readings or a schedule in another format, and say what became of them
+        Convert(convert::Convert),
+        /// What many materials have in common, for planners and reconstructions
+        Train(train::Train),
+        /// Every registry at the edges of its domain: errors against their conditioning
+        Stability(stability::Stability),
+        /// Measure the program against the clock
+        Bench(bench::Bench),
+        /// What completes commands and options in a shell
+        Completions(shell::Completions),
+        /// Man pages
+        Man(shell::ManPages),
+    }
 }
 
 impl Cli {
@@ -214,41 +240,6 @@ fn signed(command: clap::Command) -> clap::Command {
     command.mut_subcommands(signed)
 }
 
-impl Command {
-    fn run(self) -> Result<(), Error> {
-        match self {
-            Command::Init(command) => command.run(),
-            Command::Run(command) => command.run(),
-            Command::Merge(command) => command.run(),
-            Command::Check(command) => command.run(),
-            Command::List(command) => command.run(),
-            Command::Schedule(command) => command.run(),
-            Command::Advise(command) => command.run(),
-            Command::Next(command) => command.run(),
-            Command::Measure(command) => command.run(),
-            Command::Reconstruct(command) => command.run(),
-            Command::Schema(command) => command.run(),
-            Command::Moments(command) => command.run(),
-            Command::Slice(command) => command.run(),
-            Command::Distortion(command) => command.run(),
-            Command::Density(command) => command.run(),
-            Command::Claims(command) => command.run(),
-            Command::Symmetry(command) => command.run(),
-            Command::Picture(command) => command.run(),
-            Command::Subset(command) => command.run(),
-            Command::Paths(command) => command.run(),
-            Command::Surface(command) => command.run(),
-            Command::Tabulate(command) => command.run(),
-            Command::Convert(command) => command.run(),
-            Command::Train(command) => command.run(),
-            Command::Stability(command) => command.run(),
-            Command::Bench(command) => command.run(),
-            Command::Completions(command) => command.run(),
-            Command::Man(command) => command.run(),
-        }
-    }
-}
-
 /// The largest seed of a config: TOML has no larger numbers.
 const MOST_SEED: u64 = i64::MAX as u64;
 
@@ -285,7 +276,7 @@ impl ThreadArgs {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.into())
             .build_global()
-            .map_err(|e| Error::Internal(e.to_string()))
+            .map_err(Error::internal)
     }
 }
 
@@ -319,18 +310,15 @@ fn choose_material<'a>(
     materials: &'a [Material],
     name: Option<&str>,
 ) -> Result<&'a Material, Error> {
-    let names = || materials.iter().map(|m| m.name.clone());
     match (name, materials) {
         (None, [only]) => Ok(only),
         (None, _) => {
-            let allowed = names().collect::<Vec<_>>().join(", ");
+            let names: Vec<_> = materials.iter().map(|m| m.name.as_str()).collect();
+            let allowed = names.join(", ");
             let message = format!("this config has several materials; allowed: one of {allowed}");
             Err(Error::config("--material", message))
         }
-        (Some(name), all) => {
-            let chosen = all.iter().find(|m| m.name == name);
-            chosen.ok_or_else(|| unknown("--material", name, names()))
-        }
+        (Some(_), all) => Ok(named_by("--material", name, all, |m| &m.name)?[0]),
     }
 }
 
@@ -349,14 +337,51 @@ fn member<T: ?Sized>(
     })
 }
 
+/// A member of a family with the keys of `--set`.
+fn with_keys<T: ?Sized>(entry: &Entry<T>, set: &[String]) -> Result<Box<T>, Error> {
+    let mut keys = Source::new("--set", "");
+    set_all(&mut keys, set)?;
+    (entry.read)(keys.table()?).map_err(|e| keys.error(e))
+}
+
+/// Sets the keys of every `--set`.
+fn set_all(source: &mut Source, set: &[String]) -> Result<(), Error> {
+    set.iter()
+        .try_for_each(|assignment| source.set(assignment, format!("--set {assignment}")))
+}
+
+/// What an option chooses of the config: one or more of this name; all without the option.
+fn named_by<'a, T>(
+    option: &str,
+    name: Option<&str>,
+    all: impl IntoIterator<Item = &'a T>,
+    name_of: impl Fn(&'a T) -> &'a str,
+) -> Result<Vec<&'a T>, Error> {
+    let all: Vec<&T> = all.into_iter().collect();
+    let Some(name) = name else {
+        return Ok(all);
+    };
+    let chosen = all.iter().copied().filter(|member| name_of(member) == name);
+    match chosen.collect::<Vec<_>>() {
+        none if none.is_empty() => {
+            let names = all.into_iter().map(|member| name_of(member).to_owned());
+            Err(unknown(option, name, names))
+        }
+        chosen => Ok(chosen),
+    }
+}
+
+/// The instrument of this name in a plan, else the preset or file.
+fn planned_instrument(plan: &Plan, name: &str) -> Result<PlannedInstrument, Error> {
+    match plan.instruments.iter().find(|i| i.name == name) {
+        Some(planned) => Ok(planned.clone()),
+        None => PlannedInstrument::load(name, Order::default()),
+    }
+}
+
 /// The error for a name that the config has not; each of `allowed` is told once.
 fn unknown(option: &str, name: &str, allowed: impl IntoIterator<Item = String>) -> Error {
-    let mut names: Vec<String> = Vec::new();
-    for name in allowed {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
+    let names = each_once(allowed);
     let allowed = match names.is_empty() {
         true => "another option, as the config has none of these".into(),
         false => one_of(name, names),
@@ -364,6 +389,17 @@ fn unknown(option: &str, name: &str, allowed: impl IntoIterator<Item = String>) 
     let name = excerpt(name);
     let message = format!("\"{name}\" is not in this config; allowed: {allowed}");
     Error::config(option, message)
+}
+
+/// Each value once, in the order in which they come.
+fn each_once<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut once = Vec::new();
+    for value in all {
+        if !once.contains(&value) {
+            once.push(value);
+        }
+    }
+    once
 }
 
 /// The BRDF of a material.
@@ -396,19 +432,69 @@ fn doubt(material: &Material, brdf: &dyn Brdf) {
     }
 }
 
-/// Reads a `--format` by its name.
-fn format_names<T: 'static>(
-    wanted: &'static Use<T>,
-) -> impl TypedValueParser<Value = Format> + use<T> {
-    let value = |f: Format| PossibleValue::new(f.name).help(f.summary);
-    let names = PossibleValuesParser::new(wanted.formats().map(value));
-    names.try_map(|name| wanted.named(&name))
+/// Reads one of some values by its name.
+fn one_value<T: Clone + Send + Sync + 'static>(
+    all: Vec<(T, PossibleValue)>,
+) -> impl TypedValueParser<Value = T> {
+    let (values, names): (Vec<T>, Vec<PossibleValue>) = all.into_iter().unzip();
+    let place = names.clone();
+    PossibleValuesParser::new(names).try_map(move |name| {
+        let place = place.iter().position(|value| value.get_name() == name);
+        let found = place.map(|place| values[place].clone());
+        found.ok_or_else(|| ParameterError::new("value", name, "one of the list"))
+    })
 }
 
-/// The text of an input file, and the function that reads it.
-fn read_as<T>(path: &Path, wanted: &Use<T>) -> Result<(String, T), Error> {
+/// Reads one of the values of an option by its name; one without a meaning is told by its name alone.
+fn choices<T: Copy + Send + Sync>(
+    all: &'static [Choice<T>],
+) -> impl TypedValueParser<Value = &'static Choice<T>> {
+    let named = all.iter().map(|choice| {
+        let value = PossibleValue::new(choice.name);
+        match choice.meaning {
+            "" => (choice, value),
+            meaning => (choice, value.help(meaning)),
+        }
+    });
+    one_value(named.collect())
+}
+
+/// The same without its name.
+fn choice_of<T: Copy + Send + Sync>(all: &'static [Choice<T>]) -> impl TypedValueParser<Value = T> {
+    choices(all).map(|choice| choice.value)
+}
+
+/// Reads a `--format` by its name.
+fn format_names<T>(wanted: &Use<T>) -> impl TypedValueParser<Value = Format> + use<T> {
+    let value = |f: Format| (f, PossibleValue::new(f.name).help(f.summary));
+    one_value(wanted.formats().map(value).collect())
+}
+
+/// The format of an output file: the one that was chosen, else that which its extension says.
+fn format_of<T>(wanted: &Use<T>, chosen: Option<Format>, path: &Path) -> Result<Format, Error> {
+    let format = wanted.format(chosen, path);
+    format.map_err(|e| Error::output(path, e))
+}
+
+/// The function that writes an output file in a format.
+fn writer<T>(wanted: &Use<T>, format: &Format, path: &Path) -> Result<T, Error> {
+    let write = wanted.function(format);
+    write.map_err(|e| Error::output(path, e))
+}
+
+/// What files of poses and readings do not say.
+fn assumed() -> Assume {
+    Assume {
+        axes: instrument::axis_names(),
+        ..Assume::default()
+    }
+}
+
+/// The schedule of a file.
+fn read_schedule(path: &Path, assume: &Assume) -> Result<ScheduleFile, Error> {
     detail(|| format!("gonio: reads {}", path.display()));
-    wanted.open(path)
+    let (text, read) = READ_SCHEDULE.open(path)?;
+    Ok(read(&text, &path.display().to_string(), assume)?)
 }
 
 /// The text of an input file.
@@ -437,48 +523,24 @@ fn written(path: &Path, result: io::Result<()>) -> Result<(), Error> {
     }
 }
 
-/// Reads a number of configurations: 1000, or 1e6.
-fn budget(text: &str) -> Result<usize, ParameterError> {
-    const MOST: u64 = MAX_BUDGET as u64;
-    let number = whole::<1, MOST>(text);
-    let number = number.map_err(|e| ParameterError::new("budget", text, e.0))?;
-    Ok(number as usize)
+/// Bytes of ours as text.
+fn text(bytes: Vec<u8>) -> Result<String, Error> {
+    String::from_utf8(bytes).map_err(Error::internal)
 }
 
-/// What a number of an option must be.
-#[derive(Debug, thiserror::Error)]
-#[error("allowed: {0}")]
-struct NoNumber(String);
-
-/// Reads a whole number: 1000, or 1e6.
-fn whole<const LEAST: u64, const MOST: u64>(text: &str) -> Result<u64, NoNumber> {
-    let text = text.trim();
-    let of_float = |n: f64| (n.fract() == 0.0 && (0.0..1e15).contains(&n)).then_some(n as u64);
-    let number = text.parse().ok();
-    let number = number.or_else(|| of_float(text.parse().ok()?));
-    number
-        .filter(|n| (LEAST..=MOST).contains(n))
-        .ok_or_else(|| {
-            let allowed = match MOST {
-                u64::MAX => format!("a whole number from {LEAST} on"),
-                _ => format!("a whole number from {LEAST} to {MOST}"),
-            };
-            NoNumber(allowed)
-        })
+/// Writes a file, and tells its path.
+fn write_file(
+    path: &Path,
+    body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<(), Error> {
+    written(path, files::write_atomically(path, body))?;
+    wrote(path);
+    Ok(())
 }
 
-/// Reads a number that `check` takes.
-fn number(
-    text: &str,
-    check: impl FnOnce(f64) -> Result<f64, ParameterError>,
-) -> Result<f64, NoNumber> {
-    let number = text.trim().parse().unwrap_or(f64::NAN);
-    check(number).map_err(|e| NoNumber(e.allowed))
-}
-
-/// Reads a time in minutes: 90, or 0.5.
-fn minutes(text: &str) -> Result<f64, NoNumber> {
-    number(text, |n| in_left_open("minutes", n, 0.0, MAX_MINUTES))
+/// Makes a folder for files, and those that it is in.
+fn make_folder(dir: &Path) -> Result<(), Error> {
+    fs::create_dir_all(dir).map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))
 }
 
 /// Refuses to replace a file unless `force`, and a folder, a device or an input always; its folder may be made later.

@@ -1,18 +1,17 @@
 //! `gonio moments`.
 
 use super::brdf_args::BrdfArgs;
-use super::collect::Collect;
-use super::run::{tell_inputs, tell_missing};
-use super::talk::{note, say, wrote};
-use super::{ThreadArgs, print, refuse_existing};
+use super::collect::{collect, tell_failures};
+use super::run::tell_missing;
+use super::verbosity::{note, wrote};
+use super::{ThreadArgs, make_folder, print, refuse_existing, text, written};
 use crate::error::{Error, count_are};
+use crate::experiment::Failure;
 use crate::experiment::moments::{MaterialProfiles, MomentsPlan, ProfileRow};
-use crate::experiment::{Experiment, Extent, Failure, Known, Source};
 use crate::files::write_atomically;
 use crate::report::{profiles_csv, profiles_json};
 use clap::{Args, ValueEnum};
-use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -44,8 +43,7 @@ pub(super) struct Moments {
 impl Moments {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        let source = self.brdf.source()?;
-        let plan = self.brdf.plan(&source)?;
+        let plan = self.brdf.plan()?;
         let files = match &self.output {
             Some(dir) => {
                 if dir.exists() && !dir.is_dir() {
@@ -61,16 +59,11 @@ impl Moments {
             None => Vec::new(),
         };
         tell_missing(&plan.missing);
-        let mut collected = Collect::<MaterialProfiles>::new();
-        let summary = plan.run(&Extent::default(), &Known::default(), &mut collected)?;
-        tell_inputs(&summary);
-        let (profiles, failures) = collected.end();
+        let (profiles, failures) = collect(&plan)?;
         if let (Some(failure), true) = (failures.first(), profiles.is_empty()) {
-            return Err(unusable(&plan, failure, &source));
+            return Err(unusable(&plan, failure, self.brdf.place()));
         }
-        for Failure { job, reason, .. } in &failures {
-            say(&format!("gonio: {job}: {reason}"));
-        }
+        tell_failures(&failures);
         for material in plan.materials.iter().filter(|m| !m.symmetry.isotropic) {
             note(&format!(
                 "gonio: {} is anisotropic; its slices are those of views at azimuth 0",
@@ -106,25 +99,39 @@ impl Moments {
             }),
         };
         let Some(dir) = &self.output else {
-            match self.format {
-                Format::Csv if !self.json => print(&text(|out| profiles_csv(&rows, out))?)?,
-                Format::Csv | Format::Json => print(&text(|out| profiles_json(&rows, out))?)?,
-            }
+            let mut out = Vec::new();
+            let made = match self.json || self.format == Format::Json {
+                true => profiles_json(&rows, &mut out),
+                false => profiles_csv(&rows, &mut out),
+            };
+            made.map_err(Error::internal)?;
+            print(&text(out)?)?;
             return failed(Path::new("stdout"));
         };
-        fs::create_dir_all(dir)
-            .map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))?;
-        write(&files[0], |out| profiles_csv(&rows, out))?;
-        write(&files[1], |out| profiles_json(&rows, out))?;
-        let config = toml::to_string(&plan.resolved).map_err(|e| Error::Internal(e.to_string()))?;
-        write(&files[2], |out| out.write_all(config.as_bytes()))?;
+        make_folder(dir)?;
+        written(
+            &files[0],
+            write_atomically(&files[0], |out| profiles_csv(&rows, out)),
+        )?;
+        written(
+            &files[1],
+            write_atomically(&files[1], |out| profiles_json(&rows, out)),
+        )?;
+        let config = toml::to_string(&plan.resolved).map_err(Error::internal)?;
+        written(
+            &files[2],
+            write_atomically(&files[2], |out| out.write_all(config.as_bytes())),
+        )?;
         for profile in &profiles {
             let mut of = plan.materials.iter().filter(|m| m.name == profile.material);
             let bilateral = of.next().is_some_and(|m| m.symmetry.bilateral);
             let sheet = crate::report::material_sheet(profile, bilateral);
             let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
             let path = diagram(dir, &profile.material);
-            write(&path, |out| out.write_all(svg.as_bytes()))?;
+            written(
+                &path,
+                write_atomically(&path, |out| out.write_all(svg.as_bytes())),
+            )?;
         }
         for path in files.iter().filter(|path| path.exists()) {
             wrote(path);
@@ -139,7 +146,7 @@ fn diagram(dir: &Path, material: &str) -> PathBuf {
 }
 
 /// The error of a material that could not be built: its keys are checked, so a file is at fault.
-fn unusable(plan: &MomentsPlan, failure: &Failure, source: &Source) -> Error {
+fn unusable(plan: &MomentsPlan, failure: &Failure, place: &str) -> Error {
     let material = plan.materials.iter().find(|m| m.name == failure.job);
     let files = material.map(|m| m.spec.tables().files).unwrap_or_default();
     for file in files {
@@ -151,7 +158,7 @@ fn unusable(plan: &MomentsPlan, failure: &Failure, source: &Source) -> Error {
         }
     }
     let message = format!("{}: {}", failure.job, failure.reason);
-    Error::config(source.name(), message)
+    Error::config(place, message)
 }
 
 /// The files of an output folder: table, JSON, then one diagram per material.
@@ -161,18 +168,4 @@ fn names(plan: &MomentsPlan, dir: &Path) -> Vec<PathBuf> {
         .into();
     names.extend(plan.materials.iter().map(|m| diagram(dir, &m.name)));
     names
-}
-
-fn write(
-    path: &Path,
-    body: impl FnOnce(&mut BufWriter<fs::File>) -> io::Result<()>,
-) -> Result<(), Error> {
-    write_atomically(path, body)
-        .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))
-}
-
-fn text(body: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<String, Error> {
-    let mut out = Vec::new();
-    body(&mut out).map_err(|e| Error::Internal(e.to_string()))?;
-    String::from_utf8(out).map_err(|e| Error::Internal(e.to_string()))
 }

@@ -3,17 +3,19 @@
 use super::reading::ReadingArgs;
 use super::reconstruct::symmetry;
 use super::schedule::{orders, out_of_reach};
-use super::talk::{note, suspected, with_bound, wrote};
-use super::{ThreadArgs, format_names, print, refuse_unwritable, whole, written};
-use crate::acquisition::{self, Forecast, Planner, Task};
-use crate::error::{Error, count, excerpt, one_of};
-use crate::experiment::{PlannedInstrument, Source};
-use crate::files::write_atomically;
+use super::verbosity::{note, suspected, with_bound};
+use super::{
+    ThreadArgs, assumed, format_names, format_of, member, print, refuse_unwritable, whole,
+    with_keys, write_file, writer,
+};
+use crate::acquisition::{self, Forecast, Planner, Request};
+use crate::error::{Error, count};
+use crate::experiment::PlannedInstrument;
 use crate::formats::{Format, WRITE_SCHEDULE};
 use crate::geometry::Symmetry;
-use crate::instrument::{self, Order};
+use crate::instrument::Order;
+use crate::measurement::Measurement;
 use crate::metrics::Expected;
-use crate::parametrization;
 use crate::schedule::{Assume, Itinerary, Sequence};
 use clap::Args;
 use std::path::PathBuf;
@@ -80,15 +82,14 @@ pub(super) struct Next {
 impl Next {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        let write = WRITE_SCHEDULE.choose(self.format, &self.output);
-        let write = write.map_err(|e| Error::output(&self.output, e))?;
+        let format = format_of(&WRITE_SCHEDULE, self.format, &self.output)?;
+        let write = writer(&WRITE_SCHEDULE, &format, &self.output)?;
         refuse_unwritable(&self.output, self.force)?;
         let planner = self.planner()?;
         let assume = Assume {
             symmetry: self.symmetry,
             otherwise: Symmetry::FULL,
-            axes: instrument::axis_names(),
-            ..Assume::default()
+            ..assumed()
         };
         let so_far = match self.readings.as_slice() {
             [] => None,
@@ -104,7 +105,6 @@ impl Next {
             Some(so_far) => so_far.schedule.parametrization.symmetry(),
             None => self.symmetry.unwrap_or(Symmetry::FULL),
         };
-        let form = parametrization::usual_form(symmetry);
         let instrument = self.instrument.as_ref();
         let instrument =
             instrument.map(|name| PlannedInstrument::load(name, self.order.unwrap_or_default()));
@@ -113,23 +113,22 @@ impl Next {
             Some(instrument) => {
                 instrument.check_symmetry(symmetry, "the material", || "--instrument".into())?;
                 let bench = instrument.bench(instrument.use_of.parts(), self.seed);
-                Some(bench.map_err(|e| Error::Internal(e.to_string()))?)
+                Some(bench.map_err(Error::internal)?)
             }
             None => None,
         };
-        let asked = so_far.as_ref().map_or(0, |m| m.schedule.poses.len());
-        let task = Task {
-            form,
-            budget: asked + self.batch,
+        let request = Request {
+            batch: self.batch,
+            symmetry,
             seed: self.seed,
             machine: bench.as_ref().map(|bench| bench.machine()),
             go_on: &|| true,
-            truth: None,
         };
-        let so_far = so_far.unwrap_or_else(|| acquisition::nothing(&task));
-        if planner.is_enough(&task, &so_far) {
-            let expected = planner.forecast(&task, &so_far, &[]);
-            let known = expected.map(|f| with_bound(&f.now, so_far.readings()));
+        let batch = request.ask(&*planner, so_far.as_ref());
+        let batch = batch.map_err(|e| Error::infeasible("--batch", e))?;
+        let (schedule, readings) = (&batch.schedule, batch.readings);
+        if batch.is_enough {
+            let known = batch.forecast.map(|f| with_bound(&f.now, readings));
             if self.output.is_file() {
                 // To be replaced by nothing: its poses are not to be read again.
                 let removed = std::fs::remove_file(&self.output);
@@ -137,18 +136,15 @@ impl Next {
             }
             return print(&format!("stop: {}\n", known.unwrap_or_default()));
         }
-        let poses = planner.next(&task, &so_far, self.batch);
-        let poses = poses.map_err(|e| Error::infeasible("--batch", e))?;
-        if poses.is_empty() {
+        let chosen = schedule.poses.len();
+        if chosen == 0 {
             let message = format!("{} has no further pose", self.planner);
             return Err(Error::infeasible("--planner", message));
         }
-        let forecast = planner.forecast(&task, &so_far, &poses);
-        let schedule = acquisition::scheduled(&task, &*planner, poses);
         let mut minutes = String::new();
         let itinerary = match (&bench, &instrument) {
             (Some(bench), Some(instrument)) => {
-                let itinerary = bench.plan(&schedule, instrument.use_of.order);
+                let itinerary = bench.plan(schedule, instrument.use_of.order);
                 if !itinerary.unreachable.is_empty() {
                     return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
                 }
@@ -163,50 +159,52 @@ impl Next {
             _ => None,
         };
         let sequence = Sequence::from(itinerary.as_ref());
-        written(
-            &self.output,
-            write_atomically(&self.output, |out| write(&schedule, sequence, out)),
-        )?;
-        wrote(&self.output);
+        write_file(&self.output, |out| write(schedule, sequence, out))?;
         print(&format!(
             "so far: {}, {}\nnext: {}{minutes}\n",
-            count(asked, "pose"),
-            count(so_far.readings(), "reading"),
-            count(schedule.poses.len(), "pose"),
+            count(batch.asked, "pose"),
+            count(readings, "reading"),
+            count(chosen, "pose"),
         ))?;
-        if schedule.poses.len() < self.batch {
+        if chosen < self.batch {
             note(&format!(
                 "gonio: fewer than {}: the instrument can take no more of those there are to choose from",
                 self.batch
             ));
         }
-        if let Some(Forecast { now, suspects, .. }) = &forecast {
-            print(&suspected(&so_far, &self.readings, suspects))?;
-            self.note_rise(&*planner, &task, &assume, now)?;
+        let Some(Forecast {
+            now,
+            then,
+            suspects,
+        }) = &batch.forecast
+        else {
+            return Ok(());
+        };
+        if let Some(so_far) = &so_far {
+            print(&suspected(so_far, &self.readings, suspects))?;
+            self.note_rise(&assume, now, |before| {
+                request.forecast(&*planner, Some(so_far), before)
+            })?;
         }
-        match forecast {
-            Some(forecast) => print(&format!(
-                "now: {}\nthen: {}\n",
-                with_bound(&forecast.now, so_far.readings()),
-                with_bound(&forecast.then, so_far.readings() + schedule.poses.len()),
-            )),
-            None => Ok(()),
-        }
+        print(&format!(
+            "now: {}\nthen: {}\n",
+            with_bound(now, readings),
+            with_bound(then, readings + chosen),
+        ))
     }
 
     /// Says so where the last file of several raised an expected error: its readings are unlike what those before promised.
     fn note_rise(
         &self,
-        planner: &dyn Planner,
-        task: &Task<'_>,
         assume: &Assume,
         now: &Expected,
+        forecast: impl FnOnce(&Measurement) -> Option<Forecast>,
     ) -> Result<(), Error> {
         let Some((last, before @ [_, ..])) = self.readings.split_last() else {
             return Ok(());
         };
         let before = self.reading.read_all(before, assume)?.measurement;
-        let Some(Forecast { now: before, .. }) = planner.forecast(task, &before, &[]) else {
+        let Some(Forecast { now: before, .. }) = forecast(&before) else {
             return Ok(());
         };
         for (name, before, now) in [
@@ -227,21 +225,8 @@ impl Next {
 
     /// The planner that is asked for, a sample set or not.
     fn planner(&self) -> Result<Box<dyn Planner>, Error> {
-        let kind = self.planner.as_str();
-        let all = acquisition::all();
-        let Some(entry) = all.iter().find(|e| e.kind == kind) else {
-            let message = format!(
-                "{:?} is no planner; allowed: {}",
-                excerpt(kind),
-                one_of(kind, all.iter().map(|e| e.kind))
-            );
-            return Err(Error::config("--planner", message));
-        };
-        let mut keys = Source::new("--set", "");
-        for assignment in &self.set {
-            keys.set(assignment, format!("--set {assignment}"))?;
-        }
-        let planner = (entry.read)(keys.table()?).map_err(|e| keys.error(e))?;
+        let entry = member("--planner", "planner", &self.planner, &acquisition::all())?;
+        let planner = with_keys(&entry, &self.set)?;
         planner.check(&[]).map_err(|e| Error::config("--set", e))?;
         Ok(planner)
     }

@@ -1,9 +1,10 @@
 //! Tables that are printed for people, or written for programs.
 
-use super::talk::wrote;
+use super::verbosity::wrote;
 use super::{print, refuse_unwritable};
 use crate::error::Error;
 use crate::files::write_atomically;
+use crate::report::{rows_csv, rows_json};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::ffi::OsStr;
@@ -29,6 +30,18 @@ pub(super) struct JsonArgs {
 impl JsonArgs {
     pub(super) fn wanted(self) -> bool {
         self.json
+    }
+
+    /// Prints a value as JSON, or as text for people.
+    pub(super) fn print<V: Serialize>(
+        self,
+        value: &V,
+        text: impl FnOnce(&V) -> String,
+    ) -> Result<(), Error> {
+        match self.json {
+            true => print_json(value),
+            false => print(&text(value)),
+        }
     }
 }
 
@@ -124,8 +137,22 @@ impl OutputArgs {
         self.output.as_deref().unwrap_or(Path::new("stdout"))
     }
 
+    /// Prints or writes rows, whose columns are named as their fields.
+    pub(super) fn write_rows<T: Serialize>(
+        &self,
+        rows: &[T],
+        text: impl FnOnce(&[T]) -> String,
+    ) -> Result<(), Error> {
+        self.write(
+            rows,
+            text,
+            |r, out| rows_csv(r, out),
+            |r, out| rows_json(r, out),
+        )
+    }
+
     /// Prints or writes rows.
-    pub(super) fn write<R>(
+    pub(super) fn write<R: ?Sized>(
         &self,
         rows: &R,
         text: impl FnOnce(&R) -> String,

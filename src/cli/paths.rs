@@ -3,35 +3,22 @@
 use super::brdf_args::BrdfArgs;
 use super::output::{DrawingArgs, JsonArgs};
 use super::progress::Progress;
-use super::{NoNumber, ThreadArgs, build, choose_material, number, print, whole};
+use super::{NoNumber, ThreadArgs, choice_of, number, print, whole};
 use crate::brdf::{Brdf, Channels, Part, SplitBrdf};
 use crate::error::{Error, in_left_open};
 use crate::experiment::materials;
 use crate::parametrization;
 use crate::registry;
 use crate::report::BouncesReport;
-use clap::{Args, ValueEnum};
+use crate::schedule::{Choice, choice};
+use clap::Args;
 
 /// Classes of light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Bounce {
-    /// Light that met one facet
-    First,
-    /// Two
-    Second,
-    /// Three or more
-    Later,
-}
-
-impl Bounce {
-    fn part(self) -> Part {
-        match self {
-            Bounce::First => Part::First,
-            Bounce::Second => Part::Second,
-            Bounce::Later => Part::Later,
-        }
-    }
-}
+const BOUNCES: [Choice<Part>; 3] = [
+    choice(Part::First, "first", "Light that met one facet"),
+    choice(Part::Second, "second", "Two"),
+    choice(Part::Later, "later", "Three or more"),
+];
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -49,8 +36,8 @@ pub(super) struct PathsArgs {
     #[arg(long, value_name = "N", default_value_t = 1 << 20, value_parser = whole::<1024, 16_777_216>)]
     paths: u64,
     /// The light that boxes are to hold
-    #[arg(long, value_enum, default_value = "second")]
-    bounce: Bounce,
+    #[arg(long, value_parser = choice_of(&BOUNCES), default_value = "second")]
+    bounce: Part,
     /// Share of it in a box, at least
     #[arg(long, value_name = "SHARE", default_value_t = 0.9, value_parser = purity)]
     purity: f64,
@@ -70,19 +57,16 @@ impl PathsArgs {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
         self.drawing.check()?;
-        let plan = self.brdf.plan(&self.brdf.source()?)?;
-        let material = choose_material(&plan.materials, None)?;
-        let brdf = build(material, plan.seen_in(Channels::Luminance))?;
+        let (material, brdf) = self.brdf.one(Channels::Luminance)?;
         let split = told_apart(&material.name, &*brdf)?;
         let entries = parametrization::all();
         let mut progress = Progress::of(1 + entries.len() as u64, "");
-        let class = self.bounce.part();
         let report = BouncesReport::new(
             &material.name,
             split,
             self.paths as usize,
             &entries,
-            (class, self.purity),
+            (self.bounce, self.purity),
             |next| {
                 progress.advance(1.0);
                 progress.doing(|| next.into());

@@ -2,11 +2,10 @@
 
 use super::brdf_args::BrdfArgs;
 use super::progress::Progress;
-use super::talk::{note, wrote};
-use super::{ThreadArgs, build, choose_material, member, print, refuse_existing};
+use super::verbosity::note;
+use super::{ThreadArgs, commands, make_folder, member, print, refuse_existing, write_file};
 use crate::brdf::{Brdf, BuildError, Channels};
 use crate::error::{Error, count, excerpt, one_of};
-use crate::files::write_atomically;
 use crate::formats::{self, READ_ENVIRONMENT};
 use crate::instrument::{Ideal, Instrument};
 use crate::lighting::{self, Lighting};
@@ -18,9 +17,8 @@ use crate::report::pictures::{
     BrdfSlices, Comparison, hemispheres_svg, render_sphere, test_functions_svg,
 };
 use crate::schedule;
-use clap::{Args, Subcommand};
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use clap::Args;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -35,29 +33,24 @@ pub(super) struct Picture {
     what: What,
 }
 
-#[derive(Debug, Subcommand)]
-enum What {
-    /// Parametrizations on the hemisphere of light directions: hemispheres.svg
-    Hemispheres(Hemispheres),
-    /// The test functions S, G and F on the hemisphere and in slices: functions.svg
-    Functions(Functions),
-    /// A material in slices of each parametrization, with isolines: NAME_slices.svg and .exr
-    Slices(Slices),
-    /// A sphere of a material under distant light: NAME_sphere.png and .exr
-    Sphere(Sphere),
-    /// A material, its reconstruction and the difference: NAME_….svg, .png and .exr
-    Compare(Compare),
+commands! {
+    enum What {
+        /// Parametrizations on the hemisphere of light directions: hemispheres.svg
+        Hemispheres(Hemispheres),
+        /// The test functions S, G and F on the hemisphere and in slices: functions.svg
+        Functions(Functions),
+        /// A material in slices of each parametrization, with isolines: NAME_slices.svg and .exr
+        Slices(Slices),
+        /// A sphere of a material under distant light: NAME_sphere.png and .exr
+        Sphere(Sphere),
+        /// A material, its reconstruction and the difference: NAME_….svg, .png and .exr
+        Compare(Compare),
+    }
 }
 
 impl Picture {
     pub(super) fn run(self) -> Result<(), Error> {
-        match self.what {
-            What::Hemispheres(picture) => picture.run(),
-            What::Functions(picture) => picture.run(),
-            What::Slices(picture) => picture.run(),
-            What::Sphere(picture) => picture.run(),
-            What::Compare(picture) => picture.run(),
-        }
+        self.what.run()
     }
 }
 
@@ -81,21 +74,6 @@ impl Folder {
         }
         Ok(paths)
     }
-
-    fn make(&self) -> Result<(), Error> {
-        fs::create_dir_all(&self.output)
-            .map_err(|e| Error::output(&self.output, format!("cannot make this folder: {e}")))
-    }
-}
-
-fn write(
-    path: &Path,
-    body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
-) -> Result<(), Error> {
-    write_atomically(path, body)
-        .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
-    wrote(path);
-    Ok(())
 }
 
 /// The parametrizations of a plate.
@@ -128,13 +106,19 @@ struct Views {
 
 impl Views {
     fn checked(&self) -> Result<&[f64], Error> {
-        match self.views.iter().find(|v| !(0.0..90.0).contains(*v)) {
-            Some(view) => {
-                let message = format!("{view} is no view elevation; allowed: a number in [0, 90)");
-                Err(Error::config("--view-deg", message))
-            }
-            None => Ok(&self.views),
+        check_views(&self.views)?;
+        Ok(&self.views)
+    }
+}
+
+/// Refuses views that no slice is seen from, degrees.
+pub(super) fn check_views(views: &[f64]) -> Result<(), Error> {
+    match views.iter().find(|v| !(0.0..90.0).contains(*v)) {
+        Some(view) => {
+            let message = format!("{view} is no view elevation; allowed: a number in [0, 90)");
+            Err(Error::config("--view-deg", message))
         }
+        None => Ok(()),
     }
 }
 
@@ -173,8 +157,8 @@ impl Hemispheres {
         let (charts, views) = (self.charts.entries()?, self.views.checked()?);
         let [svg] = self.folder.free("hemispheres", ["svg"])?;
         let text = hemispheres_svg(&charts, views)?;
-        self.folder.make()?;
-        write(&svg, |out| out.write_all(text.as_bytes()))
+        make_folder(&self.folder.output)?;
+        write_file(&svg, |out| out.write_all(text.as_bytes()))
     }
 }
 
@@ -196,20 +180,15 @@ impl Functions {
         let phis = self.azimuths.checked()?;
         let [svg] = self.folder.free("functions", ["svg"])?;
         let text = test_functions_svg(&charts, views, phis)?;
-        self.folder.make()?;
-        write(&svg, |out| out.write_all(text.as_bytes()))
+        make_folder(&self.folder.output)?;
+        write_file(&svg, |out| out.write_all(text.as_bytes()))
     }
 }
 
 /// The material, in colour, or by wavelength, which is drawn in grey.
 fn material(args: &BrdfArgs) -> Result<(String, Box<dyn Brdf>), Error> {
-    let source = args.source()?;
-    let plan = args.plan(&source)?;
-    let material = choose_material(&plan.materials, None)?;
-    Ok((
-        material.name.clone(),
-        build(material, plan.seen_in(Channels::Rgb))?,
-    ))
+    let (material, brdf) = args.one(Channels::Rgb)?;
+    Ok((material.name, brdf))
 }
 
 #[derive(Debug, Args)]
@@ -239,9 +218,9 @@ impl Slices {
         let [svg, exr] = self.folder.free(&stem, ["svg", "exr"])?;
         let slices = BrdfSlices::new(&*brdf, &charts, phis, self.resolution.into());
         let text = slices.svg(&name)?;
-        self.folder.make()?;
-        write(&svg, |out| out.write_all(text.as_bytes()))?;
-        write(&exr, |out| slices.write_exr(out))
+        make_folder(&self.folder.output)?;
+        write_file(&svg, |out| out.write_all(text.as_bytes()))?;
+        write_file(&exr, |out| slices.write_exr(out))
     }
 }
 
@@ -285,7 +264,7 @@ impl Scene {
                     );
                     return Err(Error::config("--lighting", message));
                 };
-                registry::read_text(entry, "").map_err(|e| Error::Internal(e.to_string()))?
+                registry::read_text(entry, "").map_err(Error::internal)?
             }
         };
         spec.build().map_err(|e| match e {
@@ -322,9 +301,9 @@ impl Sphere {
             "gonio: drawn in {:.2} s",
             start.elapsed().as_secs_f64()
         ));
-        self.folder.make()?;
-        write(&png, |out| image.write_png(image.white(), out))?;
-        write(&exr, |out| image.write_exr(out))
+        make_folder(&self.folder.output)?;
+        write_file(&png, |out| image.write_png(image.white(), out))?;
+        write_file(&exr, |out| image.write_exr(out))
     }
 }
 
@@ -455,10 +434,10 @@ impl Compare {
         );
         let bytes = pictures.png()?;
         let text = pictures.svg(&title, &bytes)?;
-        self.folder.make()?;
+        make_folder(&self.folder.output)?;
         print(&format!("{title}\n{}\n", pictures.errors()))?;
-        write(&svg, |out| out.write_all(text.as_bytes()))?;
-        write(&png, |out| out.write_all(&bytes))?;
-        write(&exr, |out| pictures.write_exr(out))
+        write_file(&svg, |out| out.write_all(text.as_bytes()))?;
+        write_file(&png, |out| out.write_all(&bytes))?;
+        write_file(&exr, |out| pictures.write_exr(out))
     }
 }

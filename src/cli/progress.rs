@@ -1,7 +1,7 @@
 //! The bar on stderr, with the time that is left.
 
-use super::talk::is_quiet;
-use crate::brdf::{Brdf, Presence, Watched};
+use super::verbosity::is_quiet;
+use crate::brdf::{Brdf, ObservedBrdf, Presence};
 use crate::experiment::Event;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, stderr};
@@ -74,7 +74,7 @@ impl Progress {
 
     /// A BRDF whose pairs are the work of whatever is made of it.
     pub(super) fn watches<'a>(&'a self, brdf: &'a dyn Brdf) -> impl Brdf + 'a {
-        Watched::new(brdf, |_: &[f64], pairs: &[Presence]| {
+        ObservedBrdf::new(brdf, |_: &[f64], pairs: &[Presence]| {
             self.count(pairs.len() as u64)
         })
     }

@@ -1,12 +1,12 @@
 //! How files of readings by others are read.
 
-use super::talk::{detail, say};
+use super::choice_of;
+use super::verbosity::{detail, say};
 use crate::error::{Error, ParameterError, count_are};
 use crate::formats::{Readings, load_all_readings};
 use crate::measurement::WIDEST_DEG;
-use crate::schedule::{AngleUnit, Assume, Azimuth, Choice, Conventions, Quantity, UncertaintyUnit};
+use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, Quantity, UncertaintyUnit};
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 
 /// What readings by others say in another way than ours; the page `docs::formats` has an example of
@@ -19,19 +19,19 @@ pub(super) struct ReadingArgs {
     #[arg(long, value_name = "OURS=NAME,…", value_delimiter = ',', value_parser = column)]
     columns: Vec<(String, String)>,
     /// Unit of the angles whose columns do not end in _deg or _rad
-    #[arg(long, value_name = "UNIT", value_parser = choice(&AngleUnit::ALL))]
+    #[arg(long, value_name = "UNIT", value_parser = choice_of(&AngleUnit::ALL))]
     angles: Option<AngleUnit>,
     /// theta_i and theta_o are counted from the surface, not from the normal
     #[arg(long)]
     elevation: bool,
     /// Where azimuths are counted from [default: sample; differences: light]
-    #[arg(long, value_name = "FROM", value_parser = choice(&Azimuth::ALL))]
+    #[arg(long, value_name = "FROM", value_parser = choice_of(&Azimuth::ALL))]
     azimuth: Option<Azimuth>,
     /// What the values are, and their uncertainties [default: what the file says, else brdf]
-    #[arg(long, value_name = "WHAT", value_parser = choice(&Quantity::ALL))]
+    #[arg(long, value_name = "WHAT", value_parser = choice_of(&Quantity::ALL))]
     quantity: Option<Quantity>,
     /// The unit of uncertainties [default: that of the values]
-    #[arg(long, value_name = "UNIT", value_parser = choice(&UncertaintyUnit::ALL))]
+    #[arg(long, value_name = "UNIT", value_parser = choice_of(&UncertaintyUnit::ALL))]
     uncertainties: Option<UncertaintyUnit>,
     /// Half-angles in degrees of the cones of source and sensor, over which readings are means [default: what the file says, else 0]
     #[arg(long, value_name = "SOURCE,SENSOR", value_parser = half_angles)]
@@ -48,18 +48,6 @@ pub(super) struct ReadingArgs {
     /// Take readings of materials or instruments that the headers call by different names for those of one
     #[arg(long)]
     mixed: bool,
-}
-
-/// Reads one of the values of an option by its name.
-fn choice<T: Copy + Send + Sync>(
-    all: &'static [Choice<T>],
-) -> impl TypedValueParser<Value = T> + use<T> {
-    let value = |c: &Choice<T>| PossibleValue::new(c.name).help(c.meaning);
-    let names = PossibleValuesParser::new(all.iter().map(value));
-    names.try_map(|name| {
-        let found = all.iter().find(|c| c.name == name).map(|c| c.value);
-        found.ok_or_else(|| ParameterError::new("value", name, "one of the list"))
-    })
 }
 
 fn column(text: &str) -> Result<(String, String), ParameterError> {

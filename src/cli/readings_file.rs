@@ -1,9 +1,9 @@
 //! Files of readings that are written: one, or one for each direction of the light in a folder.
 
-use super::talk::{note, wrote};
-use super::{refuse_unwritable, written};
+use super::verbosity::note;
+use super::{format_of, make_folder, refuse_unwritable, write_file, writer, written};
 use crate::error::Error;
-use crate::files::{self, write_atomically};
+use crate::files;
 use crate::formats::{self, Format, WRITE_READINGS, WriteReadings};
 use crate::measurement::pab::by_light;
 use crate::measurement::{About, Measurement};
@@ -24,14 +24,11 @@ pub(super) struct ReadingsFile<'a> {
 impl<'a> ReadingsFile<'a> {
     /// A file of the format that was chosen, else of that which its extension says.
     pub fn new(chosen: Option<Format>, path: &'a Path) -> Result<Self, Error> {
-        let format = WRITE_READINGS.format(chosen, path);
-        let format = format.map_err(|e| Error::output(path, e))?;
-        let write = WRITE_READINGS.function(&format);
-        let write = write.map_err(|e| Error::output(path, e))?;
+        let format = format_of(&WRITE_READINGS, chosen, path)?;
         Ok(Self {
             path,
             format,
-            write,
+            write: writer(&WRITE_READINGS, &format, path)?,
         })
     }
 
@@ -101,10 +98,7 @@ impl<'a> ReadingsFile<'a> {
     ) -> Result<(), Error> {
         let (format, write) = (self.format, self.write);
         let file = |path: &Path, sequence| {
-            let done = write_atomically(path, |out| write(measurement, about, sequence, out));
-            written(path, done)?;
-            wrote(path);
-            Ok(())
+            write_file(path, |out| write(measurement, about, sequence, out))
         };
         let holes = measurement.readings() < measurement.outcomes.len();
         if format.bare_readings && (holes || measurement.details.is_some()) {
@@ -144,8 +138,8 @@ impl<'a> ReadingsFile<'a> {
             written(dir, done).map(|()| text)
         });
         let texts = texts.collect::<Result<Vec<_>, Error>>()?;
+        make_folder(dir)?;
         let failed = |e| Error::output(dir, format!("cannot make this folder: {e}"));
-        std::fs::create_dir_all(dir).map_err(failed)?;
         // Those of an earlier measurement are of other lights.
         for old in formats::files_in(dir, &format).map_err(failed)? {
             let name = old.file_stem().and_then(|name| name.to_str());
@@ -156,8 +150,7 @@ impl<'a> ReadingsFile<'a> {
         }
         for (i, text) in texts.iter().enumerate() {
             let path = dir.join(format!("{LIGHT}{:04}.{}", i + 1, format.extension()));
-            written(&path, write_atomically(&path, |out| out.write_all(text)))?;
-            wrote(&path);
+            write_file(&path, |out| out.write_all(text))?;
         }
         Ok(())
     }

@@ -1,35 +1,34 @@
 //! `gonio reconstruct`.
 
 use super::brdf_args::{BrdfArgs, is_config};
-use super::check::words;
-use super::cross_validation::{CrossValidationArgs, print_scores};
+use super::cross_validation::{CrossValidationArgs, estimate, print_scores};
 use super::energy::{EnergyArgs, Known};
 use super::output::refuse_other_endings;
 use super::reading::ReadingArgs;
 use super::readings_file::ReadingsFile;
-use super::talk::{say, suspected, with_bound};
-use super::{ThreadArgs, build, choose_material, format_names, print, refuse_unwritable, tabulate};
+use super::verbosity::{say, suspected, with_bound};
+use super::{
+    ThreadArgs, assumed, build, choose_material, format_names, format_of, member, one_value, print,
+    refuse_unwritable, tabulate, with_keys, written,
+};
 use crate::brdf::Brdf;
 use crate::error::{self, Error, ParameterError, count, excerpt, one_of};
-use crate::experiment::{AnyPlan, Kind, Plan, Source};
+use crate::experiment::{AnyPlan, Kind, Plan};
 use crate::files::write_atomically;
 use crate::formats::{self, Format, READ_READINGS, Tabulation, WRITE_READINGS, WRITE_TABLE};
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::instrument;
 use crate::measurement::{About, Flags, Measurement, Outcome};
-use crate::metrics::{
-    self, Errors, Expected, Level, Measure, MetricsSpec, TestSet, Uncovered, WITHIN,
-};
+use crate::metrics::{self, Measure, MetricsSpec, TestSet};
 use crate::parametrization;
-use crate::reconstruct::{self, Cover, Coverage, Covered, Fill, Predictive, Replicated, TOLD};
+use crate::reconstruct::{self, Coverage, Covered, Fill, TOLD};
 use crate::report::Columns;
 use crate::report::pictures::{Relative, uncertainty_svg};
 use crate::schedule::Pose;
-use crate::schedule::{Assume, Schedule, Sequence, Unreachable};
-use crate::validation::{Estimate, Jury};
+use crate::schedule::{Assume, Sequence, Unreachable};
+use crate::validation::{Against, Reconstruction, ReferenceReadings, expected};
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use std::io::{self, Write as _};
+use clap::builder::{PossibleValue, TypedValueParser};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -118,30 +117,16 @@ pub(super) struct Reconstruct {
 }
 
 pub(super) fn symmetry(text: &str) -> Result<Symmetry, ParameterError> {
-    let mut symmetry = Symmetry::NONE;
-    if text == "none" {
-        return Ok(symmetry);
+    match text {
+        "none" => Ok(Symmetry::NONE),
+        names => Symmetry::named(names.split(',').map(str::trim)),
     }
-    for name in text.split(',') {
-        match name.trim() {
-            "isotropic" => symmetry.isotropic = true,
-            "reciprocal" => symmetry.reciprocal = true,
-            "bilateral" => symmetry.bilateral = true,
-            name => {
-                let allowed = "isotropic, reciprocal, bilateral, or none";
-                return Err(ParameterError::new("symmetry", name, allowed));
-            }
-        }
-    }
-    Ok(symmetry)
 }
 
 /// The names of fills.
 fn fill() -> impl TypedValueParser<Value = Fill> {
-    PossibleValuesParser::new(Fill::ALL.map(|(_, name)| name)).map(|text| {
-        let named = Fill::ALL.into_iter().find(|(_, name)| *name == text);
-        named.map_or(Fill::default(), |(fill, _)| fill)
-    })
+    let named = |(fill, name)| (fill, PossibleValue::new(name));
+    one_value(Fill::ALL.map(named).into())
 }
 
 /// Share of a table between readings below which it is doubted.
@@ -167,21 +152,7 @@ enum Truth {
     /// Another BRDF, at the test pairs of these measures.
     Brdf(Box<dyn Brdf>, MetricsSpec, Vec<Measure>),
     /// Other readings.
-    Readings(Jury),
-}
-
-/// Light at 0°, 30° and 60°, and sensors every 5° of elevation and 15° of azimuth.
-fn around() -> Vec<DirectionPair> {
-    let sensors =
-        (0..18).flat_map(|k| (0..24).map(move |l| [5.0 * f64::from(k), 15.0 * f64::from(l)]));
-    let of_light = |light: f64| {
-        let pair = move |sensor: [f64; 2]| {
-            let [theta, phi] = sensor.map(f64::to_radians);
-            DirectionPair::from_spherical(light.to_radians(), 0.0, theta, phi)
-        };
-        sensors.clone().map(pair)
-    };
-    [0.0, 30.0, 60.0].into_iter().flat_map(of_light).collect()
+    Readings(ReferenceReadings),
 }
 
 /// The name of the choice by cross-validation.
@@ -200,13 +171,13 @@ impl Reconstruct {
             .map(|path| ReadingsFile::new(None, path)?.for_uncertainties())
             .transpose()?;
         let files = [&self.output, &self.picture, &self.uncertainty];
-        let written = files.into_iter().chain([&self.checked]).flatten();
-        let mut written: Vec<&PathBuf> = written.collect();
+        let outputs = files.into_iter().chain([&self.checked]).flatten();
+        let mut outputs: Vec<&PathBuf> = outputs.collect();
         for path in files.into_iter().flatten() {
             refuse_unwritable(path, self.force)?;
         }
-        written.sort();
-        if let Some(pair) = written.windows(2).find(|pair| pair[0] == pair[1]) {
+        outputs.sort();
+        if let Some(pair) = outputs.windows(2).find(|pair| pair[0] == pair[1]) {
             let message = "two of the files to be written have this name; allowed: one each";
             return Err(Error::output(pair[0], message));
         }
@@ -218,13 +189,13 @@ impl Reconstruct {
             file.refuse_existing(self.force)?;
         }
         let table = match &self.output {
-            Some(path) => {
-                let table = WRITE_TABLE.format(self.format, path);
-                Some((table.map_err(|e| Error::output(path, e))?, path))
-            }
+            Some(path) => Some((format_of(&WRITE_TABLE, self.format, path)?, path)),
             None => None,
         };
-        self.check_parametrization()?;
+        if let Some(name) = &self.parametrization {
+            let all = parametrization::all();
+            member("--parametrization", "parametrization", name, &all)?;
+        }
         if self.reconstruction.as_deref() == Some(AUTO) && self.cross_validation.is_none() {
             return Err(Error::config(
                 "--cross-validation none",
@@ -246,25 +217,21 @@ impl Reconstruct {
             file.write(&measurement, &About::default(), Sequence::Generated)?;
         }
         let measurement = measurement.without(poses);
+        let failed = |e| Error::data(path, e);
         let method = self.method(&measurement)?;
-        let brdf = method
-            .reconstruct(&measurement)
-            .map_err(|e| Error::data(path, e))?;
-        print(&format!("reconstruction: {}\n", method.label()))?;
+        let made = Reconstruction::new(Arc::new(measurement), Some(method)).map_err(failed)?;
+        let (measurement, brdf) = (&*made.measurement, &*made.brdf);
+        print(&format!("reconstruction: {}\n", made.method.label()))?;
         for remark in brdf.remarks() {
             print(&format!("  {remark}\n"))?;
         }
-        let failed = |e| Error::data(path, e);
-        let predictive = match measurement.readings() {
-            1..=TOLD => method.predictive(&measurement).ok().flatten(),
-            _ => None,
-        };
+        let predictive = made.predictive();
         if let Some(expected) = predictive.as_ref().and_then(|known| expected(&**known)) {
             let told = with_bound(&expected, measurement.readings());
             print(&format!("  {told}\n"))?;
         }
         let replicated = match truth.is_some() || self.uncertainty.is_some() {
-            true => Replicated::of(&measurement, &*method).map_err(failed)?,
+            true => made.replicated().map_err(failed)?,
             false => None,
         };
         if where_uncertain.is_some() && replicated.is_none() {
@@ -275,74 +242,55 @@ impl Reconstruct {
         }
         match truth {
             Some(Truth::Brdf(truth, metrics, measures)) => {
-                let cover = Cover::of(&measurement).map_err(failed)?;
                 let set = TestSet::new(&measures, &metrics);
                 let set = set.map_err(|e| Error::config("metrics", e))?;
-                compare(&*brdf, replicated.as_ref(), &*truth, &set, &cover)?;
+                let against = made.against(&*truth, &set).map_err(failed)?;
+                print(&table_of(&against, set.measures()))?;
             }
             Some(Truth::Readings(jury)) => {
-                let predicted = metrics::evaluate(&*brdf, jury.pairs());
-                let within = replicated
-                    .as_ref()
-                    .map(|r| jury.within(&predicted, &r.uncertainties(jury.pairs())));
+                let predicted = metrics::evaluate(brdf, jury.pairs());
+                let within =
+                    replicated.map(|r| jury.within(&predicted, &r.uncertainties(jury.pairs())));
                 print_scores(&jury.errors(&predicted), within)?;
             }
             None => {}
         }
         if let Some((table, path)) = table {
-            let covered = Covered::new(&*brdf, &measurement, self.fill);
+            let covered = Covered::new(brdf, measurement, self.fill);
             let covered = covered.map_err(|e| Error::data(path, e))?;
-            tabulate::pairs(table, 0, &covered, path, &|| "--output".into())?;
-            let known = Known::new(&measurement, predictive.as_deref());
+            tabulate::pairs(table, 0, &covered, path, "--output")?;
+            let known = Known::new(measurement, predictive.as_deref());
             self.energy.check(&covered, Some(&known))?;
             // What this asked for is no cell of the table.
             covered.forget();
-            let place = || "--output".into();
-            tabulate::write(table, Tabulation::default(), &covered, path, place)?;
+            tabulate::write(table, Tabulation::default(), &covered, path, "--output")?;
             print(&shares(&covered, measurement.readings()))?;
         }
         if let Some(path) = &self.picture {
-            picture(&*brdf, path)?;
+            picture(brdf, path)?;
         }
-        if let (Some(file), Some(replicated)) = (&where_uncertain, &replicated) {
-            let parametrization = measurement.schedule.parametrization.clone();
-            let around = Schedule::of_pairs(parametrization, around()).distinct();
-            let cover = Cover::of(&measurement).map_err(failed)?;
-            let readings = replicated.readings(Arc::new(around), &cover);
-            file.write(&readings, &About::default(), Sequence::Generated)?;
-        } else if let Some(path) = &self.uncertainty {
-            let cover = Cover::of(&measurement).map_err(failed)?;
-            let title = format!("{}: {}", path.display(), method.label());
-            let at = |pairs: &[DirectionPair]| -> Vec<f64> {
-                let all = replicated.iter().flat_map(|r| r.at(pairs));
-                all.map(|u| u.share(u.uncertainty())).collect()
-            };
-            let of = match predictive {
-                Some(_) => "of its readings and between them",
-                None => "of its readings",
-            };
-            let relative = replicated.as_ref().map(|_| Relative { at: &at, of });
-            let svg = uncertainty_svg(&title, relative, &cover)?;
-            let drawn = write_atomically(path, |out| out.write_all(svg.as_bytes()));
-            drawn.map_err(|e| cannot_write(path, &e))?;
+        if let Some(file) = &where_uncertain {
+            let readings = made.uncertain_readings().map_err(failed)?;
+            return readings.map_or(Ok(()), |readings| {
+                file.write(&readings, &About::default(), Sequence::Generated)
+            });
         }
-        Ok(())
-    }
-
-    fn check_parametrization(&self) -> Result<(), Error> {
-        let Some(name) = &self.parametrization else {
+        let Some(path) = &self.uncertainty else {
             return Ok(());
         };
-        if parametrization::find(name).is_some() {
-            return Ok(());
-        }
-        let all = parametrization::all();
-        let message = format!(
-            "{:?} is no parametrization; allowed: {}",
-            excerpt(name),
-            one_of(name, all.iter().map(|e| e.kind))
-        );
-        Err(Error::config("--parametrization", message))
+        let title = format!("{}: {}", path.display(), made.method.label());
+        let at = |pairs: &[DirectionPair]| -> Vec<f64> {
+            let all = replicated.iter().flat_map(|r| r.at(pairs));
+            all.map(|u| u.share(u.uncertainty())).collect()
+        };
+        let of = match predictive {
+            Some(_) => "of its readings and between them",
+            None => "of its readings",
+        };
+        let relative = replicated.map(|_| Relative { at: &at, of });
+        let svg = uncertainty_svg(&title, relative, &made.cover().map_err(failed)?)?;
+        let drawn = write_atomically(path, |out| out.write_all(svg.as_bytes()));
+        written(path, drawn)
     }
 
     /// The measurement of a file or several, and notes on it.
@@ -351,8 +299,7 @@ impl Reconstruct {
             parametrization: self.parametrization.clone(),
             symmetry: self.symmetry,
             otherwise: Symmetry::FULL,
-            axes: instrument::axis_names(),
-            ..Assume::default()
+            ..assumed()
         };
         let read = self.reading.read_all(paths, &assume)?;
         let notes = read.notes.into_iter().map(|note| note + "\n");
@@ -361,21 +308,16 @@ impl Reconstruct {
 
     /// The method that is asked for; `None` if the readings choose.
     fn named(&self) -> Result<Option<Arc<dyn reconstruct::Reconstruct>>, Error> {
-        let mut keys = match self.reconstruction.as_deref() {
-            Some(kind) if kind != AUTO => toml::Table::from_iter([("kind".into(), kind.into())]),
-            _ => {
-                return match self.set.first() {
-                    Some(set) => Err(Error::config(
-                        format!("--set {set}"),
-                        "the readings choose the reconstruction; allowed: --set with --reconstruction KIND",
-                    )),
-                    None => Ok(None),
-                };
-            }
+        let Some(kind) = self.reconstruction.as_deref().filter(|kind| *kind != AUTO) else {
+            return match self.set.first() {
+                Some(set) => Err(Error::config(
+                    format!("--set {set}"),
+                    "the readings choose the reconstruction; allowed: --set with --reconstruction KIND",
+                )),
+                None => Ok(None),
+            };
         };
         let all = reconstruct::all();
-        let kind = keys.remove("kind");
-        let kind = kind.as_ref().and_then(toml::Value::as_str).unwrap_or("");
         let Some(entry) = all.iter().find(|e| e.kind == kind) else {
             let message = format!(
                 "{:?} is no reconstruction; allowed: {}",
@@ -384,11 +326,7 @@ impl Reconstruct {
             );
             return Err(Error::config("--reconstruction", message));
         };
-        let mut keys = Source::new("--set", keys.to_string());
-        for assignment in &self.set {
-            keys.set(assignment, format!("--set {assignment}"))?;
-        }
-        let method = (entry.read)(keys.table()?).map_err(|e| keys.error(e))?;
+        let method = with_keys(entry, &self.set)?;
         method.check().map_err(|e| Error::config("--set", e))?;
         Ok(Some(Arc::from(method)))
     }
@@ -424,7 +362,7 @@ impl Reconstruct {
                 path.display(),
                 material_of(&other)
             ))?;
-            return match Jury::new(&other) {
+            return match ReferenceReadings::new(&other) {
                 Ok(jury) => Ok(Some(Truth::Readings(jury))),
                 Err(e) => Err(Error::data(path, e)),
             };
@@ -459,7 +397,7 @@ fn material_of(measurement: &Measurement) -> String {
         schedule.sample_set,
         form.name(),
         form.warp_name(),
-        words(form.symmetry()),
+        form.symmetry(),
         error::count(measurement.readings(), "reading"),
     );
     let outcomes = &measurement.outcomes;
@@ -510,91 +448,25 @@ fn material_of(measurement: &Measurement) -> String {
     text
 }
 
-/// The errors under the cosine measure that a BRDF expects of itself.
-fn expected(known: &dyn Predictive) -> Option<Expected> {
-    let set = TestSet::new(&[Measure::Cosine], &MetricsSpec::default()).ok()?;
-    Expected::at(&set.level(0), known).first().copied()
-}
-
-/// A number with its standard error, as text.
-fn estimate(e: &Estimate) -> String {
-    match (e.value, e.standard_error) {
-        (None, _) => "undefined".into(),
-        (Some(value), None) => format!("{value:.4e}"),
-        (Some(value), Some(error)) => format!("{value:.4e} ± {error:.0e}"),
-    }
-}
-
-/// Prints the errors against a truth under some measures, how much of it is not interpolated, and of
-/// uncertain readings how much of it is within k = 2.
-fn compare(
-    brdf: &dyn Brdf,
-    replicated: Option<&Replicated>,
-    truth: &dyn Brdf,
-    set: &TestSet,
-    cover: &Cover,
-) -> Result<(), Error> {
-    let first = set.level(0);
-    let values = |level: &Level| [truth, brdf].map(|brdf| metrics::evaluate(brdf, &level.pairs));
-    let [f, g] = values(&first);
-    let mut tally = set.tally();
-    first.add_to(&mut tally, &f, &g);
-    let mut n = 0;
-    while !set.is_enough(&tally) && !set.is_last(n) {
-        n += 1;
-        let level = set.level(n);
-        let [f, g] = values(&level);
-        level.add_to(&mut tally, &f, &g);
-    }
-    let counted: Vec<_> = Uncovered::counted(first.pairs.len()).collect();
-    let counted: Vec<_> = counted.into_iter().map(|i| first.pairs[i]).collect();
-    let coverage = cover.coverages(&counted);
-    let uncertainty = replicated.map(|r| r.uncertainties(&first.pairs));
-    let columns = (0..set.measures().len()).map(|at| {
-        let weights = &first.weights[at];
-        let (errors, standard) = (tally.errors(at), tally.standard_errors(at));
-        let mut column: Vec<Estimate> = Errors::QUANTITIES
-            .iter()
-            .map(|(_, of)| Estimate {
-                value: of(&errors),
-                standard_error: of(&standard),
-            })
-            .collect();
-        let uncovered = Uncovered::among(&coverage, weights, &f);
-        let shares = Uncovered::QUANTITIES.iter().map(|(_, of)| of(&uncovered));
-        let within = uncertainty
-            .as_ref()
-            .map(|u| metrics::share_within(|i| weights[i], &f, &g, u));
-        column.extend(shares.chain(within).map(|value| Estimate {
-            value,
-            standard_error: None,
-        }));
-        column
-    });
-    let columns: Vec<Vec<Estimate>> = columns.collect();
-    let errors = Errors::QUANTITIES.iter().map(|(quantity, _)| quantity.name);
-    let shares = Uncovered::QUANTITIES
-        .iter()
-        .map(|(quantity, _)| quantity.name);
-    let within = replicated.map(|_| WITHIN.name);
-    let names = set.measures().iter().map(|m| format!("\t>{}", m.name()));
-    let mut text = Columns::new(&format!("error{}", names.collect::<String>()));
-    for (i, name) in errors.chain(shares).chain(within).enumerate() {
-        let cells = columns.iter().map(|c| format!("\t{}", estimate(&c[i])));
+/// Errors against a truth as a table, a column a measure.
+fn table_of(against: &Against, measures: &[Measure]) -> String {
+    let measures = measures.iter().map(|m| format!("\t>{}", m.name()));
+    let mut text = Columns::new(&format!("error{}", measures.collect::<String>()));
+    for (i, name) in against.names.iter().enumerate() {
+        let cells = against.columns.iter();
+        let cells = cells.map(|c| format!("\t{}", estimate(&c[i], 4)));
         text.row(&format!("{name}{}", cells.collect::<String>()));
     }
-    print(&text.to_string())
+    text.to_string()
 }
 
 fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
     use crate::lighting::{LightingSpec, SkySpec};
     let light = SkySpec::default().build();
-    let light = light.map_err(|e| Error::Internal(e.to_string()))?;
+    let light = light.map_err(Error::internal)?;
     let image = crate::report::pictures::render_sphere(brdf, &*light, PICTURE, SAMPLES);
-    let drawn = write_atomically(path, |out| image.write_png(image.white(), out));
-    drawn.map_err(|e| cannot_write(path, &e))
-}
-
-fn cannot_write(path: &Path, e: &io::Error) -> Error {
-    Error::output(path, format!("cannot write this file: {e}"))
+    written(
+        path,
+        write_atomically(path, |out| image.write_png(image.white(), out)),
+    )
 }

@@ -8,21 +8,19 @@ mod relations;
 
 use super::progress::Progress;
 use super::signals::{self, stop_flag};
-use super::talk::{detail, note, say};
-use super::{ConfigArgs, SeedArgs, ThreadArgs, doubt, print};
-use crate::brdf::BuildError;
+use super::verbosity::{detail, note};
+use super::{ConfigArgs, SeedArgs, ThreadArgs, any_plan, print};
 use crate::error::{Error, count_are};
 use crate::experiment::{
-    AnyPlan, Experiment, Extent, Material, Observer, Record, RowKey, Shard, Source, Summary, Tuned,
-    material_key,
+    AnyPlan, Counts, Experiment, Extent, Observer, Record, RowKey, Shard, Source, Stage, Summary,
+    Tuned, material_key,
 };
-use crate::formats::of_name;
-use crate::report::{Machine, MadeBy, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
+use crate::report::{Machine, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
 use clap::Args;
-use consumers::{Consumers, Files};
-use explain::Explained;
+use consumers::Consumers;
+use explain::explained;
 use std::cell::RefCell;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -60,17 +58,35 @@ pub(super) struct Run {
     explain: bool,
 }
 
+/// The lines of a table for the records of one schedule or material.
+pub(super) type Lines<'a, R> = Box<dyn Fn(&[&R]) -> String + 'a>;
+
+/// A table that is printed while a run goes on: its head, and its lines.
+pub(super) type Printed<'a, R> = (String, Lines<'a, R>);
+
+/// Observers of the records of a run.
+pub(super) type Observers<'a, R> = Vec<Box<dyn Observer<R> + 'a>>;
+
 /// A kind of experiment as commands show it: observers of a run, and output at its end.
 pub(super) trait Shown: Experiment {
-    /// Observers beside the progress bar and the file of records.
+    /// The table that is printed while the run goes on, if one is.
+    ///
+    /// # Errors
+    /// Errors of the values that the lines need.
+    fn table(&self) -> Result<Option<Printed<'_, Self::Record>>, Error>;
+
+    /// Observers beside the progress bar, the file of records and the table, of a run of a part that stops when it is told.
     ///
     /// # Errors
     /// Errors of building what the observers need.
     fn listeners<'a>(
         &'a self,
-        folder: &'a RefCell<RunFolder<Self::Record>>,
-        context: &RunContext,
-    ) -> Result<Vec<Box<dyn Observer<Self::Record> + 'a>>, Error>;
+        _folder: &'a RefCell<RunFolder<Self::Record>>,
+        _shard: Option<Shard>,
+        _stop: &Arc<AtomicBool>,
+    ) -> Result<Observers<'a, Self::Record>, Error> {
+        Ok(Vec::new())
+    }
 
     /// Prints a summary of the records, and writes their tables and pictures.
     ///
@@ -79,15 +95,9 @@ pub(super) trait Shown: Experiment {
     fn conclude(&self, folder: &mut RunFolder<Self::Record>, end: &End<'_>) -> Result<(), Error>;
 
     /// What the config does not ask for: a name, and by which key.
-    fn left_out(&self) -> Vec<(&'static str, String)>;
-}
-
-/// What listeners are told of the run.
-pub(super) struct RunContext {
-    /// Set when the run shall stop.
-    pub(super) stop: Arc<AtomicBool>,
-    /// The part that is run.
-    pub(super) shard: Option<Shard>,
+    fn left_out(&self) -> Vec<(&'static str, String)> {
+        Vec::new()
+    }
 }
 
 /// The end of a run: keys and status.
@@ -96,76 +106,28 @@ pub(super) struct End<'a> {
     pub(super) keys: &'a [RowKey],
     /// Keys of the materials, as far as they are known.
     pub(super) materials: &'a [Option<RowKey>],
-    /// The manifest, as JSON.
-    pub(super) manifest: &'a serde_json::Value,
+    /// The manifest.
+    pub(super) manifest: &'a Manifest,
     /// True unless it was stopped.
     pub(super) ended: bool,
     /// True of a whole run, false of a part.
     pub(super) whole: bool,
 }
 
-/// Commands on an experiment of any kind.
-pub(super) trait Runnable {
-    /// `gonio run`.
-    fn run(&self, command: &Run, source: &Source, started: SystemTime) -> Result<(), Error>;
-
-    /// `gonio merge`.
-    fn merge(
+impl End<'_> {
+    /// Writes what is made of all records, and adds what that took.
+    pub(super) fn conclude<E: Shown>(
         &self,
-        command: &super::merge::Merge,
-        source: &Source,
-        started: SystemTime,
-    ) -> Result<(), Error>;
-
-    /// `gonio check`.
-    fn check(&self, json: bool) -> Result<(), Error>;
-}
-
-/// The experiment of a config.
-pub(super) fn experiment(source: &Source) -> Result<Box<dyn Runnable>, Error> {
-    Ok(match super::any_plan(source)? {
-        AnyPlan::Acquisition(plan) => plan,
-        AnyPlan::Moments(plan) => plan,
-        AnyPlan::Relations(plan) => plan,
-    })
-}
-
-impl<E: Shown + super::check::Checked> Runnable for E {
-    fn run(&self, command: &Run, source: &Source, started: SystemTime) -> Result<(), Error> {
-        command.perform(self, source, started)
-    }
-
-    fn merge(
-        &self,
-        command: &super::merge::Merge,
-        source: &Source,
-        started: SystemTime,
+        plan: &E,
+        folder: &mut RunFolder<E::Record>,
+        seconds: &mut BTreeMap<String, f64>,
+        counts: &mut Counts,
     ) -> Result<(), Error> {
-        command.put_together(self, source, started)
-    }
-
-    fn check(&self, json: bool) -> Result<(), Error> {
-        super::check::Checked::check(self, json)?;
-        // What is wrong with other materials is said before there is a plan.
-        let is_table = |file: &PathBuf| of_name(file).is_some_and(|f| f.read_table.is_some());
-        let has_table = |m: &&Material| m.spec.tables().files.iter().any(is_table);
-        let mut first = None;
-        for material in self.materials().iter().filter(has_table) {
-            let built = material.spec.widest_channels();
-            match built.and_then(|channels| material.spec.build(channels)) {
-                Ok(brdf) => doubt(material, &*brdf),
-                Err(BuildError::Data { path, message }) => {
-                    let message = format!("{message}; its jobs fail, the others run");
-                    let error = Error::data(path, message);
-                    match &first {
-                        None => first = Some(error),
-                        Some(_) => say(&format!("gonio: {error}")),
-                    }
-                }
-                Err(_) => {}
-            }
-        }
-        first.map_or(Ok(()), Err)
+        let begun = Instant::now();
+        plan.conclude(folder, self)?;
+        *seconds.entry(Stage::Report.name().into()).or_default() += begun.elapsed().as_secs_f64();
+        counts.extend(&folder.counters().counts());
+        Ok(())
     }
 }
 
@@ -175,7 +137,11 @@ impl Run {
         self.threads.apply()?;
         let mut source = self.config.source()?;
         self.seed.apply(&mut source)?;
-        experiment(&source)?.run(&self, &source, started)
+        match any_plan(&source)? {
+            AnyPlan::Acquisition(plan) => self.perform(&*plan, &source, started),
+            AnyPlan::Moments(plan) => self.perform(&*plan, &source, started),
+            AnyPlan::Relations(plan) => self.perform(&*plan, &source, started),
+        }
     }
 
     fn perform<E: Shown>(
@@ -184,12 +150,12 @@ impl Run {
         source: &Source,
         started: SystemTime,
     ) -> Result<(), Error> {
-        tell_missing(plan.missing());
-        let resolved = plan.resolved();
+        let head = plan.head();
+        tell_missing(head.missing);
         let stem = self.stem();
         let dir = match &self.output {
             Some(dir) => dir.clone(),
-            None => RunFolder::<E::Record>::next(Path::new(RUNS), &stem, resolved)?,
+            None => RunFolder::<E::Record>::next(Path::new(RUNS), &stem, head.resolved)?,
         };
         if self.list {
             return list(plan, self.shard, &dir);
@@ -204,14 +170,10 @@ impl Run {
             );
             return Err(Error::output(dir, message));
         }
-        let context = RunContext {
-            stop: stop_flag(
-                "; rows that were finished are kept, and the same command goes on from them",
-            ),
-            shard: self.shard,
-        };
-        let folder = RunFolder::open(&dir, self.force, resolved)?;
-        if let Some(question) = plan.question() {
+        let stop =
+            stop_flag("; rows that were finished are kept, and the same command goes on from them");
+        let folder = RunFolder::open(&dir, self.force, head.resolved)?;
+        if let Some(question) = head.question {
             print(&format!("{}\n\n", question.trim()))?;
         }
         let known = folder.known();
@@ -223,12 +185,16 @@ impl Run {
             memory: (self.memory as usize) << 20,
         };
         let mut summary = {
+            let progress = Progress::new();
+            let (table_head, lines) = plan.table()?.unzip();
+            table_head.map_or(Ok(()), |head| print(&head))?;
             let mut consumers = Consumers {
-                stop: Arc::clone(&context.stop),
-                progress: Progress::new(),
-                list: vec![Box::new(Files(&folder))],
+                progress,
+                folder: &folder,
+                lines,
+                list: plan.listeners(&folder, self.shard, &stop)?,
+                stop,
             };
-            consumers.list.extend(plan.listeners(&folder, &context)?);
             plan.run(&extent, &known, &mut consumers)?
         };
         signals::ends();
@@ -249,31 +215,22 @@ impl Run {
             ..Outcome::default()
         };
         tell_inputs(&summary);
-        let manifest = manifest(plan, source, summary.inputs.clone(), outcome, None);
-        let facts = serde_json::to_value(&manifest).map_err(|e| Error::Internal(e.to_string()))?;
-        let begun = Instant::now();
-        plan.conclude(
-            &mut folder,
-            &End {
-                keys: &summary.keys,
-                materials: &summary.materials,
-                manifest: &facts,
-                ended: !summary.interrupted,
-                whole: self.shard.is_none(),
-            },
-        )?;
-        summary.seconds.report = begun.elapsed().as_secs_f64();
-        summary.counts.extend(&folder.ledger().counts());
+        let manifest = Manifest::new(head, source, summary.inputs.clone(), outcome, None);
+        let end = End {
+            keys: &summary.keys,
+            materials: &summary.materials,
+            manifest: &manifest,
+            ended: !summary.interrupted,
+            whole: self.shard.is_none(),
+        };
+        let mut seconds = summary.seconds.by_stage();
+        end.conclude(plan, &mut folder, &mut seconds, &mut summary.counts)?;
         if self.explain {
-            let explained = Explained {
-                counts: &summary.counts,
-                seconds: &summary.seconds,
-                rows: [summary.rows, rows.saturating_sub(summary.rows)],
-                left_out: plan.left_out(),
-            };
-            print(&explained.text())?;
+            let made = [summary.rows, rows.saturating_sub(summary.rows)];
+            let text = explained(&summary.counts, &seconds, made, &plan.left_out());
+            print(&text)?;
         }
-        let machine = Machine::new(started, summary.seconds.by_stage(), summary.counts);
+        let machine = Machine::new(started, seconds, summary.counts);
         let path = folder.finish(&summary.keys, manifest, &machine)?;
         if summary.interrupted {
             return Err(Error::Interrupted { rows, path });
@@ -301,22 +258,6 @@ impl Run {
     }
 }
 
-/// The manifest of a run or of a merged one.
-pub(super) fn manifest<E: Experiment>(
-    plan: &E,
-    source: &Source,
-    inputs: Vec<crate::experiment::Input>,
-    outcome: Outcome,
-    parts: Option<MadeFrom>,
-) -> Manifest {
-    let made_by = MadeBy {
-        resolved: plan.resolved(),
-        seeds: &plan.seeds(),
-        missing: plan.missing(),
-    };
-    Manifest::new(made_by, source, inputs, outcome, parts)
-}
-
 /// Jobs of a run: records that are made together count once.
 fn jobs<E: Experiment>(plan: &E, shard: Option<Shard>) -> usize {
     let expected = plan.expected(shard);
@@ -338,7 +279,7 @@ fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(),
         let material = job[0].material;
         if let std::collections::hash_map::Entry::Vacant(entry) = keys.entry(material) {
             // One that cannot be read fails when it is run; nothing of it is done.
-            entry.insert(material_key(&plan.materials()[material]).unwrap_or_default());
+            entry.insert(material_key(&plan.head().materials[material]).unwrap_or_default());
         }
         let mine: Vec<RowKey> = job.iter().map(|e| e.key(&keys[&material])).collect();
         let is_done = mine.iter().all(|k| known.contains(k.as_str()));

@@ -1,22 +1,21 @@
 //! `gonio schedule`.
 
-use super::check::words;
-use super::output::{JsonArgs, print_json};
+use super::output::JsonArgs;
 use super::reading::ReadingArgs;
-use super::talk::{note, wrote};
+use super::verbosity::note;
 use super::{
-    ConfigArgs, SeedArgs, format_names, print, refuse_existing, refuse_unwritable, unknown, written,
+    ConfigArgs, SeedArgs, assumed, each_once, format_names, format_of, make_folder, named_by,
+    one_value, planned_instrument, refuse_existing, refuse_unwritable, write_file, writer, written,
 };
 use crate::error::{Error, ParameterError, count, in_left_open};
 use crate::experiment::{Allowance, Plan, PlannedInstrument, Router, ScheduleKey, Source};
-use crate::files::write_atomically;
 use crate::formats::{CSV, Format, WRITE_SCHEDULE, WriteSchedule};
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::instrument::{self, Order};
+use crate::instrument::Order;
 use crate::report::schedule_stem;
-use crate::schedule::{Assume, Itinerary, Sequence, Unvisited, unvisited};
+use crate::schedule::{Itinerary, Sequence, Unvisited, unvisited};
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, TypedValueParser};
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -157,9 +156,8 @@ impl Summary {
 
 /// Reads an [`Order`] by its name.
 pub(super) fn orders() -> impl TypedValueParser<Value = Order> {
-    let names = PossibleValuesParser::new(Order::ALL.map(Order::name));
-    let find = |name: String| Order::ALL.into_iter().find(|o| o.name() == name);
-    names.map(move |name| find(name).unwrap_or_default())
+    let named = |order: Order| (order, PossibleValue::new(order.name()));
+    one_value(Order::ALL.map(named).into())
 }
 
 /// Poses depend on a material by its symmetries alone: a config that names none is for those that have all.
@@ -172,7 +170,7 @@ fn suppose_material(source: &mut Source) -> Result<(), Error> {
     note(&format!(
         "gonio: {} names no material; the poses are for {} ones",
         source.name(),
-        words(Symmetry::FULL)
+        Symmetry::FULL
     ));
     source.set("material=[{kind=\"lambert\"}]", "no material".into())
 }
@@ -225,11 +223,7 @@ impl Schedule {
         let Some(path) = &self.append else {
             return Ok(None);
         };
-        let assume = Assume {
-            axes: instrument::axis_names(),
-            ..Assume::default()
-        };
-        let readings = self.reading.read(path, assume)?;
+        let readings = self.reading.read(path, assumed())?;
         readings
             .notes
             .iter()
@@ -242,16 +236,13 @@ impl Schedule {
 
     /// Prints what was written.
     fn tell(&self, summaries: &[Summary]) -> Result<(), Error> {
-        if self.json.wanted() {
-            return print_json(&summaries);
-        }
-        let lines: String = summaries.iter().map(Summary::line).collect();
-        print(&lines)
+        let lines = |all: &&[Summary]| all.iter().map(Summary::line).collect();
+        self.json.print(&summaries, lines)
     }
 
     fn writer(&self, format: Option<Format>) -> Result<WriteSchedule, Error> {
-        let write = WRITE_SCHEDULE.choose(format, &self.output);
-        write.map_err(|e| Error::output(&self.output, e))
+        let format = format_of(&WRITE_SCHEDULE, format, &self.output)?;
+        writer(&WRITE_SCHEDULE, &format, &self.output)
     }
 
     /// The schedules that the options select.
@@ -260,45 +251,17 @@ impl Schedule {
         plan: &'a Plan,
         instruments: &'a [PlannedInstrument],
     ) -> Result<Vec<ScheduleKey<'a>>, Error> {
-        let symmetries = match &self.material {
+        let material = self.material.as_deref();
+        let materials = named_by("--material", material, &plan.materials, |m| &m.name)?;
+        let symmetries = match material {
             None => plan.symmetries(),
-            Some(name) => match plan.materials.iter().find(|m| m.name == *name) {
-                Some(material) => vec![material.symmetry],
-                None => {
-                    let names = plan.materials.iter().map(|m| m.name.clone());
-                    return Err(unknown("--material", name, names));
-                }
-            },
+            Some(_) => vec![materials[0].symmetry],
         };
-        let is = |option: &Option<String>, name: &str| option.as_ref().is_none_or(|o| o == name);
-        let all = &plan.parametrizations;
-        if let Some(name) = self.parametrization.as_ref()
-            && !all.iter().any(|c| c.name() == name)
-        {
-            let names = all.iter().map(|c| c.name().into());
-            return Err(unknown("--parametrization", name, names));
-        }
-        let named: Vec<_> = all
-            .iter()
-            .filter(|c| is(&self.parametrization, c.name()))
-            .collect();
-        let chosen: Vec<_> = named.iter().filter(|c| is(&self.warp, &c.warp)).collect();
-        if let (true, Some(warp)) = (chosen.is_empty(), &self.warp) {
-            return Err(unknown(
-                "--warp",
-                warp,
-                named.iter().map(|c| c.warp.clone()),
-            ));
-        }
-        let sets: Vec<_> = plan
-            .sample_sets
-            .iter()
-            .filter(|s| is(&self.sample_set, &s.name))
-            .collect();
-        if let (true, Some(name)) = (sets.is_empty(), &self.sample_set) {
-            let names = plan.sample_sets.iter().map(|s| s.name.clone());
-            return Err(unknown("--sample-set", name, names));
-        }
+        let (name, all) = (self.parametrization.as_deref(), &plan.parametrizations);
+        let named = named_by("--parametrization", name, all, |c| c.name())?;
+        let chosen = named_by("--warp", self.warp.as_deref(), named, |c| &c.warp)?;
+        let (name, all) = (self.sample_set.as_deref(), &plan.sample_sets);
+        let sets = named_by("--sample-set", name, all, |s| &s.name)?;
         let allowances = self.allowances(plan, instruments)?;
         let instruments: Vec<Option<&PlannedInstrument>> = match instruments {
             [] => vec![None],
@@ -306,7 +269,7 @@ impl Schedule {
         };
         let mut keys = Vec::new();
         for &symmetry in &symmetries {
-            for &&coordinates in &chosen {
+            for &coordinates in &chosen {
                 for &sample_set in &sets {
                     for &instrument in &instruments {
                         for &allowance in &allowances {
@@ -352,43 +315,38 @@ impl Schedule {
 
     /// The instruments that the options select; none: the poses as they are.
     fn instruments(&self, plan: &Plan) -> Result<Vec<PlannedInstrument>, Error> {
-        let Some(name) = &self.instrument else {
-            let mut instruments = plan.instruments.clone();
-            if let Some(order) = self.order {
-                if instruments.is_empty() {
-                    let message = "poses are visited by an instrument, and there is none; allowed: \
-                                   with --instrument, or a config that has one";
-                    return Err(Error::config("--order", message));
-                }
-                for instrument in &mut instruments {
-                    instrument.use_of.order = order;
-                }
-            }
-            return Ok(instruments);
-        };
-        let mut instrument = match plan.instruments.iter().find(|i| i.name == *name) {
-            Some(planned) => planned.clone(),
-            None => PlannedInstrument::load(name, Order::default())?,
+        let mut instruments = match &self.instrument {
+            None => plan.instruments.clone(),
+            Some(name) => vec![planned_instrument(plan, name)?],
         };
         if let Some(order) = self.order {
-            instrument.use_of.order = order;
-        }
-        for material in &plan.materials {
-            let wanted = self.material.as_ref().is_none_or(|m| *m == material.name);
-            if wanted {
-                let name = format!("material \"{}\"", material.name);
-                instrument.check_symmetry(material.symmetry, &name, || "--instrument".into())?;
+            if instruments.is_empty() {
+                let message = "poses are visited by an instrument, and there is none; allowed: \
+                               with --instrument, or a config that has one";
+                return Err(Error::config("--order", message));
+            }
+            for instrument in &mut instruments {
+                instrument.use_of.order = order;
             }
         }
-        Ok(vec![instrument])
+        for instrument in instruments.iter().filter(|_| self.instrument.is_some()) {
+            for material in &plan.materials {
+                let wanted = self.material.as_ref().is_none_or(|m| *m == material.name);
+                if wanted {
+                    let name = format!("material \"{}\"", material.name);
+                    instrument
+                        .check_symmetry(material.symmetry, &name, || "--instrument".into())?;
+                }
+            }
+        }
+        Ok(instruments)
     }
 
     fn export_all(&self, keys: &[ScheduleKey<'_>], maker: &mut Maker<'_>) -> Result<(), Error> {
         let dir = &self.output;
         let format = self.format.unwrap_or(CSV);
         let write = self.writer(Some(format))?;
-        std::fs::create_dir_all(dir)
-            .map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))?;
+        make_folder(dir)?;
         let path = |key| dir.join(format!("{}.{}", schedule_stem(key), format.extension()));
         for key in keys {
             refuse_existing(&path(key), self.force)?;
@@ -434,7 +392,7 @@ impl Maker<'_> {
             note(&counts);
             if let Some(instrument) = key.instrument {
                 let bench = instrument.bench(instrument.use_of.parts(), key.seed);
-                let bench = bench.map_err(|e| Error::Internal(e.to_string()))?;
+                let bench = bench.map_err(Error::internal)?;
                 let order = instrument.use_of.order;
                 made.itinerary = Some(bench.plan_of(&made.schedule, &poses, order));
             }
@@ -464,8 +422,7 @@ impl Maker<'_> {
             ));
             return Ok(None);
         };
-        written(path, write_atomically(path, |out| made.write(write, out)))?;
-        wrote(path);
+        write_file(path, |out| made.write(write, out))?;
         let visits = made.itinerary.as_ref().map(|itinerary| Visits {
             instrument: itinerary.instrument.clone(),
             out_of_reach: itinerary.unreachable.len(),
@@ -520,26 +477,10 @@ fn names_folder(path: &Path) -> bool {
 
 /// A sentence about the options that tell several schedules apart.
 fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
-    let mut options: Vec<(&str, Vec<String>)> = vec![];
-    // Each once, in the order of the config.
-    let names = |of: fn(&ScheduleKey<'_>) -> String| {
-        let mut names: Vec<String> = Vec::new();
-        for name in keys.iter().map(of) {
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        names
-    };
+    let names = |of: fn(&ScheduleKey<'_>) -> String| each_once(keys.iter().map(of));
     // By the kinds of allowances; where there is more than one, each value is a choice.
     let allowances = |of: fn(Allowance) -> Option<String>| {
-        let mut values: Vec<String> = Vec::new();
-        for value in keys.iter().filter_map(|k| of(k.allowance)) {
-            if !values.contains(&value) {
-                values.push(value);
-            }
-        }
-        values
+        each_once(keys.iter().filter_map(|k| of(k.allowance)))
     };
     let budgets = allowances(|a| match a {
         Allowance::Poses(n) => Some(n.to_string()),
@@ -559,7 +500,7 @@ fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
     } else {
         Vec::new()
     };
-    for (option, names, fewest) in [
+    let options = [
         (
             "--parametrization",
             names(|k| k.coordinates.name().into()),
@@ -577,14 +518,10 @@ fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
         ),
         ("--seed", names(|k| k.seed.to_string()), 2),
         ("--material", materials, 2),
-    ] {
-        if names.len() >= fewest {
-            options.push((option, names));
-        }
-    }
-    let options = options
-        .into_iter()
-        .map(|(option, names)| format!("{option} ({})", names.join(", ")));
+    ]
+    .into_iter()
+    .filter(|(_, names, fewest)| names.len() >= *fewest)
+    .map(|(option, names, _)| format!("{option} ({})", names.join(", ")));
     let options: Vec<_> = options.collect();
     format!(
         "this config has {} schedules; choose one with {}",

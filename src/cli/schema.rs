@@ -1,38 +1,40 @@
 //! `gonio schema`.
 
-use super::print;
+use super::{choice_of, print};
 use crate::error::Error;
 use crate::experiment::{config_schema, instrument_schema};
 use crate::measurement::measurement_schema;
-use crate::schedule::schedule_schema;
-use clap::{Args, ValueEnum};
+use crate::schedule::{Choice, choice, schedule_schema};
+use clap::Args;
 
 #[derive(Debug, Args)]
 pub(super) struct Schema {
     /// Of which file
-    file: File,
+    #[arg(value_parser = choice_of(&FILES))]
+    file: Asked,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum File {
-    /// What `gonio schedule` writes
-    Schedule,
-    /// What `gonio measure` writes
-    Measurement,
-    /// A config, as `gonio run` takes it
-    Config,
-    /// An instrument file, as `[[instrument]] file = …` names it
-    Instrument,
-}
+/// The schema of a kind of files.
+type Asked = fn() -> serde_json::Value;
+
+/// Files that have one.
+const FILES: [Choice<Asked>; 4] = [
+    choice(schedule_schema, "schedule", "What `gonio schedule` writes"),
+    choice(
+        measurement_schema,
+        "measurement",
+        "What `gonio measure` writes",
+    ),
+    choice(config_schema, "config", "A config, as `gonio run` takes it"),
+    choice(
+        instrument_schema,
+        "instrument",
+        "An instrument file, as `[[instrument]] file = …` names it",
+    ),
+];
 
 impl Schema {
     pub(super) fn run(self) -> Result<(), Error> {
-        let schema = match self.file {
-            File::Schedule => schedule_schema(),
-            File::Measurement => measurement_schema(),
-            File::Config => config_schema(),
-            File::Instrument => instrument_schema(),
-        };
-        print(&format!("{schema:#}\n"))
+        print(&format!("{:#}\n", (self.file)()))
     }
 }

@@ -1,9 +1,7 @@
 //! `gonio completions` and `gonio man`: what the command line says of itself.
 
-use super::talk::wrote;
-use super::{Cli, print, refuse_existing, written};
+use super::{Cli, make_folder, print, refuse_existing, text, write_file};
 use crate::error::Error;
-use crate::files::write_atomically;
 use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
 use clap_mangen::Man;
@@ -54,13 +52,10 @@ impl ManPages {
         for (path, _) in &pages {
             refuse_existing(path, self.force)?;
         }
-        std::fs::create_dir_all(dir)
-            .map_err(|e| Error::output(dir, format!("cannot make this folder: {e}")))?;
-        for (path, bytes) in &pages {
-            written(path, write_atomically(path, |out| out.write_all(bytes)))?;
-            wrote(path);
-        }
-        Ok(())
+        make_folder(dir)?;
+        pages
+            .iter()
+            .try_for_each(|(path, bytes)| write_file(path, |out| out.write_all(bytes)))
     }
 }
 
@@ -83,11 +78,6 @@ fn collect(
 fn page(command: &Command) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
     let man = Man::new(command.clone());
-    man.render(&mut bytes)
-        .map_err(|e| Error::Internal(e.to_string()))?;
+    man.render(&mut bytes).map_err(Error::internal)?;
     Ok(bytes)
-}
-
-fn text(bytes: Vec<u8>) -> Result<String, Error> {
-    String::from_utf8(bytes).map_err(|e| Error::Internal(e.to_string()))
 }

@@ -1,24 +1,24 @@
 //! `gonio slice`.
 
 use super::brdf_args::BrdfArgs;
-use super::talk::wrote;
-use super::{ThreadArgs, print, refuse_existing};
+use super::picture::check_views;
+use super::{
+    ThreadArgs, choice_of, choose_material, each_once, make_folder, print, refuse_existing,
+    write_file,
+};
 use crate::error::{Error, ParameterError};
-use crate::files::write_atomically;
 use crate::moments::{Channel, Slice as BrdfSlice};
 use crate::report::{FlatSlice, Radius, slice_svg};
-use clap::{Args, ValueEnum};
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use crate::schedule::{Choice, choice};
+use clap::Args;
+use std::io::Write;
+use std::path::PathBuf;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum RadiusArg {
-    /// ρ / max
-    Linear,
-    /// (ρ / max)^(1/3)
-    CubeRoot,
-}
+/// How long a lobe is drawn.
+const RADII: [Choice<Radius>; 2] = [
+    choice(Radius::Linear, "linear", "ρ / max"),
+    choice(Radius::CubeRoot, "cube-root", "(ρ / max)^(1/3)"),
+];
 
 #[derive(Debug, Args)]
 pub(super) struct Slice {
@@ -37,8 +37,8 @@ pub(super) struct Slice {
         value_parser = clap::value_parser!(u16).range(1..=FlatSlice::MAX_RESOLUTION as i64))]
     resolution: u16,
     /// How long the lobe is in a direction
-    #[arg(long, value_enum, default_value = "cube-root")]
-    radius: RadiusArg,
+    #[arg(long, value_parser = choice_of(&RADII), default_value = "cube-root")]
+    radius: Radius,
     /// The folder to write into, a view: NAME_DEG.svg with map and lobe, NAME_DEG.png with the map
     /// alone and NAME_DEG.csv
     #[arg(short, long, value_name = "DIR")]
@@ -56,24 +56,10 @@ fn channel(text: &str) -> Result<Channel, ParameterError> {
 impl Slice {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        if let Some(view) = self.views.iter().find(|v| !(0.0..90.0).contains(*v)) {
-            let message = format!("{view} is no view elevation; allowed: a number in [0, 90)");
-            return Err(Error::config("--view-deg", message));
-        }
-        let mut views = Vec::new();
-        for view in &self.views {
-            if !views.contains(view) {
-                views.push(*view);
-            }
-        }
-        let source = self.brdf.source()?;
-        let plan = self.brdf.plan(&source)?;
-        let [material] = plan.materials.as_slice() else {
-            let names: Vec<_> = plan.materials.iter().map(|m| m.name.as_str()).collect();
-            let allowed = names.join(", ");
-            let message = format!("this config has several materials; allowed: one of {allowed}");
-            return Err(Error::config("--material", message));
-        };
+        check_views(&self.views)?;
+        let views = each_once(self.views.iter().copied());
+        let plan = self.brdf.plan()?;
+        let material = choose_material(&plan.materials, None)?;
         let stem = crate::report::file_stem(&material.name);
         let path = |view: f64, ending: &str| self.output.join(format!("{stem}_{view}.{ending}"));
         for view in &views {
@@ -93,20 +79,15 @@ impl Slice {
             .map(|s| FlatSlice::new(s, resolution))
             .collect();
         let range = FlatSlice::range(&flat);
-        fs::create_dir_all(&self.output)
-            .map_err(|e| Error::output(&self.output, format!("cannot make this folder: {e}")))?;
-        let radius = match self.radius {
-            RadiusArg::Linear => Radius::Linear,
-            RadiusArg::CubeRoot => Radius::CubeRoot,
-        };
+        make_folder(&self.output)?;
         for ((view, slice), flat) in views.iter().zip(&slices).zip(&flat) {
             let (name, channel) = (&material.name, self.channel.name());
             let title = format!("{name}: {channel} of the slice at θ_o = {view}°");
-            let figure = slice_svg(&title, slice, flat, range, radius)?;
+            let figure = slice_svg(&title, slice, flat, range, self.radius)?;
             let [png, csv, svg] = ["png", "csv", "svg"].map(|ending| path(*view, ending));
-            write(&png, |out| flat.write_png(range, out))?;
-            write(&csv, |out| flat.write_csv(out))?;
-            write(&svg, |out| out.write_all(figure.as_bytes()))?;
+            write_file(&png, |out| flat.write_png(range, out))?;
+            write_file(&csv, |out| flat.write_csv(out))?;
+            write_file(&svg, |out| out.write_all(figure.as_bytes()))?;
         }
         print(&format!(
             "pictures show {:.3e} (dark violet) to {:.3e} 1/sr (yellow) in equal steps of the logarithm, \
@@ -114,14 +95,4 @@ impl Slice {
             range[0], range[1]
         ))
     }
-}
-
-fn write(
-    path: &Path,
-    body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
-) -> Result<(), Error> {
-    write_atomically(path, body)
-        .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
-    wrote(path);
-    Ok(())
 }

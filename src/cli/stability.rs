@@ -1,16 +1,13 @@
 //! `gonio stability`.
 
-use super::output::OutputArgs;
+use super::ThreadArgs;
+use super::output::{OutputArgs, write_text};
 use super::progress::Progress;
 use super::signals::{self, stop_flag};
-use super::talk::wrote;
-use super::{ThreadArgs, written};
 use crate::error::{Error, count, excerpt, one_of};
-use crate::files::write_atomically;
-use crate::report::{broken, rows_csv, rows_json, stability_html, stability_table};
+use crate::report::{broken, stability_html, stability_table};
 use crate::stability::{self, Extent, Family, Verdict};
 use clap::{ArgGroup, Args};
-use std::io::Write;
 use std::path::PathBuf;
 
 /// Walks every registry over the extreme cases and judges each error by the conditioning of its case
@@ -66,19 +63,9 @@ impl Stability {
         let findings = stability::run(families, &stop, &|| progress.count(1));
         drop(progress);
         signals::ends();
-        self.output.write(
-            &findings,
-            |f| stability_table(f),
-            |f, out| rows_csv(f, out),
-            |f, out| rows_json(f, out),
-        )?;
+        self.output.write_rows(&findings, stability_table)?;
         if let Some(path) = &self.html {
-            let text = stability_html(&findings);
-            written(
-                path,
-                write_atomically(path, |out| out.write_all(text.as_bytes())),
-            )?;
-            wrote(path);
+            write_text(path, &stability_html(&findings))?;
         }
         let walked = findings
             .iter()

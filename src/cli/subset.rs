@@ -3,7 +3,7 @@
 use super::brdf_args::BrdfArgs;
 use super::output::DrawingArgs;
 use super::progress::Progress;
-use super::{ThreadArgs, build, choose_material, member, print, whole};
+use super::{ThreadArgs, member, print, whole};
 use crate::analysis::bounces::PathSample;
 use crate::analysis::{ENERGY_PAIRS, Reach, Subset as LightPaths};
 use crate::brdf::{Brdf, Channels};
@@ -121,11 +121,9 @@ impl Subset {
         let Some(target) = &self.material else {
             return Ok(None);
         };
-        let brdf = BrdfArgs::new(target.clone(), self.set.clone(), None);
-        let plan = brdf.plan(&brdf.source()?)?;
-        let material = choose_material(&plan.materials, None)?;
-        let built = build(material, plan.seen_in(Channels::Luminance))?;
-        Ok(Some((material.name.clone(), material.symmetry, built)))
+        let args = BrdfArgs::new(target.clone(), self.set.clone(), None);
+        let (material, brdf) = args.one(Channels::Luminance)?;
+        Ok(Some((material.name, material.symmetry, brdf)))
     }
 }
 
@@ -137,7 +135,7 @@ fn background() -> Result<Vec<crate::geometry::DirectionPair>, Error> {
         mask_deg: 90.0,
         ..MetricsSpec::default()
     };
-    test_pairs(Measure::Cosine, &spec).map_err(|e| Error::Internal(e.to_string()))
+    test_pairs(Measure::Cosine, &spec).map_err(Error::internal)
 }
 
 /// Name of every preset, and the part of the box it can reach.

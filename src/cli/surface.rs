@@ -1,8 +1,8 @@
 //! `gonio surface`.
 
-use super::output::{JsonArgs, print_json};
-use super::talk::{detail, say};
-use super::{NoNumber, ThreadArgs, member, number, print, whole};
+use super::output::JsonArgs;
+use super::verbosity::{detail, say};
+use super::{NoNumber, ThreadArgs, member, number, set_all, whole};
 use crate::brdf::{BuildError, Channels};
 use crate::error::{Error, ParameterError, count, in_closed, in_left_open};
 use crate::experiment::{KeyPath, Source};
@@ -118,10 +118,7 @@ impl SurfaceArgs {
             surface: statistics,
             optics,
         };
-        if self.json.wanted() {
-            return print_json(&report);
-        }
-        print(&report.text())
+        self.json.print(&report, Report::text)
     }
 
     /// Width of a cell, µm.
@@ -139,9 +136,7 @@ impl SurfaceArgs {
     fn surface(&self) -> Result<(Box<dyn SurfaceSpec>, HeightField, FacetsSpec), Error> {
         let entry = member("KIND", "surface", &self.kind, &surface::all())?;
         let mut source = Source::new(self.kind.as_str(), "");
-        for assignment in &self.set {
-            source.set(assignment, format!("--set {assignment}"))?;
-        }
+        set_all(&mut source, &self.set)?;
         let told = |e| source.error(e);
         let mut table = source.table()?;
         let facets = registry::take_table(&mut table, "facets").map_err(told)?;

@@ -4,7 +4,7 @@ use super::brdf_args::BrdfArgs;
 use super::output::{JsonArgs, print_json};
 use super::progress::Progress;
 use super::{ThreadArgs, build, print};
-use crate::analysis::{self, Deviation, Deviations, SYMMETRY_TOLERANCE};
+use crate::analysis::{self, Deviation, Deviations, SYMMETRY_TOLERANCE, Saving};
 use crate::brdf::{Brdf, Channels, Favours};
 use crate::error::Error;
 use crate::experiment::Material;
@@ -36,27 +36,23 @@ impl SymmetryArgs {
             );
             return Err(Error::config("--tolerance", message));
         }
-        let source = self.brdf.source()?;
-        let plan = self.brdf.plan(&source)?;
+        let plan = self.brdf.plan()?;
         let pairs = analysis::symmetry_pairs();
         let (mut violations, mut sheets) = (Vec::new(), Vec::new());
         let mut progress = Progress::of(plan.materials.len() as u64, "");
         for (i, material) in plan.materials.iter().enumerate() {
             progress.doing(|| material.name.clone());
             let brdf = build(material, plan.seen_in(Channels::Luminance))?;
-            let laws = laws(material.symmetry, &analysis::deviations(&*brdf, &pairs));
-            let sheet = Sheet::new(material, &*brdf, &laws, self.tolerance);
+            let found = analysis::deviations(&*brdf, &pairs);
+            let sheet = Sheet::new(material, &*brdf, &found, self.tolerance);
             if self.json.wanted() {
-                sheets.push(
-                    serde_json::to_value(&sheet).map_err(|e| Error::Internal(e.to_string()))?,
-                );
+                sheets.push(serde_json::to_value(&sheet).map_err(Error::internal)?);
             } else {
                 let gap = if i > 0 { "\n" } else { "" };
                 progress.suspend(|| print(&format!("{gap}{}", sheet.text())))?;
             }
-            let broken = |law: &&Law| law.declared && !law.found.holds(self.tolerance);
-            for law in laws.iter().filter(broken) {
-                violations.push(format!("{} is declared {}", material.name, law.name));
+            for row in sheet.symmetries.iter().filter(|r| r.declared && !r.holds) {
+                violations.push(format!("{} is declared {}", material.name, row.symmetry));
             }
             progress.advance(1.0);
         }
@@ -83,8 +79,8 @@ struct Sheet<'a> {
     favours_because: &'static str,
     /// Left out where there is no lobe about the mirror direction.
     alignment: Option<Aligned>,
-    symmetries: Vec<Row>,
-    savings: Vec<Saved>,
+    symmetries: [Row; 3],
+    savings: Vec<Saving>,
 }
 
 #[derive(Serialize)]
@@ -109,17 +105,23 @@ struct Row {
     holds: bool,
 }
 
-/// What the symmetries that hold leave to be measured.
-#[derive(Serialize)]
-struct Saved {
-    parametrization: &'static str,
-    dimensions: usize,
-    copies: usize,
-    folds: Vec<String>,
+impl Row {
+    fn new(symmetry: &'static str, declared: bool, found: Deviation, tolerance: f64) -> Self {
+        Self {
+            symmetry,
+            declared,
+            relative: found.relative,
+            pairwise: found.pairwise,
+            max_log: found.max_log.is_finite().then_some(found.max_log),
+            compared: found.compared,
+            missing: found.missing + found.one_sided,
+            holds: found.holds(tolerance),
+        }
+    }
 }
 
 impl<'a> Sheet<'a> {
-    fn new(material: &'a Material, brdf: &dyn Brdf, laws: &[Law; 3], tolerance: f64) -> Self {
+    fn new(material: &'a Material, brdf: &dyn Brdf, found: &Deviations, tolerance: f64) -> Self {
         let favours = material.spec.favours();
         let alignment = analysis::alignment(brdf).map(|a| Aligned {
             q: a.q,
@@ -127,45 +129,26 @@ impl<'a> Sheet<'a> {
             half_width_deg: a.half_width.to_degrees(),
             slices: a.slices,
         });
-        let symmetries = laws.iter().map(|law| {
-            let Deviation {
-                relative,
-                pairwise,
-                max_log,
-                compared,
-                missing,
-                one_sided,
-            } = law.found;
-            Row {
-                symmetry: law.name,
-                declared: law.declared,
-                relative,
-                pairwise,
-                max_log: max_log.is_finite().then_some(max_log),
-                compared,
-                missing: missing + one_sided,
-                holds: law.found.holds(tolerance),
-            }
-        });
-        let [isotropic, reciprocal, bilateral] = laws.each_ref().map(|l| l.found.holds(tolerance));
+        let declared = material.symmetry;
+        let symmetries = [
+            ("isotropic", declared.isotropic, found.isotropy),
+            ("reciprocal", declared.reciprocal, found.reciprocity),
+            ("bilateral", declared.bilateral, found.bilateral),
+        ]
+        .map(|(name, declared, found)| Row::new(name, declared, found, tolerance));
+        let [isotropic, reciprocal, bilateral] = symmetries.each_ref().map(|row| row.holds);
         let holding = Symmetry {
             isotropic,
             reciprocal,
             bilateral,
         };
-        let savings = analysis::savings(holding).into_iter().map(|saving| Saved {
-            parametrization: saving.parametrization,
-            dimensions: saving.dimensions,
-            copies: saving.copies,
-            folds: saving.folds,
-        });
         Self {
             material: &material.name,
             favours: favours.name(),
             favours_because: favours.reason(),
             alignment,
-            symmetries: symmetries.collect(),
-            savings: savings.collect(),
+            symmetries,
+            savings: analysis::savings(holding),
         }
     }
 
@@ -218,26 +201,6 @@ impl<'a> Sheet<'a> {
         }
         text
     }
-}
-
-/// One symmetry of a material.
-struct Law {
-    name: &'static str,
-    declared: bool,
-    found: Deviation,
-}
-
-fn laws(declared: Symmetry, found: &Deviations) -> [Law; 3] {
-    [
-        ("isotropic", declared.isotropic, found.isotropy),
-        ("reciprocal", declared.reciprocal, found.reciprocity),
-        ("bilateral", declared.bilateral, found.bilateral),
-    ]
-    .map(|(name, declared, found)| Law {
-        name,
-        declared,
-        found,
-    })
 }
 
 fn yes(is: bool) -> &'static str {

@@ -1,13 +1,14 @@
 //! `gonio tabulate`.
 
+use super::cached::CachedBrdf;
 use super::energy::EnergyArgs;
-use super::kept::Kept;
 use super::progress::Progress;
-use super::talk::wrote;
+use super::verbosity::wrote;
 use super::{
-    ConfigArgs, ThreadArgs, build, choose_material, format_names, print, refuse_unwritable,
+    ConfigArgs, ThreadArgs, build, choose_material, format_names, format_of, print,
+    refuse_unwritable, writer,
 };
-use crate::brdf::{Brdf, Channels, Presence, SplitBrdf, Watched};
+use crate::brdf::{Brdf, Channels, ObservedBrdf, Presence, SplitBrdf};
 use crate::error::{Error, ParameterError};
 use crate::experiment::{Material, Plan, Source, material_key};
 use crate::formats::{Format, TableError, Tabulation, WRITE_TABLE};
@@ -61,8 +62,7 @@ pub(super) struct TableArgs {
 impl Tabulate {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        let format = WRITE_TABLE.format(self.format, &self.output);
-        let format = format.map_err(|e| Error::output(&self.output, e))?;
+        let format = format_of(&WRITE_TABLE, self.format, &self.output)?;
         self.table.suits(format)?;
         let source = self.config.source()?;
         let plan = Plan::read(&source)?;
@@ -70,16 +70,16 @@ impl Tabulate {
         super::remark(std::slice::from_ref(material));
         refuse_unwritable(&self.output, self.force)?;
         let brdf = build(material, channels(&source, &plan, material)?)?;
-        let name = || format!("--material {}", material.name);
+        let name = format!("--material {}", material.name);
         if !brdf.as_split().is_some_and(SplitBrdf::follows_pairs) {
-            self.table.write(format, &*brdf, &self.output, name)?;
+            self.table.write(format, &*brdf, &self.output, &name)?;
             return Ok(());
         }
         pairs(format, 0, &*brdf, &self.output, &name)?;
         let key = material_key(material)?;
-        let kept = Kept::new(&*brdf, &key, &self.output, self.force)?;
+        let kept = CachedBrdf::new(&*brdf, &key, &self.output, self.force)?;
         kept.tell_when_stopped(self.force);
-        match self.table.write(format, &kept, &self.output, name) {
+        match self.table.write(format, &kept, &self.output, &name) {
             // The same command may find room for what it could not write; what is refused would be refused again.
             Err(e @ Error::Output { .. }) => Err(e),
             result => kept.done().and(result.map(drop)),
@@ -141,9 +141,9 @@ impl TableArgs {
         format: Format,
         brdf: &dyn Brdf,
         path: &Path,
-        place: impl Fn() -> String,
+        place: &str,
     ) -> Result<Option<Box<dyn Brdf>>, Error> {
-        pairs(format, 0, brdf, path, &place)?;
+        pairs(format, 0, brdf, path, place)?;
         self.energy.check(brdf, None)?;
         let mut size = 0;
         loop {
@@ -151,7 +151,7 @@ impl TableArgs {
                 size,
                 fill: self.fill,
             };
-            write(format, tabulation, brdf, path, &place)?;
+            write(format, tabulation, brdf, path, place)?;
             let Some(read) = format.read_table else {
                 return Ok(None);
             };
@@ -248,23 +248,22 @@ pub(super) fn write(
     tabulation: Tabulation,
     brdf: &dyn Brdf,
     path: &Path,
-    place: impl Fn() -> String,
+    place: &str,
 ) -> Result<(), Error> {
-    let table = WRITE_TABLE.function(&format);
-    let table = table.map_err(|e| Error::output(path, e))?;
-    let all = pairs(format, tabulation.size, brdf, path, &place)?;
+    let table = writer(&WRITE_TABLE, &format, path)?;
+    let all = pairs(format, tabulation.size, brdf, path, place)?;
     let progress = Progress::of(all, "tabulates");
     // Bits of the largest value so far: those of positive numbers stand in their order.
     let largest = AtomicU64::new(0);
     let width = brdf.channels().count();
-    let brdf = Watched::new(brdf, |values: &[f64], presence: &[Presence]| {
+    let brdf = ObservedBrdf::new(brdf, |values: &[f64], presence: &[Presence]| {
         let present = values.chunks(width).zip(presence);
         let present = present.filter(|(_, p)| **p == Presence::Present);
         let most = present.flat_map(|(v, _)| v).copied().fold(0.0, f64::max);
         largest.fetch_max(most.to_bits(), Ordering::Relaxed);
         progress.count(presence.len() as u64);
     });
-    let filled = table(&brdf, tabulation, path).map_err(|e| told(e, path, &place))?;
+    let filled = table(&brdf, tabulation, path).map_err(|e| told(e, path, place))?;
     let largest = f64::from_bits(largest.load(Ordering::Relaxed));
     drop(progress);
     wrote(path);
@@ -283,15 +282,15 @@ pub(super) fn pairs(
     size: usize,
     brdf: &dyn Brdf,
     path: &Path,
-    place: &dyn Fn() -> String,
+    place: &str,
 ) -> Result<u64, Error> {
     let pairs = format.table_pairs.map_or(Ok(0), |pairs| pairs(brdf, size));
     pairs.map_err(|e| told(e, path, place))
 }
 
-fn told(error: TableError, path: &Path, place: &dyn Fn() -> String) -> Error {
+fn told(error: TableError, path: &Path, place: &str) -> Error {
     match error {
         TableError::Io(_) => Error::output(path, error),
-        TableError::Unsuited(_) => Error::config(place(), error),
+        TableError::Unsuited(_) => Error::config(place, error),
     }
 }

@@ -2,14 +2,15 @@
 
 use super::brdf_args::BrdfArgs;
 use super::progress::Progress;
-use super::talk::wrote;
-use super::{ThreadArgs, build, print, refuse_unwritable, unknown};
+use super::verbosity::wrote;
+use super::{ThreadArgs, build, named_by, print, refuse_unwritable};
 use crate::brdf::Channels;
 use crate::error::{Error, count};
 use crate::experiment;
 use crate::files::write_atomically;
 use crate::reconstruct::{FUNCTIONS, NODES, TrainError, Training};
 use clap::Args;
+use std::io::Write;
 use std::path::PathBuf;
 
 /// Configurations at which materials are looked at, by default.
@@ -51,12 +52,9 @@ impl Train {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
         refuse_unwritable(&self.output, self.force)?;
-        let mut materials = self.brdf.plan(&self.brdf.source()?)?.materials;
+        let mut materials = self.brdf.plan()?.materials;
         for name in &self.except {
-            let names = || materials.iter().map(|m| m.name.clone());
-            if !names().any(|n| n == *name) {
-                return Err(unknown("--except", name, names()));
-            }
+            named_by("--except", Some(name), &materials, |m| &m.name)?;
         }
         materials.retain(|m| !self.except.contains(&m.name));
         let refused = |e: TrainError| Error::config("gonio train", e);
@@ -77,20 +75,16 @@ impl Train {
         drop(progress);
         let families = training.families();
         let prior = training.prior(self.functions.into()).map_err(refused)?;
-        let mut size = 0;
-        write_atomically(&self.output, |out| {
-            let bytes = prior.to_bytes();
-            size = bytes.len();
-            std::io::Write::write_all(out, &bytes)
-        })
-        .map_err(|e| Error::output(&self.output, e))?;
+        let bytes = prior.to_bytes();
+        write_atomically(&self.output, |out| out.write_all(&bytes))
+            .map_err(|e| Error::output(&self.output, e))?;
         wrote(&self.output);
         let [scale, share] = prior.scale_and_share();
         print(&format!(
             "{} of {families} families, {}, {:.2} MB\nkernel: scale {scale:.3}, share {share:.3}{}\n",
             count(prior.materials().len(), "material"),
             count(prior.functions(), "function"),
-            size as f64 / 1e6,
+            bytes.len() as f64 / 1e6,
             if families > 1 {
                 ""
             } else {

@@ -15,6 +15,9 @@ pub mod formats {}
 #[doc = include_str!("inputs.md")]
 pub mod inputs {}
 
+#[doc = include_str!("terms.md")]
+pub mod terms {}
+
 #[doc = include_str!("errata.md")]
 pub mod errata {}
 

@@ -13,6 +13,32 @@ pub(super) fn below(base: &KeyPath, key: &str) -> KeyPath {
         .fold(base.clone(), |path, part| path.key(part))
 }
 
+/// The items without those that came before.
+pub(super) fn each_once<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
+    let mut distinct = Vec::new();
+    for item in items {
+        if !distinct.contains(&item) {
+            distinct.push(item);
+        }
+    }
+    distinct
+}
+
+/// The error of a value that is not allowed.
+pub(super) fn refused(
+    source: &Source,
+    path: &KeyPath,
+    value: impl Display,
+    allowed: impl Into<String>,
+) -> Error {
+    source.error_at(path, ParameterError::new(path.to_string(), value, allowed))
+}
+
+/// The error of a parameter of the table at `base`, named from the top of the config.
+pub(super) fn refused_in(source: &Source, base: &KeyPath, e: &ParameterError) -> Error {
+    source.error_at(&below(base, &e.key), format!("{base}.{e}"))
+}
+
 /// Refuses an empty list and one that names something twice.
 pub(super) fn distinct<T, S: Display + Eq + std::hash::Hash>(
     source: &Source,
@@ -78,13 +104,11 @@ impl Names {
         let place = path.key("name");
         if name.trim().is_empty() || name.chars().any(char::is_control) {
             let allowed = "a text that is not blank and has no control characters";
-            let e = ParameterError::new(place.to_string(), format!("{name:?}"), allowed);
-            return Err(source.error_at(&place, e));
+            return Err(refused(source, &place, format!("{name:?}"), allowed));
         }
         if name.len() > LONGEST_NAME {
             let allowed = format!("at most {LONGEST_NAME} bytes, as names become those of files");
-            let e = ParameterError::new(place.to_string(), format!("{name:?}"), allowed);
-            return Err(source.error_at(&place, e));
+            return Err(refused(source, &place, format!("{name:?}"), allowed));
         }
         if !self.0.insert(name.to_owned()) {
             let name = excerpt(name);

@@ -1,9 +1,10 @@
 //! The choices of a plan: materials, coordinates, sample sets, reconstructions, each with a name.
 
+pub use super::material::Material;
 use super::tuning::Tuning;
 use crate::acquisition::Planner;
-use crate::brdf::{BrdfSpec, Channels, Favours};
-use crate::error::count;
+
+use crate::error::{Error, count};
 use crate::geometry::Symmetry;
 use crate::parametrization::{Parametrization, ParametrizationSpec, WarpError};
 use crate::reconstruct::Reconstruct;
@@ -18,43 +19,6 @@ pub const IDEAL: &str = "ideal";
 
 /// Value of the column `coordinates` where a reconstruction works in those of its schedule.
 pub const OWN: &str = "own";
-
-/// A material to be measured.
-#[derive(Debug)]
-pub struct Material {
-    /// Its name in results, unique in its plan.
-    pub name: String,
-    /// Specification it is built from.
-    pub spec: Box<dyn BrdfSpec>,
-    /// Symmetries that its schedules use to fold the coordinates.
-    pub symmetry: Symmetry,
-    /// What is peculiar about its files, a sentence each.
-    pub remarks: Vec<String>,
-}
-
-impl Material {
-    /// Its kind, which it shares with the materials it is compared with.
-    pub fn group(&self) -> String {
-        let resolved = self.spec.resolved();
-        let kind = resolved.get("kind").and_then(toml::Value::as_str);
-        kind.unwrap_or_default().to_owned()
-    }
-
-    /// True if it has values in R, G, B.
-    pub fn is_coloured(&self) -> bool {
-        self.spec.check(&Channels::Rgb).is_ok()
-    }
-
-    /// Truth class of its rows: the coordinates it favours. In 4-D there are too few to tell apart.
-    pub fn truth(&self) -> &'static str {
-        let favours = self.spec.favours();
-        if self.symmetry.isotropic || favours == Favours::SphericalTable {
-            favours.name()
-        } else {
-            "anisotropic"
-        }
-    }
-}
 
 /// A parametrization with its warps.
 pub struct Coordinates {
@@ -85,6 +49,18 @@ impl Coordinates {
     /// If a warp does not fit an axis; not for the symmetries of the plan's materials.
     pub fn form(&self, symmetry: Symmetry) -> Result<Arc<dyn Parametrization>, WarpError> {
         self.spec.form(symmetry)
+    }
+
+    /// The same of a plan.
+    ///
+    /// # Errors
+    /// [`Error::Internal`]: the plan has checked the warps.
+    pub(crate) fn checked_form(
+        &self,
+        symmetry: Symmetry,
+    ) -> Result<Arc<dyn Parametrization>, Error> {
+        let form = self.form(symmetry);
+        form.map_err(|e| Error::Internal(format!("a warp that was checked: {e}")))
     }
 }
 
@@ -143,6 +119,12 @@ pub enum Allowance {
     Minutes(f64),
 }
 
+/// Work of comparing one reconstruction, in poses; it does not depend on the budget.
+const FIXED_WORK: f64 = 4000.0;
+
+/// Poses that an instrument visits in a minute, times the schedules that are tried to find out.
+const MINUTE_WORK: f64 = 300.0;
+
 impl Allowance {
     /// The number of poses or readings; `None` for minutes.
     pub fn count(self) -> Option<usize> {
@@ -150,6 +132,23 @@ impl Allowance {
             Allowance::Poses(n) | Allowance::Readings(n) => Some(n),
             Allowance::Minutes(_) => None,
         }
+    }
+
+    /// Upper estimate of the number of readings.
+    pub(super) fn readings(self) -> usize {
+        match self {
+            Allowance::Poses(n) | Allowance::Readings(n) => n,
+            Allowance::Minutes(minutes) => (minutes * MINUTE_WORK).min(MAX_BUDGET as f64) as usize,
+        }
+    }
+
+    /// Estimated work of one reconstruction, in poses; for progress bars and shares.
+    pub(super) fn work(self) -> f64 {
+        FIXED_WORK
+            + match self {
+                Allowance::Poses(n) | Allowance::Readings(n) => n as f64,
+                Allowance::Minutes(minutes) => minutes * MINUTE_WORK,
+            }
     }
 
     /// True if the text of one, in a row, is of a time.
@@ -184,37 +183,4 @@ pub struct Choice {
     pub reconstruction: String,
     /// The coordinates it works in.
     pub coordinates: String,
-}
-
-/// Identity of a row without its material.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Label {
-    /// Sampling and reconstruction.
-    pub choice: Choice,
-    /// The allowance, as rows name it.
-    pub allowed: String,
-    /// Seed.
-    pub seed: u64,
-    /// Distribution of the test pairs.
-    pub measure: String,
-}
-
-impl fmt::Display for Label {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let c = &self.choice;
-        // Names are free texts: in quotes no two labels are written alike.
-        write!(
-            f,
-            "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {} {:?}",
-            c.parametrization,
-            c.warp,
-            c.sample_set,
-            c.instrument,
-            c.reconstruction,
-            c.coordinates,
-            self.allowed,
-            self.seed,
-            self.measure
-        )
-    }
 }

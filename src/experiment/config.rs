@@ -23,7 +23,7 @@ use crate::formats::{Format, WRITE_SCHEDULE};
 use crate::metrics::{Measure, MetricsSpec};
 use crate::parametrization::{self, Form, HalfDifference, ParametrizationSpec, Warps};
 use crate::reconstruct::{self, Coordinates, Multilinear, Reconstruct};
-use crate::registry::{self, ReadError, Table};
+use crate::registry::{self, ReadError, Table, keys};
 use crate::schedule::Grid;
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -111,54 +111,37 @@ pub struct Reach {
     pub on: Option<String>,
 }
 
-/// The keys of the top level that are no tables.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Scalars {
-    /// The question the experiment asks; for people.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub question: Option<String>,
-    /// Kind of the experiment.
-    pub experiment: Kind,
-    /// Channels that are measured.
-    pub channels: Channels,
-    /// Seeds of the sample sets; each makes a run of its own.
-    pub seeds: Vec<i64>,
-    /// Numbers of distinct configurations a schedule may have.
-    pub budgets: Vec<i64>,
-    /// Numbers of poses of a schedule that an instrument can take; its budget is found.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub readings: Vec<i64>,
-    /// Times a schedule may take on an instrument, minutes; its budget is found.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub minutes: Vec<f64>,
-    /// Distributions of the test pairs.
-    pub measures: Vec<Measure>,
-    /// Quantities that are compared beside the values; the defaults of its kind if not written.
-    pub quantities: Option<Vec<QuantityGroup>>,
-    /// A folder whose `*.binary` files are all materials.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub materials_dir: Option<PathBuf>,
-    /// The files of that folder that are meant, by name; all of them if not written.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub only: Option<Vec<String>>,
-}
-
-impl Default for Scalars {
-    fn default() -> Self {
-        Self {
-            question: None,
-            experiment: Kind::Acquisition,
-            channels: Channels::Luminance,
-            seeds: vec![1],
-            budgets: vec![250, 1000],
-            readings: Vec::new(),
-            minutes: Vec::new(),
-            measures: Measure::USUAL.to_vec(),
-            quantities: None,
-            materials_dir: None,
-            only: None,
-        }
+keys! {
+    /// The keys of the top level that are no tables.
+    #[derive(PartialEq)]
+    pub struct Scalars {
+        /// The question the experiment asks; for people.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        question: Option<String> = None;
+        /// Kind of the experiment.
+        experiment: Kind = Kind::Acquisition;
+        /// Channels that are measured.
+        channels: Channels = Channels::Luminance;
+        /// Seeds of the sample sets; each makes a run of its own.
+        seeds: Vec<i64> = vec![1];
+        /// Numbers of distinct configurations a schedule may have.
+        budgets: Vec<i64> = vec![250, 1000];
+        /// Numbers of poses of a schedule that an instrument can take; its budget is found.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        readings: Vec<i64> = Vec::new();
+        /// Times a schedule may take on an instrument, minutes; its budget is found.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        minutes: Vec<f64> = Vec::new();
+        /// Distributions of the test pairs.
+        measures: Vec<Measure> = Measure::USUAL.to_vec();
+        /// Quantities that are compared beside the values; the defaults of its kind if not written.
+        quantities: Option<Vec<QuantityGroup>> = None;
+        /// A folder whose `*.binary` files are all materials.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        materials_dir: Option<PathBuf> = None;
+        /// The files of that folder that are meant, by name; all of them if not written.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        only: Option<Vec<String>> = None;
     }
 }
 
@@ -233,72 +216,46 @@ impl<'s> Config<'s> {
     /// Reads the tables of a config of kind `kind`, without checking their values.
     pub(super) fn from_table(
         source: &'s Source,
-        mut table: Table<'s>,
+        mut rest: Table<'s>,
         kind: Kind,
     ) -> Result<Self, ReadError> {
-        refuse_unknown(&table, &KEYS)?;
-        let band = take_band(&mut table)?;
-        let coordinates = take_list(&mut table, "coordinates", registry::parse)?;
-        let report = registry::take_table(&mut table, "report")?;
-        let report = report.map(registry::parse).transpose()?;
-        let pictures = PictureSpec::take(&mut table, kind.draws())?;
-        let reach = take_reach(&mut table)?;
-        let materials = take_list(&mut table, "material", material)?;
-        let parametrizations = take_list(&mut table, "parametrization", |t| {
-            parametrization::read(t).map(|spec| *spec)
-        })?;
-        let sample_sets = take_list(&mut table, "sample_set", |t| named(t, acquisition::read))?;
-        let reconstructions = take_list(&mut table, "reconstruction", |t| {
-            named(t, reconstruct::read)
-        })?;
-        let instruments = take_list(&mut table, "instrument", instruments::table)?;
-        let merl = registry::take_table(&mut table, "merl")?;
-        let metrics = registry::take_table(&mut table, "metrics")?;
-        let tuning = TuningTable::take(&mut table)?;
-        let moments = MomentsTable::take(&mut table)?;
-        let output = registry::take_table(&mut table, "output")?;
-        let has = |key: &str| table.get_ref().contains_key(key);
+        refuse_unknown(&rest, &KEYS)?;
+        let has = |key: &str| rest.get_ref().contains_key(key);
         let no_budgets = !has("budgets") && (has("readings") || has("minutes"));
-        let mut scalars: Scalars = registry::parse(table)?;
-        if no_budgets {
-            scalars.budgets.clear();
-        }
-        let quantities = scalars.quantities.take();
-        scalars.quantities = Some(quantities.unwrap_or_else(|| kind.quantities().to_vec()));
+        let table = &mut rest;
+        let usual = || ParametrizationSpec::new::<Form<HalfDifference>>(Warps::new());
+        let grid = || Named::from(acquisition::once(Box::new(Grid::default())));
+        let multilinear = || Named::from(Box::new(Multilinear::default()) as Box<dyn Reconstruct>);
+        let parametrization = |t| parametrization::read(t).map(|spec| *spec);
         Ok(Self {
             source,
-            reach,
-            coordinates: coordinates.unwrap_or_default(),
-            band,
-            report: report.unwrap_or_default(),
-            pictures,
-            scalars,
-            merl,
-            materials: materials.unwrap_or_default(),
-            parametrizations: match parametrizations {
-                Some(list) => list,
-                None => vec![ParametrizationSpec::new::<Form<HalfDifference>>(
-                    Warps::new(),
-                )],
+            band: take_band(table)?,
+            coordinates: take_list(table, "coordinates", registry::parse)?.unwrap_or_default(),
+            report: registry::take(table, "report", registry::parse)?.unwrap_or_default(),
+            pictures: PictureSpec::take(table, kind.draws())?,
+            reach: take_reach(table)?,
+            materials: take_list(table, "material", material)?.unwrap_or_default(),
+            parametrizations: take_list(table, "parametrization", parametrization)?
+                .unwrap_or_else(|| vec![usual()]),
+            sample_sets: take_list(table, "sample_set", |t| named(t, acquisition::read))?
+                .unwrap_or_else(|| vec![grid()]),
+            reconstructions: take_list(table, "reconstruction", |t| named(t, reconstruct::read))?
+                .unwrap_or_else(|| vec![multilinear()]),
+            instruments: take_list(table, "instrument", instruments::table)?.unwrap_or_default(),
+            merl: registry::take_table(table, "merl")?,
+            metrics: registry::take(table, "metrics", registry::parse)?.unwrap_or_default(),
+            tuning: TuningTable::take(table)?,
+            moments: MomentsTable::take(table)?,
+            output: registry::take(table, "output", registry::parse)?.unwrap_or_default(),
+            scalars: {
+                let mut scalars: Scalars = registry::parse(rest)?;
+                if no_budgets {
+                    scalars.budgets.clear();
+                }
+                let quantities = scalars.quantities.take();
+                scalars.quantities = Some(quantities.unwrap_or_else(|| kind.quantities().to_vec()));
+                scalars
             },
-            sample_sets: match sample_sets {
-                Some(list) => list,
-                None => vec![Named::from(acquisition::once(Box::new(Grid::default())))],
-            },
-            reconstructions: match reconstructions {
-                Some(list) => list,
-                None => vec![Named::from(
-                    Box::new(Multilinear::default()) as Box<dyn Reconstruct>
-                )],
-            },
-            instruments: instruments.unwrap_or_default(),
-            metrics: metrics
-                .map(registry::parse)
-                .transpose()?
-                .unwrap_or_default(),
-            tuning,
-            moments,
-            output: output.map(registry::parse).transpose()?.unwrap_or_default(),
         })
     }
 
@@ -360,4 +317,15 @@ fn take_reach(config: &mut Table<'_>) -> Result<Vec<Reach>, ReadError> {
         all.push(registry::parse(toml::Spanned::new(span, own))?);
     }
     Ok(all)
+}
+
+/// The tables of a config that a plan has in another form.
+pub(super) struct Written<'c> {
+    /// The keys that are no tables.
+    pub scalars: toml::Table,
+    /// Number of the materials that have a table.
+    pub materials: usize,
+    pub reconstructions: &'c [(String, std::sync::Arc<dyn Reconstruct>)],
+    pub reach: &'c [Reach],
+    pub coordinates: &'c [Coordinates],
 }

@@ -1,161 +1,80 @@
 //! What a run did, by stage: counts that explain its seconds, and that tests hold it to. They are no results: a
 //! run that goes on does less, and none depends on the number of threads.
 
-use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Presence, Watched};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, ObservedBrdf, Presence};
+use crate::registry::named;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
-/// A part of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// Hashing files, building materials.
-    Load,
-    /// Materials at test pairs.
-    Truth,
-    /// The alignment of a material's lobe, a column of rows.
-    Alignment,
-    /// Schedules, tours, and readings that poses are chosen from.
-    Plan,
-    /// Measuring.
-    Measure,
-    /// Reconstructing.
-    Reconstruct,
-    /// Reconstructions at test pairs; relations of moments.
-    Evaluate,
-    /// Moments of materials and reconstructions.
-    Moments,
-    /// Pictures, and the reconstructions that are drawn.
-    Pictures,
-    /// Tables and reports at the end, schedules in between.
-    Report,
-}
-
-impl Stage {
-    /// Every stage, in the order of a run.
-    pub const ALL: [Self; 10] = [
-        Self::Load,
-        Self::Truth,
-        Self::Alignment,
-        Self::Plan,
-        Self::Measure,
-        Self::Reconstruct,
-        Self::Evaluate,
-        Self::Moments,
-        Self::Pictures,
-        Self::Report,
-    ];
-
-    /// Its name in manifests and tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Load => "load",
-            Self::Truth => "truth",
-            Self::Alignment => "alignment",
-            Self::Plan => "plan",
-            Self::Measure => "measure",
-            Self::Reconstruct => "reconstruct",
-            Self::Evaluate => "evaluate",
-            Self::Moments => "moments",
-            Self::Pictures => "pictures",
-            Self::Report => "report",
-        }
+named! {
+    /// A part of a run.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Stage {
+        /// Hashing files, building materials.
+        Load = "load",
+        /// Materials at test pairs.
+        Truth = "truth",
+        /// The alignment of a material's lobe, a column of rows.
+        Alignment = "alignment",
+        /// Schedules, tours, and readings that poses are chosen from.
+        Plan = "plan",
+        /// Measuring.
+        Measure = "measure",
+        /// Reconstructing.
+        Reconstruct = "reconstruct",
+        /// Reconstructions at test pairs; relations of moments.
+        Evaluate = "evaluate",
+        /// Moments of materials and reconstructions.
+        Moments = "moments",
+        /// Pictures, and the reconstructions that are drawn.
+        Pictures = "pictures",
+        /// Tables and reports at the end, schedules in between.
+        Report = "report",
     }
 }
 
-/// A kind of work that is counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Work {
-    /// Files of materials read from end to end.
-    FilesRead,
-    /// Their bytes.
-    BytesRead,
-    /// Materials built.
-    Materials,
-    /// Bytes of the tables they hold.
-    TableBytes,
-    /// Test pairs made.
-    TestPairs,
-    /// Evaluations of materials, one a pair.
-    Evaluations,
-    /// Those of them that look into measured tables.
-    LookUps,
-    /// Grids measured to tune a ratio.
-    Grids,
-    /// Schedules made.
-    Schedules,
-    /// Poses: of schedules where they are made, and asked of an instrument where it measures.
-    Poses,
-    /// Tours of instruments put in order.
-    Tours,
-    /// Readings taken.
-    Readings,
-    /// Interpolants built.
-    Reconstructions,
-    /// Evaluations of reconstructions, one a pair and material.
-    Evaluated,
-    /// Files of pictures.
-    Drawn,
-    /// Files written, but those of records.
-    FilesWritten,
-    /// Their bytes.
-    BytesWritten,
-}
-
-impl Work {
-    /// Every kind.
-    pub const ALL: [Self; 17] = [
-        Self::FilesRead,
-        Self::BytesRead,
-        Self::Materials,
-        Self::TableBytes,
-        Self::TestPairs,
-        Self::Evaluations,
-        Self::LookUps,
-        Self::Grids,
-        Self::Schedules,
-        Self::Poses,
-        Self::Tours,
-        Self::Readings,
-        Self::Reconstructions,
-        Self::Evaluated,
-        Self::Drawn,
-        Self::FilesWritten,
-        Self::BytesWritten,
-    ];
-
-    /// Its name in manifests.
-    pub fn name(self) -> &'static str {
-        self.both().0
-    }
-
-    /// What it counts.
-    pub fn meaning(self) -> &'static str {
-        self.both().1
-    }
-
-    fn both(self) -> (&'static str, &'static str) {
-        match self {
-            Self::FilesRead => ("files_read", "readings of files from end to end"),
-            Self::BytesRead => ("bytes_read", "bytes of files read"),
-            Self::Materials => ("materials", "materials built"),
-            Self::TableBytes => ("table_bytes", "bytes of their tables, at most"),
-            Self::TestPairs => ("test_pairs", "test pairs made"),
-            Self::Evaluations => ("evaluations", "evaluations of materials"),
-            Self::LookUps => ("look_ups", "of them look-ups in tables"),
-            Self::Grids => ("grids", "grids measured to tune ratios"),
-            Self::Schedules => ("schedules", "schedules made"),
-            Self::Poses => ("poses", "poses"),
-            Self::Tours => ("tours", "tours put in order"),
-            Self::Readings => ("readings", "readings taken"),
-            Self::Reconstructions => ("reconstructions", "interpolants built"),
-            Self::Evaluated => ("evaluated", "evaluations of reconstructions"),
-            Self::Drawn => ("drawn", "files of pictures"),
-            Self::FilesWritten => ("files_written", "files written"),
-            Self::BytesWritten => ("bytes_written", "bytes written"),
-        }
+named! {
+    /// A kind of work that is counted.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Work {
+        /// Files of materials read from end to end.
+        FilesRead = "files_read": "readings of files from end to end",
+        /// Their bytes.
+        BytesRead = "bytes_read": "bytes of files read",
+        /// Materials built.
+        Materials = "materials": "materials built",
+        /// Bytes of the tables they hold.
+        TableBytes = "table_bytes": "bytes of their tables, at most",
+        /// Test pairs made.
+        TestPairs = "test_pairs": "test pairs made",
+        /// Evaluations of materials, one a pair.
+        Evaluations = "evaluations": "evaluations of materials",
+        /// Those of them that look into measured tables.
+        LookUps = "look_ups": "of them look-ups in tables",
+        /// Grids measured to tune a ratio.
+        Grids = "grids": "grids measured to tune ratios",
+        /// Schedules made.
+        Schedules = "schedules": "schedules made",
+        /// Poses: of schedules where they are made, and asked of an instrument where it measures.
+        Poses = "poses": "poses",
+        /// Tours of instruments put in order.
+        Tours = "tours": "tours put in order",
+        /// Readings taken.
+        Readings = "readings": "readings taken",
+        /// Interpolants built.
+        Reconstructions = "reconstructions": "interpolants built",
+        /// Evaluations of reconstructions, one a pair and material.
+        Evaluated = "evaluated": "evaluations of reconstructions",
+        /// Files of pictures.
+        Drawn = "drawn": "files of pictures",
+        /// Files written, but those of records.
+        FilesWritten = "files_written": "files written",
+        /// Their bytes.
+        BytesWritten = "bytes_written": "bytes written",
     }
 }
 
@@ -172,11 +91,6 @@ impl Counts {
         count.copied().unwrap_or(0)
     }
 
-    /// The work of a kind at all stages.
-    pub fn total(&self, work: Work) -> u64 {
-        Stage::ALL.iter().map(|s| self.get(*s, work)).sum()
-    }
-
     /// Adds what another run or another part of a run did.
     pub fn extend(&mut self, other: &Self) {
         for (stage, works) in &other.0 {
@@ -188,37 +102,68 @@ impl Counts {
     }
 }
 
+/// Wall times of a run by stage, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seconds([f64; Stage::ALL.len()]);
+
+impl Seconds {
+    /// All, by the names of stages.
+    pub fn by_stage(&self) -> BTreeMap<String, f64> {
+        let of = |stage: Stage| (stage.name().to_owned(), self.of(stage));
+        Stage::ALL.into_iter().map(of).collect()
+    }
+
+    /// Those of a stage.
+    pub fn of(&self, stage: Stage) -> f64 {
+        self.0[stage as usize]
+    }
+
+    /// Adds some to those of a stage.
+    pub fn add(&mut self, stage: Stage, seconds: f64) {
+        self.0[stage as usize] += seconds;
+    }
+}
+
+/// The result of some work and its wall time, s.
+pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
+}
+
 /// The counters of one thread, in cache lines of their own.
 #[derive(Debug, Default)]
 #[repr(align(128))]
 struct Page([[AtomicU64; Work::ALL.len()]; Stage::ALL.len()]);
 
-/// Counters that any thread adds to; clones are the same counters.
+/// Counters and wall times that any thread adds to; clones are the same.
 #[derive(Clone, Debug)]
-pub struct Ledger {
+pub struct Counters {
     /// The first is for threads of no pool.
     pages: Arc<[Page]>,
+    seconds: Arc<Mutex<Seconds>>,
     /// The stage that all is counted at; `None`: that which is named.
     only: Option<Stage>,
 }
 
-impl Default for Ledger {
+impl Default for Counters {
     fn default() -> Self {
         let pages = 0..=rayon::current_num_threads();
         Self {
             pages: pages.map(|_| Page::default()).collect(),
+            seconds: Arc::default(),
             only: None,
         }
     }
 }
 
-impl Ledger {
+impl Counters {
     /// The same counters for the work of several stages that is done for one.
     #[must_use]
     pub fn within(&self, stage: Stage) -> Self {
         Self {
-            pages: Arc::clone(&self.pages),
             only: Some(stage),
+            ..self.clone()
         }
     }
 
@@ -228,6 +173,19 @@ impl Ledger {
         let Page(page) = &self.pages[thread % self.pages.len()];
         let stage = self.only.unwrap_or(stage);
         page[stage as usize][work as usize].fetch_add(count as u64, Ordering::Relaxed);
+    }
+
+    /// The result of some work of a stage, and its wall time, s, which is added to that of the stage.
+    pub(super) fn timed<T>(&self, stage: Stage, work: impl FnOnce() -> T) -> (T, f64) {
+        let (result, seconds) = timed(work);
+        let mut all = self.seconds.lock().unwrap_or_else(PoisonError::into_inner);
+        all.add(self.only.unwrap_or(stage), seconds);
+        (result, seconds)
+    }
+
+    /// The wall times so far.
+    pub(super) fn seconds(&self) -> Seconds {
+        *self.seconds.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What was counted so far.
@@ -266,7 +224,7 @@ impl Ledger {
         stage: Stage,
         works: &'static [Work],
     ) -> impl Brdf + 'a {
-        Watched::new(brdf, move |_: &[f64], pairs: &[Presence]| {
+        ObservedBrdf::new(brdf, move |_: &[f64], pairs: &[Presence]| {
             for work in works {
                 self.add(stage, *work, pairs.len());
             }
@@ -289,14 +247,14 @@ impl Built {
     pub(super) fn new(
         spec: &dyn BrdfSpec,
         channels: Channels,
-        ledger: &Ledger,
+        counters: &Counters,
     ) -> Result<Self, BuildError> {
         let tables = spec.tables();
         let bytes = tables.channel_bytes * channels.count();
         let brdf = spec.build(channels)?;
-        ledger.add(Stage::Load, Work::Materials, 1);
-        ledger.add(Stage::Load, Work::TableBytes, bytes);
-        ledger.read(tables.files.iter().map(|file| &**file));
+        counters.add(Stage::Load, Work::Materials, 1);
+        counters.add(Stage::Load, Work::TableBytes, bytes);
+        counters.read(tables.files.iter().map(|file| &**file));
         Ok(Self {
             brdf,
             works: match bytes {
@@ -307,7 +265,7 @@ impl Built {
     }
 
     /// The material, as a stage evaluates it.
-    pub fn at<'a>(&'a self, ledger: &'a Ledger, stage: Stage) -> impl Brdf + 'a {
-        ledger.watched(&*self.brdf, stage, self.works)
+    pub fn at<'a>(&'a self, counters: &'a Counters, stage: Stage) -> impl Brdf + 'a {
+        counters.watched(&*self.brdf, stage, self.works)
     }
 }

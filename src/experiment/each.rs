@@ -3,9 +3,9 @@
 use super::choices::Material;
 use super::counts::Built;
 use super::key::{Expected, Input, RowKey};
-use super::observer::{Observer, Stop, Summary, Teller, Wish};
+use super::observer::{ByProduct, EventSink, Observer, Stop, Summary};
 use super::record::{Experiment, Extent, Known};
-use crate::brdf::{BuildError, Channels};
+use crate::brdf::Channels;
 use crate::error::Error;
 
 /// An experiment whose records are of one material each, and need no other.
@@ -25,16 +25,16 @@ pub(super) trait PerMaterial: Experiment {
     fn shared(
         &self,
         brdf: &Built,
-        teller: &mut Teller<'_, Self::Record>,
-    ) -> Result<Self::Shared, BuildError>;
+        events: &mut EventSink<'_, Self::Record>,
+    ) -> Result<Self::Shared, Stop>;
 
     /// The record at a position among those of the material, or why there is none.
     fn record(
         &self,
         place: usize,
         of: Of<'_, Self::Shared>,
-        teller: &mut Teller<'_, Self::Record>,
-    ) -> Result<Result<Self::Record, BuildError>, Stop>;
+        events: &mut EventSink<'_, Self::Record>,
+    ) -> Result<Self::Record, Stop>;
 }
 
 /// Inputs of one record.
@@ -54,50 +54,50 @@ pub(super) fn run<E: PerMaterial>(
     known: &Known<E::Record>,
     observer: &mut dyn Observer<E::Record>,
 ) -> Result<Summary, Error> {
-    let mut teller = Teller::new(observer);
-    let result = materials(plan, extent, known, &mut teller);
-    teller.ended(result)
+    let mut events = EventSink::new(observer);
+    let result = materials(plan, extent, known, &mut events);
+    events.ended(result)
 }
 
 fn materials<E: PerMaterial>(
     plan: &E,
     extent: &Extent,
     known: &Known<E::Record>,
-    teller: &mut Teller<'_, E::Record>,
+    events: &mut EventSink<'_, E::Record>,
 ) -> Result<(), Stop> {
     let expected = plan.expected(extent.shard);
-    teller.observer.begins(expected.len() as f64);
-    teller.summary.inputs.extend(plan.inputs());
-    for (i, material) in plan.materials().iter().enumerate() {
+    events.observer.begins(expected.len() as f64);
+    events.summary.inputs.extend(plan.inputs());
+    for (i, material) in plan.head().materials.iter().enumerate() {
         let mine: Vec<&Expected> = expected.iter().filter(|e| e.material == i).collect();
         if mine.is_empty() {
-            teller.summary.materials.push(None);
+            events.summary.materials.push(None);
             continue;
         }
-        teller.doing(&material.name)?;
-        let Some(identity) = teller.identified(material, mine.len())? else {
-            teller.advanced(mine.len() as f64)?;
+        events.doing(&material.name)?;
+        let Some(identity) = events.identified(material, mine.len())? else {
+            events.advanced(mine.len() as f64)?;
             continue;
         };
         let keys: Vec<RowKey> = mine.iter().map(|e| e.key(&identity.key)).collect();
-        teller.summary.keys.extend_from_slice(&keys);
+        events.summary.keys.extend_from_slice(&keys);
         let lacking = keys.iter().filter(|k| !known.contains_key(*k)).count();
-        let wish = Wish::Material(i, material, &identity.key);
-        let wanted = teller.observer.wants(&wish);
+        let wish = ByProduct::Material(i, material, &identity.key);
+        let wanted = events.observer.wants(&wish);
         let brdf = match lacking > 0 || wanted {
-            true => teller.built(material, &identity, plan.channels(), lacking)?,
+            true => events.built(material, &identity, plan.channels(), lacking)?,
             false => None,
         };
         let shared = match &brdf {
             Some(brdf) if lacking > 0 => {
-                let made = plan.shared(brdf, teller);
-                teller.or_failed(&material.name, made, lacking)?
+                let made = plan.shared(brdf, events);
+                events.or_failed(&material.name, made, lacking)?
             }
             _ => None,
         };
         for (place, key) in keys.into_iter().enumerate() {
             if let Some(old) = known.get(&key) {
-                teller.complete(&[old.as_ref()])?;
+                events.complete(&[old.as_ref()])?;
             } else if let (Some(brdf), Some(shared)) = (&brdf, &shared) {
                 let of = Of {
                     material,
@@ -106,16 +106,16 @@ fn materials<E: PerMaterial>(
                     shared,
                     key,
                 };
-                let made = plan.record(place, of, teller)?;
-                if let Some(record) = teller.or_failed(&mine[place].job, made, 1)? {
-                    teller.made(std::slice::from_ref(&record))?;
-                    teller.complete(&[&record])?;
+                let made = plan.record(place, of, events);
+                if let Some(record) = events.or_failed(&mine[place].job, made, 1)? {
+                    events.made(std::slice::from_ref(&record))?;
+                    events.complete(&[&record])?;
                 }
             }
-            teller.advanced(1.0)?;
+            events.advanced(1.0)?;
         }
         if let (true, Some(brdf)) = (wanted, &brdf) {
-            teller.loaded(material, &identity.key, brdf)?;
+            events.loaded(material, &identity.key, brdf)?;
         }
     }
     Ok(())

@@ -243,28 +243,14 @@ impl<'i, 'a> Table<'i, 'a> {
         measure: usize,
         materials: Vec<usize>,
     ) -> Self {
-        let places = |choice: usize| {
-            let allowances = 0..index.allowances.list.len();
-            let materials = &materials;
-            allowances.map(move |a| materials.iter().map(move |&m| [measure, choice, a, m]))
-        };
-        let choices = 0..index.choices.list.len();
-        let errors = choices.clone().map(|c| {
-            let of = |at| index.mean(at, |r| metric.of(r));
-            places(c).map(|at| at.map(of).collect()).collect()
-        });
-        let relative = choices.clone().map(|c| {
-            let of = |at| index.average(at, |r| metric.relative_error(r));
-            places(c).map(|at| at.map(of).collect()).collect()
-        });
-        let readings = choices.map(|c| {
-            let of = |at| index.mean(at, Row::counted_readings).unwrap_or(0.0);
-            places(c).map(|at| at.map(of).collect()).collect()
-        });
         Self {
-            errors: errors.collect(),
-            relative: relative.collect(),
-            readings: readings.collect(),
+            errors: index.each(measure, &materials, |at| index.mean(at, |r| metric.of(r))),
+            relative: index.each(measure, &materials, |at| {
+                index.average(at, |r| metric.relative_error(r))
+            }),
+            readings: index.each(measure, &materials, |at| {
+                index.mean(at, Row::counted_readings).unwrap_or(0.0)
+            }),
             index,
             bootstrap,
             measure,

@@ -10,8 +10,7 @@ use super::tables::section;
 use crate::error::{Error, ParameterError, excerpt, meant, one_of};
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Bench, InstrumentSpec, Order, Parts};
-use crate::registry::{self, ReadError, Table};
-use serde::{Deserialize, Serialize};
+use crate::registry::{self, ReadError, Table, keys};
 use std::path::{Path, PathBuf};
 
 /// A `[[instrument]]` as written.
@@ -33,36 +32,24 @@ enum From {
     Spec(Box<InstrumentSpec>),
 }
 
-/// Order of an instrument's visits and the flaws that are simulated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Use {
-    /// Rule that orders its visits to the poses.
-    pub order: Order,
-    /// True if it has limits; without them every pose is reachable.
-    pub limits: bool,
-    /// True if its apertures are finite; without them every reading is one evaluation.
-    pub apertures: bool,
-    /// True if positions, light, sensor and calibration are noisy.
-    pub noise: bool,
-    /// True if the error of unreachable poses is found, by measuring without limits too.
-    pub holes: bool,
-    /// Seed of what all its readings share (offsets of axes, the tile, drift); the seed of the
-    /// row if left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub realisation: Option<u64>,
-}
-
-impl Default for Use {
-    fn default() -> Self {
-        Self {
-            order: Order::default(),
-            limits: true,
-            apertures: true,
-            noise: true,
-            holes: true,
-            realisation: None,
-        }
+keys! {
+    /// Order of an instrument's visits and the flaws that are simulated.
+    #[derive(Copy, PartialEq)]
+    pub struct Use {
+        /// Rule that orders its visits to the poses.
+        order: Order = Order::default();
+        /// True if it has limits; without them every pose is reachable.
+        limits: bool = true;
+        /// True if its apertures are finite; without them every reading is one evaluation.
+        apertures: bool = true;
+        /// True if positions, light, sensor and calibration are noisy.
+        noise: bool = true;
+        /// True if the error of unreachable poses is found, by measuring without limits too.
+        holes: bool = true;
+        /// Seed of what all its readings share (offsets of axes, the tile, drift); the seed of the
+        /// row if left out.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        realisation: Option<u64> = None;
     }
 }
 
@@ -175,15 +162,14 @@ impl PlannedInstrument {
         // The specification was checked when it was read.
         let class = self.spec.kinematic_class();
         let class = class.map_err(|e| Error::Internal(e.to_string()))?;
-        if symmetry.isotropic || !class.isotropic_only() {
+        if symmetry.isotropic || !class.isotropic_only {
             return Ok(());
         }
         let message = format!(
             "instrument \"{}\" is of class {}, which cannot turn the sample about its normal, and \
              {material} is anisotropic; allowed: isotropic materials, or an instrument of another \
              class",
-            self.name,
-            class.name(),
+            self.name, class.name,
         );
         Err(Error::infeasible(place(), message))
     }

@@ -222,6 +222,16 @@ pub struct Expected {
 }
 
 impl Expected {
+    /// A record of any material, by its label and the name of its job.
+    pub(super) fn of_any(label: &str, job: &str, part: blake3::Hash) -> Self {
+        Self {
+            material: 0,
+            label: label.to_owned(),
+            job: job.to_owned(),
+            part,
+        }
+    }
+
     /// The key of the record, from that of its material.
     pub fn key(&self, material_key: &str) -> RowKey {
         of_part(material_key, &self.part)

@@ -3,54 +3,27 @@
 use super::keypath::KeyPath;
 use super::source::Source;
 use crate::error::{Error, excerpt, meant};
+use crate::registry::named;
 use serde::{Deserialize, Serialize};
 
-/// Kinds of experiments: the value of `experiment`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// Measure materials at sample sets, reconstruct them and compare; [`Plan`](super::Plan).
-    #[default]
-    Acquisition,
-    /// Moment profiles of materials, their fits and correlations; [`moments`](super::moments).
-    Moments,
-    /// Moments of reflected radiance, rendered and predicted; [`relations`](super::relations).
-    Relations,
-    /// An acquisition with the defaults of a large cross table and its report.
-    Study,
+named! {
+    /// Kinds of experiments: the value of `experiment`.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Kind {
+        /// Measure materials at sample sets, reconstruct them and compare; [`Plan`](super::Plan).
+        #[default]
+        Acquisition = "acquisition": "measure at sample sets, reconstruct, compare (the default)",
+        /// Moment profiles of materials, their fits and correlations; [`moments`](super::moments).
+        Moments = "moments": "moment profiles of BRDF slices, their fits and correlations",
+        /// Moments of reflected radiance, rendered and predicted; [`relations`](super::relations).
+        Relations = "relations": "moments of reflected radiance, rendered and predicted from moments",
+        /// An acquisition with the defaults of a large cross table and its report.
+        Study = "study": "an acquisition that draws its materials, leaves out albedos, and prints its findings only",
+    }
 }
 
 impl Kind {
-    /// Every kind.
-    pub const ALL: [Kind; 4] = [
-        Kind::Acquisition,
-        Kind::Moments,
-        Kind::Relations,
-        Kind::Study,
-    ];
-
-    /// As configs write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kind::Acquisition => "acquisition",
-            Kind::Moments => "moments",
-            Kind::Relations => "relations",
-            Kind::Study => "study",
-        }
-    }
-
-    /// One-line description for `gonio list`.
-    pub fn summary(self) -> &'static str {
-        match self {
-            Kind::Acquisition => "measure at sample sets, reconstruct, compare (the default)",
-            Kind::Moments => "moment profiles of BRDF slices, their fits and correlations",
-            Kind::Relations => "moments of reflected radiance, rendered and predicted from moments",
-            Kind::Study => {
-                "an acquisition that draws its materials, leaves out albedos, and prints its findings only"
-            }
-        }
-    }
-
     /// The kind of a config.
     ///
     /// # Errors
@@ -115,28 +88,18 @@ impl Kind {
     }
 }
 
-/// Quantities that a run compares beside the values of truth and reconstruction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum QuantityGroup {
-    /// Their directional albedos.
-    Albedo,
-    /// The moments of their slices, see [`moments`](crate::moments).
-    Moments,
-    /// The share of the pairs that are as near as the uncertainty of the readings says.
-    Uncertainty,
-    /// The errors that reconstructions expect of themselves, where they know.
-    Expected,
-}
-
-impl QuantityGroup {
-    /// As configs write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            QuantityGroup::Albedo => "albedo",
-            QuantityGroup::Moments => "moments",
-            QuantityGroup::Uncertainty => "uncertainty",
-            QuantityGroup::Expected => "expected",
-        }
+named! {
+    /// Quantities that a run compares beside the values of truth and reconstruction.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum QuantityGroup {
+        /// Their directional albedos.
+        Albedo = "albedo",
+        /// The moments of their slices, see [`moments`](crate::moments).
+        Moments = "moments",
+        /// The share of the pairs that are as near as the uncertainty of the readings says.
+        Uncertainty = "uncertainty",
+        /// The errors that reconstructions expect of themselves, where they know.
+        Expected = "expected",
     }
 }

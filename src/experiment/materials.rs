@@ -81,8 +81,7 @@ fn read(table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
 }
 
 pub(super) fn material(mut table: Table<'_>) -> Result<MaterialTable, ReadError> {
-    let symmetry = registry::take_table(&mut table, "symmetry")?;
-    let symmetry = symmetry.map(registry::parse).transpose()?;
+    let symmetry = registry::take(&mut table, "symmetry", registry::parse)?;
     Ok(MaterialTable {
         named: named(table, read)?,
         symmetry: symmetry.unwrap_or_default(),

@@ -8,7 +8,7 @@
 //! struct Keep(Vec<Row>);
 //!
 //! impl Observer<Row> for Keep {
-//!     fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), gonio::Error> {
+//!     fn observe(&mut self, event: &Event<'_, Row>) -> Result<(), gonio::Error> {
 //!         if let Event::Made(rows) = event {
 //!             self.0.extend_from_slice(rows);
 //!         }
@@ -49,18 +49,21 @@
 //! # Ok::<(), gonio::Error>(())
 //! ```
 
+mod advice;
 mod any;
 mod checks;
 mod choices;
 mod config;
 mod counts;
 mod each;
+mod evaluator;
 mod findings;
 mod instruments;
-mod judge;
 mod key;
 mod keypath;
 mod kind;
+mod material;
+mod material_batch;
 mod materials;
 pub mod moments;
 mod observer;
@@ -80,20 +83,20 @@ mod run;
 mod schedules;
 mod schema;
 mod source;
-mod stack;
+mod stop;
 mod tables;
 mod training;
 mod tuning;
-mod unit;
 mod validate;
 mod wording;
 
+pub use advice::{ADVICE, Advice, AdviceSpec, Advised, AgainstFirst, Spread};
 pub use any::AnyPlan;
 pub use choices::{
-    Allowance, Choice, Coordinates, IDEAL, Label, MAX_BUDGET, Material, Method, OWN, PlannedSet,
+    Allowance, Choice, Coordinates, IDEAL, MAX_BUDGET, Material, Method, OWN, PlannedSet,
 };
 pub use config::{Config, Output, Reach, Scalars, Schedules};
-pub use counts::{Built, Counts, Ledger, Stage, Work};
+pub use counts::{Built, Counters, Counts, Seconds, Stage, Work};
 pub use findings::{
     Calibrated, Calibration, Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope,
 };
@@ -102,20 +105,19 @@ pub use key::{Expected, Input, RESULTS_REVISION, RowKey, asks_the_same, content,
 pub use keypath::{KeyPath, Step};
 pub use kind::{Kind, QuantityGroup};
 pub use materials::{MaterialTable, SymmetryTable, all as materials};
-pub use observer::{Event, Failure, Job, Observer, ScheduleKey, Seconds, Summary, Wish};
-pub use of_readings::ReadingsSpec;
+pub use observer::{ByProduct, Event, Failure, Job, Observer, ScheduleKey, Summary};
+pub use of_readings::{ReadingsSpec, keys_of_file};
 pub use pictures::PictureSpec;
 pub use plan::Plan;
 pub use preview::{Preview, preview};
 pub use question::{Factor, ReportSpec};
-pub use record::{Experiment, Extent, Known, Record, Shard, ShardError};
+pub use record::{Experiment, Extent, Head, Known, Record, Shard, ShardError};
 pub use route::{Route, Router};
 pub use row::{Quantities, Row, quantities};
-pub use schedules::Share;
+pub use schedules::{Share, Unit};
 pub use schema::{config_schema, instrument_schema};
 pub use source::Source;
 pub use tables::Named;
 pub use training::{TuningKeys, TuningTable};
 pub use tuning::{Tuned, Tuning, Wanted};
-pub use unit::Unit;
 pub use validate::MAX_MINUTES;

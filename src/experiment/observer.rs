@@ -1,28 +1,27 @@
 //! The observer of a run, and the events it is told.
 
 use super::choices::{Allowance, Coordinates, Material, Method, PlannedSet};
-use super::counts::{Built, Counts, Ledger, Stage};
+use super::counts::{Built, Counters, Counts, Seconds, Stage};
 use super::instruments::PlannedInstrument;
 use super::key::{Identity, Input, RowKey};
+pub(super) use super::stop::{GoOn, Stop};
 use super::tuning::Tuned;
 use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::schedule::{Itinerary, Schedule};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::fmt;
-use std::time::Instant;
 
-/// A material, one of its schedules and one reconstruction; `None` stands for all of them.
+/// One reconstruction of a material from one of its schedules.
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
     /// The material.
     pub material: &'a Material,
     /// The schedule.
-    pub schedule: Option<ScheduleKey<'a>>,
+    pub schedule: ScheduleKey<'a>,
     /// The reconstruction.
-    pub method: Option<&'a Method>,
+    pub method: &'a Method,
 }
 
 /// A schedule as it is asked for; its budget is found by the [`Router`](super::Router).
@@ -44,34 +43,16 @@ pub struct ScheduleKey<'a> {
     pub material: Option<&'a Material>,
 }
 
-impl<'a> Job<'a> {
-    /// All schedules and reconstructions of a material.
-    pub fn of(material: &'a Material) -> Self {
-        Self {
-            material,
-            schedule: None,
-            method: None,
-        }
-    }
-}
-
-impl fmt::Display for Job<'_> {
+/// As messages name it, without its symmetry and material.
+impl fmt::Display for ScheduleKey<'_> {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(&self.material.name)?;
-        if let Some(key) = &self.schedule {
-            let coordinates = key.coordinates.label();
-            let set = &key.sample_set.name;
-            write!(
-                f,
-                ", {coordinates}, {set} of {}, seed {}",
-                key.allowance, key.seed
-            )?;
-            if let Some(instrument) = key.instrument {
-                write!(f, ", {}", instrument.name)?;
-            }
-        }
-        match self.method {
-            Some(method) => write!(f, ", {}", method.label()),
+        let (coordinates, set) = (self.coordinates.label(), &self.sample_set.name);
+        let Self {
+            allowance, seed, ..
+        } = self;
+        write!(f, "{coordinates}, {set} of {allowance}, seed {seed}")?;
+        match self.instrument {
+            Some(instrument) => write!(f, ", {}", instrument.name),
             None => Ok(()),
         }
     }
@@ -86,55 +67,6 @@ pub struct Failure {
     pub reason: String,
     /// Number of reconstructions lost.
     pub jobs: usize,
-}
-
-/// Wall times of a run, s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Seconds {
-    /// Building materials and hashing their files.
-    pub load: f64,
-    /// Evaluating materials at the test pairs.
-    pub truth: f64,
-    /// Measuring the alignment of materials.
-    pub alignment: f64,
-    /// Making schedules.
-    pub plan: f64,
-    /// Measuring.
-    pub measure: f64,
-    /// Reconstructing.
-    pub reconstruct: f64,
-    /// Evaluating reconstructions and comparing.
-    pub evaluate: f64,
-    /// Integrating moments of materials and reconstructions, if they are asked for.
-    pub moments: f64,
-    /// Drawing materials.
-    pub pictures: f64,
-    /// Writing tables and reports when all records are there.
-    pub report: f64,
-}
-
-impl Seconds {
-    /// All, by the names of stages.
-    pub fn by_stage(&self) -> BTreeMap<String, f64> {
-        let of = |stage: Stage| (stage.name().to_owned(), self.of(stage));
-        Stage::ALL.into_iter().map(of).collect()
-    }
-
-    /// Those of a stage.
-    pub fn of(&self, stage: Stage) -> f64 {
-        match stage {
-            Stage::Load => self.load,
-            Stage::Truth => self.truth,
-            Stage::Alignment => self.alignment,
-            Stage::Plan => self.plan,
-            Stage::Measure => self.measure,
-            Stage::Reconstruct => self.reconstruct,
-            Stage::Evaluate => self.evaluate,
-            Stage::Moments => self.moments,
-            Stage::Pictures => self.pictures,
-            Stage::Report => self.report,
-        }
-    }
 }
 
 /// Rows, failures and times of a run.
@@ -184,7 +116,7 @@ pub enum Event<'a, R> {
 }
 
 /// A by-product of a run that an observer may want even if all its records are known.
-pub enum Wish<'a> {
+pub enum ByProduct<'a> {
     /// A material, by position and key.
     Material(usize, &'a Material, &'a str),
     /// A schedule.
@@ -204,7 +136,7 @@ pub trait Observer<R> {
     fn begins(&mut self, _work: f64) {}
 
     /// True if this by-product shall be made and told even if all its records are known.
-    fn wants(&self, _wish: &Wish<'_>) -> bool {
+    fn wants(&self, _wish: &ByProduct<'_>) -> bool {
         false
     }
 
@@ -212,41 +144,29 @@ pub trait Observer<R> {
     ///
     /// # Errors
     /// Any error ends the run.
-    fn tell(&mut self, event: &Event<'_, R>) -> Result<(), Error>;
-}
-
-/// Reason why a run ends early.
-pub(super) enum Stop {
-    Cancelled,
-    Error(Error),
-}
-
-impl From<Error> for Stop {
-    fn from(e: Error) -> Self {
-        Stop::Error(e)
-    }
+    fn observe(&mut self, event: &Event<'_, R>) -> Result<(), Error>;
 }
 
 /// An observer, and the summary of the events it was told.
-pub(super) struct Teller<'o, R> {
+pub(super) struct EventSink<'o, R> {
     pub observer: &'o mut dyn Observer<R>,
     pub summary: Summary,
-    pub ledger: Ledger,
+    pub counters: Counters,
 }
 
-impl<'o, R> Teller<'o, R> {
+impl<'o, R> EventSink<'o, R> {
     pub fn new(observer: &'o mut dyn Observer<R>) -> Self {
         Self {
             observer,
             summary: Summary::default(),
-            ledger: Ledger::default(),
+            counters: Counters::default(),
         }
     }
 
     /// Tells a step that begins; an error if the observer wants to stop.
     pub fn doing(&mut self, what: &dyn fmt::Display) -> Result<(), Stop> {
         self.go_on()?;
-        Ok(self.observer.tell(&Event::Doing(what))?)
+        Ok(self.observer.observe(&Event::Doing(what))?)
     }
 
     /// Returns an error if the observer wants to stop.
@@ -262,39 +182,56 @@ impl<'o, R> Teller<'o, R> {
             return Ok(());
         }
         self.summary.rows += records.len();
-        Ok(self.observer.tell(&Event::Made(records))?)
+        Ok(self.observer.observe(&Event::Made(records))?)
     }
 
     pub fn complete(&mut self, records: &[&R]) -> Result<(), Stop> {
         if records.is_empty() {
             return Ok(());
         }
-        Ok(self.observer.tell(&Event::Complete(records))?)
+        Ok(self.observer.observe(&Event::Complete(records))?)
     }
 
-    pub fn failed(
-        &mut self,
-        job: String,
-        reason: &dyn fmt::Display,
-        jobs: usize,
-    ) -> Result<(), Stop> {
-        let reason = reason.to_string();
+    pub fn failed(&mut self, job: String, reason: String, jobs: usize) -> Result<(), Stop> {
         let failure = Failure { job, reason, jobs };
-        self.observer.tell(&Event::Failed(&failure))?;
+        self.observer.observe(&Event::Failed(&failure))?;
         self.summary.failures.push(failure);
         Ok(())
     }
 
-    /// The value of a result; for an error, tells a failure of so many jobs and returns `None`.
-    pub fn or_failed<T, E: fmt::Display>(
+    /// The value of a result; where so many jobs failed, tells that and returns `None`.
+    pub fn or_failed<T>(
         &mut self,
         job: &str,
-        made: Result<T, E>,
+        made: Result<T, Stop>,
         jobs: usize,
     ) -> Result<Option<T>, Stop> {
         match made {
-            Ok(made) => Ok(Some(made)),
-            Err(reason) => self.failed(job.to_owned(), &reason, jobs).map(|()| None),
+            Err(Stop::Failed(reason)) => {
+                self.failed(job.to_owned(), reason, jobs)?;
+                Ok(None)
+            }
+            made => made.map(Some),
+        }
+    }
+
+    /// The same of so many jobs of each material.
+    pub fn or_all_failed<'m, T>(
+        &mut self,
+        made: Result<T, Stop>,
+        materials: impl Iterator<Item = &'m Material>,
+        job: &str,
+        jobs: usize,
+    ) -> Result<Option<T>, Stop> {
+        match made {
+            Err(Stop::Failed(reason)) => {
+                for material in materials {
+                    let job = format!("{}, {job}", material.name);
+                    self.failed(job, reason.clone(), jobs)?;
+                }
+                Ok(None)
+            }
+            made => made.map(Some),
         }
     }
 
@@ -305,11 +242,10 @@ impl<'o, R> Teller<'o, R> {
         material: &Material,
         jobs: usize,
     ) -> Result<Option<Identity>, Stop> {
-        let (identity, seconds) = timed(|| Identity::of(material));
+        let (identity, _) = self.counters.timed(Stage::Load, || Identity::of(material));
         self.read(identity.iter().flat_map(|i| &i.inputs));
-        let identity = self.or_failed(&material.name, identity, jobs)?;
+        let identity = self.or_failed(&material.name, identity.map_err(Stop::failed), jobs)?;
         let summary = &mut self.summary;
-        summary.seconds.load += seconds;
         let inputs = identity.iter().flat_map(|i| &i.inputs);
         summary.inputs.extend(inputs.cloned());
         let key = identity.as_ref().map(|i| i.key.clone());
@@ -326,53 +262,44 @@ impl<'o, R> Teller<'o, R> {
         channels: Channels,
         jobs: usize,
     ) -> Result<Option<Built>, Stop> {
-        let (built, seconds) = timed(|| Built::new(&*material.spec, channels, &self.ledger));
-        let (same, again) = timed(|| identity.holds());
+        let ((built, same), _) = self.counters.timed(Stage::Load, || {
+            let built = Built::new(&*material.spec, channels, &self.counters);
+            (built, identity.holds())
+        });
         self.read(&identity.inputs);
-        self.summary.seconds.load += seconds + again;
-        match self.or_failed(&material.name, built, jobs)? {
-            Some(built) => {
-                let same = self.or_failed(&material.name, same, jobs)?;
-                Ok(same.map(|()| built))
-            }
-            None => Ok(None),
-        }
+        let built = built.map_err(Stop::failed);
+        let made = built.and_then(|built| same.map(|()| built).map_err(Stop::failed));
+        self.or_failed(&material.name, made, jobs)
     }
 
     /// Counts files that were hashed.
     fn read<'i>(&self, inputs: impl IntoIterator<Item = &'i Input>) {
         let files = inputs.into_iter().map(|input| &*input.path);
-        self.ledger.read(files);
+        self.counters.read(files);
     }
 
     /// Tells of a material that was built, whose pictures may be drawn then.
     pub fn loaded(&mut self, material: &Material, key: &str, brdf: &Built) -> Result<(), Stop> {
-        let shown = brdf.at(&self.ledger, Stage::Pictures);
+        let shown = brdf.at(&self.counters, Stage::Pictures);
         let event = Event::Loaded(material, key, &shown);
-        let (told, seconds) = timed(|| self.observer.tell(&event));
-        self.summary.seconds.pictures += seconds;
-        Ok(told?)
+        let tell = || self.observer.observe(&event);
+        Ok(self.counters.timed(Stage::Pictures, tell).0?)
     }
 
     pub fn advanced(&mut self, work: f64) -> Result<(), Stop> {
-        Ok(self.observer.tell(&Event::Advanced(work))?)
+        Ok(self.observer.observe(&Event::Advanced(work))?)
     }
 
     /// The summary of a run that ended, or the error that ended it.
     pub fn ended(mut self, result: Result<(), Stop>) -> Result<Summary, Error> {
-        self.summary.counts = self.ledger.counts();
+        self.summary.counts = self.counters.counts();
+        self.summary.seconds = self.counters.seconds();
         match result {
             Ok(()) => {}
             Err(Stop::Cancelled) => self.summary.interrupted = true,
             Err(Stop::Error(e)) => return Err(e),
+            Err(Stop::Failed(reason)) => return Err(Error::Internal(reason)),
         }
         Ok(self.summary)
     }
-}
-
-/// The result of some work and its wall time, s.
-pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let start = Instant::now();
-    let result = work();
-    (result, start.elapsed().as_secs_f64())
 }

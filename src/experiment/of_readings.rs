@@ -3,7 +3,7 @@
 use crate::brdf::measured::label_of;
 use crate::brdf::{Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Favours, Presence, Tables};
 use crate::error::{Error, ParameterError, count, one_of};
-use crate::formats::{Readings, load_readings};
+use crate::formats::{self, Readings, load_readings};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument;
 use crate::parametrization;
@@ -15,7 +15,7 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 const KIND: &str = "readings";
@@ -76,6 +76,16 @@ pub struct ReadingsSpec {
     reconstruction: Option<Arc<dyn Reconstruct>>,
 }
 
+/// The keys of a material that is a file: a table in a format that is read, or readings; `None` of another name.
+pub fn keys_of_file(path: &Path) -> Option<registry::Keys> {
+    let format = formats::of_name(path)?;
+    match (format.read_table, format.read_readings) {
+        (Some(read), _) => Some(read(path.into()).resolved()),
+        (None, Some(_)) => Some(ReadingsSpec::of(path.into())),
+        (None, None) => None,
+    }
+}
+
 impl ReadingsSpec {
     /// The table of a material that is a file of readings, with every other key at its default.
     pub fn of(file: PathBuf) -> registry::Keys {
@@ -86,8 +96,7 @@ impl ReadingsSpec {
     }
 
     fn read(mut table: Table<'_>) -> Result<Self, ReadError> {
-        let method = registry::take_table(&mut table, "reconstruction")?;
-        let method = method.map(reconstruct::read).transpose()?;
+        let method = registry::take(&mut table, "reconstruction", reconstruct::read)?;
         Ok(Self {
             keys: registry::parse(table)?,
             reconstruction: method.map(Arc::from),

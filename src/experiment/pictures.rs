@@ -1,17 +1,19 @@
 //! `[pictures]`: the pictures that are drawn of each material for the report.
 
+use super::checks::refused;
 use super::choices::MAX_BUDGET;
 use super::keypath::KeyPath;
 use super::materials::build_error;
 use super::source::Source;
 use super::tables::section;
-use crate::error::{Error, ParameterError};
+use crate::error::Error;
 use crate::lighting::{self, LightingSpec, SkySpec};
 use crate::registry::{self, ReadError, Table};
 use serde::{Deserialize, Serialize};
 
 /// `[pictures]`: pictures that are drawn of each material.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct PictureSpec {
     /// True if pictures are drawn.
     pub draw: bool,
@@ -19,64 +21,41 @@ pub struct PictureSpec {
     pub resolution: usize,
     /// Samples per pixel.
     pub samples: usize,
-    /// Lighting of the spheres.
-    pub lighting: Box<dyn LightingSpec>,
     /// Budget of the reconstructions that are drawn, distinct configurations.
     pub budget: usize,
+    /// Lighting of the spheres.
+    #[serde(skip)]
+    pub lighting: Box<dyn LightingSpec>,
 }
 
-/// The keys of `[pictures]` that are plain values.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct PictureScalars {
-    draw: bool,
-    resolution: usize,
-    samples: usize,
-    budget: usize,
-}
-
-impl Default for PictureScalars {
+impl Default for PictureSpec {
     fn default() -> Self {
         Self {
             draw: true,
             resolution: 128,
             samples: 64,
             budget: 1000,
+            lighting: Box::new(SkySpec::default()),
         }
     }
 }
 
 impl PictureSpec {
-    /// Takes the table out of a config's; `draw` is the default of its key `draw`.
+    /// Takes the table out of a config's; where there is none, `draw` says if pictures are drawn.
     pub(super) fn take(config: &mut Table<'_>, draw: bool) -> Result<Self, ReadError> {
-        let table = registry::take_table(config, "pictures")?;
-        let (scalars, lighting) = match table {
-            None => (
-                PictureScalars {
-                    draw,
-                    ..PictureScalars::default()
-                },
-                None,
-            ),
-            Some(mut table) => {
-                let lighting = registry::take_table(&mut table, "lighting")?;
-                let lighting = lighting.map(lighting::read).transpose()?;
-                (registry::parse(table)?, lighting)
-            }
+        let Some(mut table) = registry::take_table(config, "pictures")? else {
+            return Ok(Self {
+                draw,
+                ..Self::default()
+            });
         };
-        let PictureScalars {
-            draw,
-            resolution,
-            samples,
-            budget,
-        } = scalars;
-        Ok(Self {
-            draw,
-            resolution,
-            samples,
-            budget,
-            lighting: lighting.unwrap_or_else(|| Box::new(SkySpec::default())),
-        })
+        let lighting = registry::take_table(&mut table, "lighting")?;
+        let lighting = lighting.map(lighting::read).transpose()?;
+        let mut spec: Self = registry::parse(table)?;
+        if let Some(lighting) = lighting {
+            spec.lighting = lighting;
+        }
+        Ok(spec)
     }
 
     pub(super) fn check(&self, source: &Source) -> Result<(), Error> {
@@ -89,8 +68,7 @@ impl PictureSpec {
             if !(1..=most).contains(&value) {
                 let path = base.key(key);
                 let allowed = format!("a whole number from 1 to {most}");
-                let e = ParameterError::new(path.to_string(), value, allowed);
-                return Err(source.error_at(&path, e));
+                return Err(refused(source, &path, value, allowed));
             }
         }
         let path = base.key("lighting");
@@ -101,12 +79,7 @@ impl PictureSpec {
 
     /// Every key with its value.
     pub fn resolved(&self) -> toml::Table {
-        let mut table = section(&PictureScalars {
-            draw: self.draw,
-            resolution: self.resolution,
-            samples: self.samples,
-            budget: self.budget,
-        });
+        let mut table = section(self);
         table.insert("lighting".into(), self.lighting.resolved().into());
         table
     }

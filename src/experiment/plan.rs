@@ -3,9 +3,9 @@
 //! Everything that can be refused without measuring is refused here, so that a mistake costs a
 //! second and not an hour. No table is loaded; headers and lengths of files are read.
 
-use super::checks::{below, distinct, name_all, refuse_empty};
+use super::checks::{below, distinct, each_once, name_all, refuse_empty, refused};
 use super::choices::{Allowance, Coordinates, Material, Method, OWN, PlannedSet};
-use super::config::{Config, Output, Reach};
+use super::config::{Config, Output, Reach, Written};
 use super::instruments::{self, PlannedInstrument};
 use super::keypath::KeyPath;
 use super::kind::{Kind, QuantityGroup};
@@ -14,20 +14,16 @@ use super::moments::MomentsTable;
 use super::pictures::PictureSpec;
 use super::priors;
 use super::question::{Factor, ReportSpec};
-use super::resolved::{Parts, Resolver};
 use super::source::Source;
+use super::tables::section;
 use super::training::TuningTable;
-use super::tuning::Tuning;
-use super::unit::Unit;
 use super::validate::{Numbers, check_metrics, check_output, check_quantities};
 use crate::brdf::Channels;
-use crate::error::{Error, ParameterError, excerpt, one_of};
+use crate::error::{Error, excerpt, one_of};
 use crate::geometry::Symmetry;
 use crate::metrics::{Measure, MetricsSpec};
 use crate::parametrization::{self, ParametrizationSpec};
 use crate::reconstruct::{self, Reconstruct};
-use std::collections::HashSet;
-use std::fmt::Display;
 use std::sync::Arc;
 
 /// Configurations of the smallest schedule that is tried out; every larger budget works if this
@@ -94,49 +90,29 @@ impl Plan {
     /// for files that cannot be used.
     pub fn new(config: Config<'_>) -> Result<Self, Error> {
         let source = config.source;
-        let Numbers {
-            seeds,
-            budgets,
-            readings,
-        } = Numbers::of(&config)?;
+        let numbers = Numbers::of(&config)?;
         distinct(source, "measures", &config.scalars.measures, |m| m.name())?;
         check_metrics(&config)?;
         check_output(&config)?;
         let wanted = check_quantities(&config)?;
-        let resolver = Resolver::new(&config);
+        let written = (section(&config.scalars), config.materials.len());
         let groups = config.scalars.quantities.clone().unwrap_or_default();
-        let Config {
-            scalars,
-            merl,
-            materials,
-            parametrizations,
-            sample_sets,
-            reconstructions,
-            reach,
-            coordinates,
-            instruments,
-            metrics,
-            tuning,
-            moments,
-            band,
-            report,
-            pictures,
-            output,
-            ..
-        } = config;
+        let scalars = config.scalars;
         if let Some(only) = &scalars.only {
             distinct(source, "only", only, String::clone)?;
         }
         let origins = Origins {
-            tables: materials,
+            tables: config.materials,
             dir: scalars.materials_dir.as_deref(),
             only: scalars.only.as_deref(),
-            merl,
+            merl: config.merl,
         };
         let (materials, missing) = materials::gather(source, origins, &scalars.channels)?;
-        let instruments = instruments::gather(source, instruments, &materials)?;
-        let sample_sets = name_all(source, "sample_set", sample_sets, |s| s.label())?;
-        let reconstructions = name_all(source, "reconstruction", reconstructions, |r| r.label())?;
+        let instruments = instruments::gather(source, config.instruments, &materials)?;
+        let sample_sets = name_all(source, "sample_set", config.sample_sets, |s| s.label())?;
+        let reconstructions = name_all(source, "reconstruction", config.reconstructions, |r| {
+            r.label()
+        })?;
         let reconstructions: Vec<(String, Arc<dyn Reconstruct>)> = reconstructions
             .into_iter()
             .map(|(name, method)| (name, Arc::from(method)))
@@ -145,16 +121,16 @@ impl Plan {
             kind: scalars.experiment,
             question: scalars.question,
             channels: scalars.channels,
-            seeds,
-            budgets,
-            readings,
+            seeds: numbers.seeds,
+            budgets: numbers.budgets,
+            readings: numbers.readings,
             minutes: scalars.minutes,
             measures: scalars.measures,
-            metrics,
+            metrics: config.metrics,
             albedo: groups.contains(&QuantityGroup::Albedo),
             uncertainty: groups.contains(&QuantityGroup::Uncertainty),
             expected: groups.contains(&QuantityGroup::Expected),
-            moments: wanted.then(|| moments.unwrap_or_default()),
+            moments: wanted.then(|| config.moments.unwrap_or_default()),
             materials,
             missing,
             parametrizations: Vec::new(),
@@ -168,36 +144,28 @@ impl Plan {
                 .collect(),
             methods: Vec::new(),
             instruments,
-            band,
-            report,
-            pictures,
-            output,
+            band: config.band,
+            report: config.report,
+            pictures: config.pictures,
+            output: config.output,
             resolved: toml::Table::new(),
         };
-        plan.parametrizations = plan.coordinates(source, parametrizations)?;
+        plan.parametrizations = plan.coordinates(source, config.parametrizations)?;
         plan.check_sample_sets(source)?;
         let first = reconstructions.first().map(|(_, method)| method);
-        let tuning = plan.tune(source, tuning, first)?;
-        plan.check_coordinates(source, &coordinates)?;
-        plan.resolved = resolver.finish(&Parts {
-            materials: &plan.materials,
-            parametrizations: &plan.parametrizations,
-            sample_sets: &plan.sample_sets,
+        plan.tune(source, config.tuning, first)?;
+        plan.check_coordinates(source, &config.coordinates)?;
+        let written = Written {
+            scalars: written.0,
+            materials: written.1,
             reconstructions: &reconstructions,
-            reach: &reach,
-            coordinates: &coordinates,
-            instruments: &plan.instruments,
-            metrics: &plan.metrics,
-            tuning: tuning.as_deref(),
-            moments: plan.moments.as_ref(),
-            band,
-            report: &plan.report,
-            pictures: &plan.pictures,
-            output,
-        });
+            reach: &config.reach,
+            coordinates: &config.coordinates,
+        };
+        plan.resolved = plan.resolved(written);
         for (i, (name, method)) in reconstructions.iter().enumerate() {
-            let reach = reach.get(i).cloned().unwrap_or_default();
-            let methods = plan.methods(source, i, name, method, &reach, &coordinates)?;
+            let reach = config.reach.get(i).cloned().unwrap_or_default();
+            let methods = plan.methods(source, i, name, method, &reach, &config.coordinates)?;
             plan.methods.extend(methods);
         }
         plan.check_use(source)?;
@@ -224,9 +192,7 @@ impl Plan {
 
     /// The symmetries that schedules fold, each once, in the order of the materials.
     pub fn symmetries(&self) -> Vec<Symmetry> {
-        let mut seen = HashSet::new();
-        let all = self.materials.iter().map(|m| m.symmetry);
-        all.filter(|&s| seen.insert(s)).collect()
+        each_once(self.materials.iter().map(|m| m.symmetry))
     }
 
     /// All allowances: budgets, then readings, then times.
@@ -301,7 +267,7 @@ impl Plan {
             }
             for coordinates in &self.parametrizations {
                 for symmetry in self.symmetries() {
-                    let form = coordinates.form(symmetry).map_err(internal)?;
+                    let form = coordinates.checked_form(symmetry)?;
                     planned.set.check(form.axes()).map_err(|e| {
                         let with = format!(" in {} coordinates", coordinates.label());
                         source.error_at(&below(&path, &e.key), format!("{e}{with}"))
@@ -326,7 +292,7 @@ impl Plan {
         source: &Source,
         table: Option<TuningTable>,
         method: Option<&Arc<dyn Reconstruct>>,
-    ) -> Result<Option<Arc<Tuning>>, Error> {
+    ) -> Result<(), Error> {
         let wanted = |s: &PlannedSet| s.set.tuned(&[]).is_some();
         let first = self.sample_sets.iter().position(wanted);
         let refuse =
@@ -347,7 +313,7 @@ impl Plan {
                     "is never used; allowed: with a [[sample_set]] of ratio = \"tuned\"",
                 );
             }
-            (None, None, _) => return Ok(None),
+            (None, None, _) => return Ok(()),
         };
         for (key, used) in [
             ("readings", !self.readings.is_empty()),
@@ -365,7 +331,7 @@ impl Plan {
         for set in self.sample_sets.iter_mut().filter(|s| wanted(s)) {
             set.tuning = Some(Arc::clone(&tuning));
         }
-        Ok(Some(tuning))
+        Ok(())
     }
 
     fn check_coordinates(
@@ -379,8 +345,7 @@ impl Plan {
                 let all = parametrization::all();
                 let kinds = all.iter().map(|e| e.kind).chain([OWN]);
                 let allowed = one_of(&c.kind, kinds);
-                let e = ParameterError::new(path.to_string(), &c.kind, allowed);
-                return Err(source.error_at(&path, e));
+                return Err(refused(source, &path, &c.kind, allowed));
             }
             for symmetry in self.symmetries() {
                 c.form(symmetry).map_err(|e| {
@@ -460,16 +425,10 @@ impl Plan {
     /// Checks that every reconstruction has a schedule, and every schedule a reconstruction.
     fn check_use(&self, source: &Source) -> Result<(), Error> {
         let units = self.units();
-        let mut names: Vec<&str> = Vec::new();
-        for method in &self.methods {
-            if !names.contains(&method.name.as_str()) {
-                names.push(&method.name);
-            }
-        }
+        let names = each_once(self.methods.iter().map(|m| &m.name));
         for (i, name) in names.into_iter().enumerate() {
-            let mine = |m: &usize| self.methods[*m].name == name;
-            let used = |u: &Unit| self.methods_on(u).iter().any(mine);
-            if !units.iter().any(used) {
+            let mine = |m: &usize| self.methods[*m].name == *name;
+            if !units.iter().any(|u| self.methods_on(u).iter().any(mine)) {
                 let path = KeyPath::of("reconstruction").index(i);
                 let message = format!(
                     "{path} \"{name}\" is never used; allowed: an up_to that a budget stays \
@@ -507,8 +466,4 @@ impl Plan {
         };
         self.report.check(source, &levels)
     }
-}
-
-fn internal(e: impl Display) -> Error {
-    Error::Internal(e.to_string())
 }

@@ -1,6 +1,6 @@
 //! One reconstruction of one material, for pictures.
 
-use super::choices::{Allowance, Material, OWN};
+use super::choices::{Allowance, Material, Method, OWN};
 use super::counts::{Stage, Work};
 use super::observer::{ScheduleKey, Stop};
 use super::plan::Plan;
@@ -33,20 +33,15 @@ pub fn preview(
     router: &mut Router,
 ) -> Result<Option<Preview>, Error> {
     let suits = |set: usize| {
-        let set_of_plan = &plan.sample_sets[set];
-        if set_of_plan.learns() {
-            return None;
-        }
-        let grid = set_of_plan.set.is_grid();
-        let mut methods = plan.methods.iter();
-        let mut found = None;
-        for m in methods.by_ref() {
-            let here = m.on.is_none_or(|on| on == set) && (grid || !m.method.needs_grid());
-            if here && m.coordinates == OWN {
-                found = Some((set, m));
-            }
-        }
-        found
+        let planned = &plan.sample_sets[set];
+        let grid = planned.set.is_grid();
+        let works = |m: &&Method| {
+            m.on.is_none_or(|on| on == set)
+                && (grid || !m.method.needs_grid())
+                && m.coordinates == OWN
+        };
+        let method = plan.methods.iter().rfind(works)?;
+        (!planned.learns()).then_some((set, method))
     };
     let Some((set, method)) = (0..plan.sample_sets.len()).find_map(suits) else {
         return Ok(None);
@@ -70,13 +65,13 @@ pub fn preview(
     let readings = match Readings::take(brdf, &route, seed, &|| false) {
         Ok(readings) => readings,
         Err(Stop::Error(e)) => return Err(e),
-        Err(Stop::Cancelled) => return Ok(None),
+        Err(Stop::Cancelled | Stop::Failed(_)) => return Ok(None),
     };
-    let ledger = &router.ledger;
-    readings.count(ledger);
+    let counters = &router.counters;
+    readings.count(counters);
     let made = method.method.reconstruct(&readings.measured).ok();
     let interpolants = usize::from(made.is_some());
-    ledger.add(Stage::Reconstruct, Work::Reconstructions, interpolants);
+    counters.add(Stage::Reconstruct, Work::Reconstructions, interpolants);
     Ok(made.map(|brdf| Preview {
         brdf,
         method: method.name.clone(),

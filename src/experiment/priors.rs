@@ -1,22 +1,18 @@
 //! What members of a plan know of other materials, none of which is tested.
 
+use super::checks::each_once;
 use super::choices::Material;
 use super::key::{self, Input};
 use super::keypath::KeyPath;
 use super::source::Source;
 use crate::error::Error;
 use crate::reconstruct::PriorFile;
-use std::path::PathBuf;
+use std::path::Path;
 
 /// The files of priors, each once.
 pub(super) fn inputs<'a>(priors: impl Iterator<Item = &'a PriorFile>) -> Vec<Input> {
-    let mut files: Vec<PathBuf> = Vec::new();
-    for file in priors.filter_map(PriorFile::file) {
-        if !files.iter().any(|f| f == file) {
-            files.push(file.to_owned());
-        }
-    }
-    key::hash(&files).unwrap_or_default()
+    let files = priors.filter_map(PriorFile::file).map(Path::to_owned);
+    key::hash(&each_once(files)).unwrap_or_default()
 }
 
 /// Checks that no material is tested that a prior was made of. Each comes with the place of its member.

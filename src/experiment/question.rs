@@ -1,54 +1,35 @@
 //! `[report]`: the choice that the findings of an acquisition compare.
 
-use super::checks::below;
+use super::checks::{below, each_once, refused};
 use super::choices::Choice;
 use super::keypath::KeyPath;
 use super::source::Source;
-use crate::error::{Error, ParameterError, one_of};
+use crate::error::{Error, one_of};
+use crate::registry::named;
 use serde::{Deserialize, Serialize};
 
-/// A column of a choice whose levels a report can compare.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Factor {
-    /// The coordinates that are sampled; warps at the same place of their lists are compared.
-    #[default]
-    Parametrization,
-    /// The warps of the coordinates that are sampled.
-    Warp,
-    /// Sample set.
-    SampleSet,
-    /// Instrument.
-    Instrument,
-    /// Reconstruction.
-    Reconstruction,
-    /// The coordinates that scattered readings are interpolated in.
-    Coordinates,
+named! {
+    /// A column of a choice whose levels a report can compare.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Factor {
+        /// The coordinates that are sampled; warps at the same place of their lists are compared.
+        #[default]
+        Parametrization = "parametrization",
+        /// The warps of the coordinates that are sampled.
+        Warp = "warp",
+        /// Sample set.
+        SampleSet = "sample_set",
+        /// Instrument.
+        Instrument = "instrument",
+        /// Reconstruction.
+        Reconstruction = "reconstruction",
+        /// The coordinates that scattered readings are interpolated in.
+        Coordinates = "coordinates",
+    }
 }
 
 impl Factor {
-    /// Every column, in the order of a row's.
-    pub const ALL: [Factor; 6] = [
-        Factor::Parametrization,
-        Factor::Warp,
-        Factor::SampleSet,
-        Factor::Instrument,
-        Factor::Reconstruction,
-        Factor::Coordinates,
-    ];
-
-    /// Name of its column.
-    pub fn name(self) -> &'static str {
-        match self {
-            Factor::Parametrization => "parametrization",
-            Factor::Warp => "warp",
-            Factor::SampleSet => "sample_set",
-            Factor::Instrument => "instrument",
-            Factor::Reconstruction => "reconstruction",
-            Factor::Coordinates => "coordinates",
-        }
-    }
-
     /// Its value in a choice.
     pub fn level(self, choice: &Choice) -> &str {
         match self {
@@ -72,6 +53,15 @@ impl Factor {
                 _ => same,
             }
         })
+    }
+}
+
+impl Choice {
+    /// Identity of a row without its material: the allowance and the distribution of the test pairs as rows name them.
+    pub(super) fn label(&self, allowed: &str, seed: u64, measure: &str) -> String {
+        let all = Factor::ALL.map(|factor| format!("{:?}", factor.level(self)));
+        // Names are free texts: in quotes no two labels are written alike.
+        format!("{} {allowed} {seed} {measure:?}", all.join(" "))
     }
 }
 
@@ -104,19 +94,12 @@ impl ReportSpec {
             };
             if !levels.contains(&name.as_str()) {
                 let path = below(&KeyPath::of("report"), key);
-                let mut distinct: Vec<&str> = Vec::new();
-                for level in levels {
-                    if !distinct.contains(level) {
-                        distinct.push(level);
-                    }
-                }
                 let allowed = format!(
                     "a {} of this config: {}",
                     self.factor.name(),
-                    one_of(name, distinct)
+                    one_of(name, each_once(levels.iter().copied()))
                 );
-                let e = ParameterError::new(path.to_string(), format!("{name:?}"), allowed);
-                return Err(source.error_at(&path, e));
+                return Err(refused(source, &path, format!("{name:?}"), allowed));
             }
         }
         if self.reference.is_some() && self.reference == self.challenger {

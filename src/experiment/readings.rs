@@ -1,8 +1,9 @@
 //! Measures a schedule on its instrument, and counts the readings for rows.
 
-use super::counts::{Ledger, Stage, Work};
+use super::counts::{Counters, Stage, Work};
 use super::observer::Stop;
 use super::route::{Route, Tour};
+use super::row::Row;
 use crate::brdf::Brdf;
 use crate::instrument::{Ideal, Instrument};
 use crate::measurement::{Flags, Measurement};
@@ -16,23 +17,8 @@ pub(super) struct Readings {
     pub whole: Option<Measurement>,
     /// True if no pose was out of reach.
     pub nothing_lost: bool,
-    /// Counts and shares for the rows.
-    pub facts: Facts,
-}
-
-/// Columns that all rows of a schedule share.
-#[derive(Clone)]
-pub(super) struct Facts {
-    pub budget: usize,
-    pub poses: usize,
-    pub readings: usize,
-    pub no_data: usize,
-    pub reachable: f64,
-    pub unreachable: String,
-    pub saturated: usize,
-    pub below_noise: usize,
-    pub instrument_seconds: Option<f64>,
-    pub unphysical_share: f64,
+    /// Columns that all rows of these readings share; the others have no value.
+    pub facts: Row,
 }
 
 impl Readings {
@@ -43,53 +29,49 @@ impl Readings {
         seed: u64,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Self, Stop> {
-        let schedule = &route.schedule;
-        let Some(tour) = &route.tour else {
-            let measured = Ideal.measure(brdf, schedule);
-            return Ok(Self {
-                facts: Facts::of(&measured, route),
-                measured,
-                whole: None,
-                nothing_lost: true,
-            });
+        let measure = |tour: Option<&Tour>| match tour {
+            None => Ok(Ideal.measure(brdf, &route.schedule)),
+            Some(tour) => tour.measure(brdf, &route.schedule, seed, cancelled),
         };
-        let measure = |tour: &Tour| tour.measure(brdf, schedule, seed, cancelled);
-        let measured = measure(tour)?;
+        let measured = measure(route.tour.as_ref())?;
+        let whole = route.whole.as_ref().map(|whole| measure(Some(whole)));
+        let itinerary = route.itinerary();
         Ok(Self {
-            facts: Facts::of(&measured, route),
-            nothing_lost: tour.itinerary.unreachable.is_empty(),
+            facts: facts(&measured, route),
+            nothing_lost: itinerary.is_none_or(|itinerary| itinerary.unreachable.is_empty()),
             measured,
-            whole: route.whole.as_ref().map(measure).transpose()?,
+            whole: whole.transpose()?,
         })
     }
 
     /// Counts poses that were asked for, and readings; of both measurements.
-    pub fn count(&self, ledger: &Ledger) {
+    pub fn count(&self, counters: &Counters) {
         for measured in std::iter::once(&self.measured).chain(&self.whole) {
-            ledger.add(Stage::Measure, Work::Poses, measured.outcomes.len());
-            ledger.add(Stage::Measure, Work::Readings, measured.readings());
+            counters.add(Stage::Measure, Work::Poses, measured.outcomes.len());
+            counters.add(Stage::Measure, Work::Readings, measured.readings());
         }
     }
 }
 
-impl Facts {
-    fn of(measured: &Measurement, route: &Route) -> Self {
-        let itinerary = route.itinerary();
-        let count = |flag: Flags| {
-            let flags = measured.details.iter().flat_map(|d| &d.flags);
-            flags.filter(|f| f.has(flag)).count()
-        };
-        Self {
-            budget: route.budget,
-            poses: measured.schedule.poses.len(),
-            readings: measured.readings(),
-            no_data: measured.no_data(),
-            reachable: itinerary.map_or(1.0, Itinerary::reachable),
-            unreachable: itinerary.map_or(String::new(), Itinerary::reasons_text),
-            saturated: count(Flags::SATURATED),
-            below_noise: count(Flags::BELOW_NOISE),
-            instrument_seconds: itinerary.map(Itinerary::seconds),
-            unphysical_share: measured.schedule.unphysical_share,
-        }
+/// A row of a measurement along a route: the columns of schedule and readings alone.
+fn facts(measured: &Measurement, route: &Route) -> Row {
+    let itinerary = route.itinerary();
+    let count = |flag: Flags| {
+        let flags = measured.details.iter().flat_map(|d| &d.flags);
+        flags.filter(|f| f.has(flag)).count()
+    };
+    Row {
+        budget: route.budget,
+        poses: measured.schedule.poses.len(),
+        readings: measured.readings(),
+        no_data: measured.no_data(),
+        reachable: itinerary.map_or(1.0, Itinerary::reachable),
+        unreachable: itinerary.map_or(String::new(), Itinerary::reasons_text),
+        saturated: count(Flags::SATURATED),
+        below_noise: count(Flags::BELOW_NOISE),
+        instrument_seconds: itinerary.map(Itinerary::seconds),
+        unphysical_share: measured.schedule.unphysical_share,
+        plan_seconds: Some(route.seconds),
+        ..Row::default()
     }
 }

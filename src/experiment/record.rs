@@ -58,28 +58,50 @@ pub trait Record: Serialize + DeserializeOwned + Clone {
     }
 }
 
+/// The parts of a plan that all kinds of experiments have.
+#[derive(Clone, Copy, Debug)]
+pub struct Head<'a> {
+    /// The question it asks.
+    pub question: Option<&'a str>,
+    /// The config with every default filled in; reading it gives this experiment again.
+    pub resolved: &'a toml::Table,
+    /// Seeds of everything random.
+    pub seeds: &'a [u64],
+    /// The materials.
+    pub materials: &'a [Material],
+    /// Names that the config wants of a folder that does not have them.
+    pub missing: &'a [String],
+}
+
 /// An experiment that can be run, continued, split into shards and merged.
 pub trait Experiment {
     /// Its type of record.
     type Record: Record;
 
-    /// The question it asks.
-    fn question(&self) -> Option<&str>;
+    /// What it has in common with others.
+    fn head(&self) -> Head<'_>;
 
-    /// The config with every default filled in; reading it gives this experiment again.
-    fn resolved(&self) -> &toml::Table;
-
-    /// Seeds of everything random.
-    fn seeds(&self) -> Vec<u64>;
-
-    /// The materials.
-    fn materials(&self) -> &[Material];
-
-    /// Names that the config wants of a folder that does not have them.
-    fn missing(&self) -> &[String];
+    /// The materials of a complete run, or of a part of it, and the records of each of them in the order of results,
+    /// named without the material.
+    fn of_each(&self, shard: Option<Shard>) -> (Shard, Vec<Expected>);
 
     /// The records of a complete run, or of a part of it, in the order of results.
-    fn expected(&self, shard: Option<Shard>) -> Vec<Expected>;
+    fn expected(&self, shard: Option<Shard>) -> Vec<Expected> {
+        let (mine, records) = self.of_each(shard);
+        let materials = self.head().materials.iter().enumerate();
+        let of = |(material, m): (usize, &Material)| {
+            let of_material = |record: &Expected| Expected {
+                material,
+                job: format!("{}, {}", m.name, record.job),
+                ..record.clone()
+            };
+            records.iter().map(of_material).collect::<Vec<_>>()
+        };
+        materials
+            .filter(|(i, _)| mine.has(*i))
+            .flat_map(of)
+            .collect()
+    }
 
     /// Makes the records that are not known.
     ///
@@ -121,6 +143,9 @@ pub struct Shard {
 }
 
 impl Shard {
+    /// The only part.
+    pub(super) const WHOLE: Self = Self { part: 1, of: 1 };
+
     /// True if the item at a position (from 0) is of this part; items are dealt out one by one.
     pub fn has(self, position: usize) -> bool {
         position % self.of == self.part - 1

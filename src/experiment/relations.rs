@@ -2,8 +2,7 @@
 //! predicted from moments of its slices and of the light (Zubiaga et al. 2015, §3.2 and §3.3; see
 //! [`docs::relations`](crate::docs::relations)).
 
-use super::checks::{below, distinct, name_all};
-use super::choices::Material;
+use super::checks::{distinct, name_all, refused, refused_in};
 use super::counts::{Built, Stage};
 use super::each::{self, Of, PerMaterial};
 use super::key::{Expected, Input, Part, RowKey, forget_paths, hash, of_part};
@@ -11,12 +10,12 @@ use super::keypath::KeyPath;
 use super::kind::Kind;
 use super::materials::build_error;
 use super::moments::MomentsPlan;
-use super::observer::{Observer, Stop, Summary, Teller, timed};
-use super::record::{Experiment, Extent, Known, Record, Shard};
+use super::observer::{EventSink, Observer, Stop, Summary};
+use super::record::{Experiment, Extent, Head, Known, Record, Shard};
 use super::source::Source;
 use super::tables::{Named, insert_list, named, refuse_unknown, section, take_list, with_name};
 use crate::brdf::{BuildError, Channels};
-use crate::error::{Error, ParameterError};
+use crate::error::Error;
 use crate::lighting::{self, Lighting, LightingSpec};
 use crate::moments::Profile;
 use crate::moments::relations::{Along, Relation, RelationSpec, compare};
@@ -117,8 +116,7 @@ impl RelationsPlan {
             max_evaluations: keys.max_evaluations,
             max_views: keys.max_views,
         };
-        spec.check()
-            .map_err(|e| source.error_at(&below(&here, &e.key), format!("{here}.{e}")))?;
+        spec.check().map_err(|e| refused_in(source, &here, &e))?;
         distinct(
             source,
             "relations.views_deg",
@@ -130,8 +128,7 @@ impl RelationsPlan {
             if !(view >= 0.0 && view <= last) {
                 let path = here.key("views_deg").index(i);
                 let allowed = format!("an angle in [0, {last}], the range of [moments]");
-                let e = ParameterError::new(path.to_string(), view, allowed);
-                return Err(source.error_at(&path, e));
+                return Err(refused(source, &path, view, allowed));
             }
         }
         distinct(source, "relations.along", &keys.along, |a| a.name())?;
@@ -139,16 +136,14 @@ impl RelationsPlan {
         if order < 2 {
             let path = KeyPath::of("moments").key("order");
             let allowed = "a whole number in [2, 4] in this experiment";
-            let e = ParameterError::new(path.to_string(), order, allowed);
-            return Err(source.error_at(&path, e));
+            return Err(refused(source, &path, order, allowed));
         }
         let channels = &base.moments.spec.channels;
         if channels.len() > 1 {
             let path = KeyPath::of("moments").key("channels");
             let names: Vec<_> = channels.iter().map(|c| c.name()).collect();
             let found = format!("[{}]", names.join(", "));
-            let e = ParameterError::new(path.to_string(), found, "one in this experiment");
-            return Err(source.error_at(&path, e));
+            return Err(refused(source, &path, found, "one in this experiment"));
         }
         if let Some(m) = base.materials.iter().find(|m| !m.symmetry.isotropic) {
             let message = format!(
@@ -193,8 +188,7 @@ type Parts<'s> = (Table<'s>, Vec<Named<dyn LightingSpec>>, Keys);
 fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
     refuse_unknown(&table, &KEYS)?;
     let lights = take_list(&mut table, "lighting", |t| named(t, lighting::read))?;
-    let keys = registry::take_table(&mut table, "relations")?;
-    let keys = keys.map(registry::parse).transpose()?;
+    let keys = registry::take(&mut table, "relations", registry::parse)?;
     Ok((table, lights.unwrap_or_default(), keys.unwrap_or_default()))
 }
 
@@ -262,42 +256,21 @@ impl Record for MaterialRelations {
 impl Experiment for RelationsPlan {
     type Record = MaterialRelations;
 
-    fn question(&self) -> Option<&str> {
-        self.base.question.as_deref()
-    }
-
-    fn resolved(&self) -> &toml::Table {
-        &self.resolved
-    }
-
-    fn seeds(&self) -> Vec<u64> {
-        vec![self.base.seed]
-    }
-
-    fn materials(&self) -> &[Material] {
-        &self.base.materials
-    }
-
-    fn missing(&self) -> &[String] {
-        &self.base.missing
-    }
-
-    fn expected(&self, shard: Option<Shard>) -> Vec<Expected> {
-        // Their files are read once, not for every material.
-        let lights: Vec<_> = self.lightings.iter().map(|l| (l, self.part(l))).collect();
-        let mut all = Vec::new();
-        for (material, m) in self.base.materials.iter().enumerate() {
-            // A material's profile serves all its lightings.
-            if shard.is_none_or(|s| s.has(material)) {
-                all.extend(lights.iter().map(|(light, part)| Expected {
-                    material,
-                    label: light.name.clone(),
-                    job: format!("{}, {}", m.name, light.name),
-                    part: *part,
-                }));
-            }
+    fn head(&self) -> Head<'_> {
+        Head {
+            resolved: &self.resolved,
+            ..self.base.head()
         }
-        all
+    }
+
+    fn of_each(&self, shard: Option<Shard>) -> (Shard, Vec<Expected>) {
+        let of =
+            |light: &PlannedLight| Expected::of_any(&light.name, &light.name, self.part(light));
+        // A material's profile serves all its lightings.
+        (
+            shard.unwrap_or(Shard::WHOLE),
+            self.lightings.iter().map(of).collect(),
+        )
     }
 
     fn run(
@@ -334,20 +307,20 @@ impl RelationsPlan {
         &self,
         light: &PlannedLight,
         of: &Of<'_, Profile>,
-    ) -> Result<Arc<dyn Lighting>, BuildError> {
+    ) -> Result<Arc<dyn Lighting>, Stop> {
         let is_meant = |part| of_part(of.material_key, part) == of.key;
         let mut held = light.built.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, built)) = held.as_ref().filter(|(part, _)| is_meant(part)) {
             return Ok(Arc::clone(built));
         }
-        let built: Arc<dyn Lighting> = Arc::from(light.spec.build()?);
+        let built: Arc<dyn Lighting> = Arc::from(light.spec.build().map_err(Stop::failed)?);
         // Read again: another program may replace its files at any time.
         let part = self.part(light);
         if !is_meant(&part) {
-            return Err(BuildError::Data {
+            return Err(Stop::failed(BuildError::Data {
                 path: light.spec.inputs().into_iter().next().unwrap_or_default(),
                 message: "it was replaced while the run went on".into(),
-            });
+            }));
         }
         *held = Some((part, Arc::clone(&built)));
         Ok(built)
@@ -370,49 +343,43 @@ impl PerMaterial for RelationsPlan {
     fn shared(
         &self,
         brdf: &Built,
-        teller: &mut Teller<'_, MaterialRelations>,
-    ) -> Result<Profile, BuildError> {
+        events: &mut EventSink<'_, MaterialRelations>,
+    ) -> Result<Profile, Stop> {
         let table = &self.base.moments;
-        let brdf = &brdf.at(&teller.ledger, Stage::Moments);
+        let brdf = &brdf.at(&events.counters, Stage::Moments);
         let (channel, seed) = (table.spec.channels[0], self.base.seed);
-        let (profile, seconds) =
-            timed(|| Profile::new(brdf, channel, &table.spec, &*table.estimator, seed));
-        teller.summary.seconds.moments += seconds;
-        Ok(profile?)
+        let (profile, _) = events.counters.timed(Stage::Moments, || {
+            Profile::new(brdf, channel, &table.spec, &*table.estimator, seed)
+        });
+        profile.map_err(Stop::failed)
     }
 
     fn record(
         &self,
         place: usize,
         of: Of<'_, Profile>,
-        teller: &mut Teller<'_, MaterialRelations>,
-    ) -> Result<Result<MaterialRelations, BuildError>, Stop> {
+        events: &mut EventSink<'_, MaterialRelations>,
+    ) -> Result<MaterialRelations, Stop> {
         let light = &self.lightings[place];
-        let lighting = match self.lighting(light, &of) {
-            Ok(lighting) => lighting,
-            Err(reason) => return Ok(Err(reason)),
-        };
-        let ledger = teller.ledger.clone();
-        let brdf = of.brdf.at(&ledger, Stage::Evaluate);
+        let lighting = self.lighting(light, &of)?;
+        let counters = events.counters.clone();
+        let brdf = of.brdf.at(&counters, Stage::Evaluate);
         let mut relations = Vec::new();
         for &along in &self.along {
             for &view in &self.views {
-                teller.go_on()?;
-                let (relation, seconds) =
-                    timed(|| compare(&brdf, of.shared, &*lighting, view, along, &self.spec));
-                teller.summary.seconds.evaluate += seconds;
-                match relation {
-                    Ok(relation) => relations.push(relation),
-                    Err(reason) => return Ok(Err(reason.into())),
-                }
+                events.go_on()?;
+                let (relation, _) = counters.timed(Stage::Evaluate, || {
+                    compare(&brdf, of.shared, &*lighting, view, along, &self.spec)
+                });
+                relations.push(relation.map_err(Stop::failed)?);
             }
         }
-        Ok(Ok(MaterialRelations {
+        Ok(MaterialRelations {
             key: of.key,
             material: of.material.name.clone(),
             material_key: of.material_key.to_owned(),
             lighting: light.name.clone(),
             relations,
-        }))
+        })
     }
 }

@@ -6,19 +6,19 @@ mod cache;
 mod search;
 
 use super::choices::Allowance;
-use super::counts::{Ledger, Stage, Work};
+use super::counts::{Counters, Stage, Work};
 use super::instruments::PlannedInstrument;
-use super::observer::{ScheduleKey, Stop, timed};
-use super::tuning::{Untuned, Wanted};
+use super::observer::{ScheduleKey, Stop};
+use super::tuning::Wanted;
 use crate::acquisition::Task;
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::instrument::{Bench, InstrumentSpec, Order, Parts};
 use crate::measurement::Measurement;
-use crate::schedule::{Itinerary, PlanError, Schedule};
+use crate::schedule::{Itinerary, Schedule};
 use acquisition::Course;
-use cache::{Cache, Kept};
+use cache::{Cache, CacheEntry};
 use search::largest_within;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -73,27 +73,6 @@ impl Tour {
     }
 }
 
-/// Reasons why there is no route.
-#[derive(Clone, Debug, thiserror::Error)]
-pub(super) enum NoRoute {
-    /// The sample set has no schedule.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// The smallest schedule is beyond the allowance.
-    #[error("{0}: too short for one pose; allowed: more")]
-    TooFew(Allowance),
-    /// Its poses are chosen from readings.
-    #[error(
-        "{0} chooses its poses from readings; allowed: gonio next, poses before the first reading"
-    )]
-    Learns(String),
-    /// The instrument can take none of the poses.
-    #[error(
-        "no pose is reachable for {instrument} ({reasons}); allowed: another instrument or schedule"
-    )]
-    OutOfReach { instrument: String, reasons: String },
-}
-
 /// Coordinates, their symmetries and a sample set, by names that are unique in a plan.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct SetKey {
@@ -128,7 +107,7 @@ struct TourKey {
 #[derive(Default)]
 pub struct Router {
     /// Where schedules and tours are counted.
-    pub(super) ledger: Ledger,
+    pub(super) counters: Counters,
     /// Budgets found, by set, name of the instrument, allowance and seed.
     budgets: HashMap<(SetKey, Option<String>, String, u64), usize>,
     /// Schedules, by set, budget and, if they matter, seed and name of the instrument.
@@ -143,14 +122,13 @@ pub struct Router {
     current: Option<SetKey>,
     /// How far acquisitions went that smaller budgets broke off, by set, material and seed; of one set.
     courses: HashMap<(SetKey, String, u64), Course>,
-    seconds: f64,
 }
 
 impl Router {
     /// A router that counts what it makes.
-    pub fn counting(ledger: &Ledger) -> Self {
+    pub fn counting(counters: &Counters) -> Self {
         Self {
-            ledger: ledger.clone(),
+            counters: counters.clone(),
             ..Self::default()
         }
     }
@@ -166,9 +144,11 @@ impl Router {
     /// The same; `again`: a later material asks for it too.
     pub(super) fn found(&mut self, key: &ScheduleKey<'_>, again: bool) -> Result<Route, Error> {
         match self.make(key, false, again, &|| false) {
-            Ok(Ok(route)) => Ok(route),
-            Ok(Err(reason)) if key.instrument.is_none() => Err(Error::config("budgets", reason)),
-            Ok(Err(reason)) => Err(Error::infeasible("schedule", reason)),
+            Ok(route) => Ok(route),
+            Err(Stop::Failed(why)) if key.instrument.is_none() => {
+                Err(Error::config("budgets", why))
+            }
+            Err(Stop::Failed(why)) => Err(Error::infeasible("schedule", why)),
             Err(Stop::Error(e)) => Err(e),
             Err(Stop::Cancelled) => Err(Error::Internal("nobody cancels this".into())),
         }
@@ -180,14 +160,9 @@ impl Router {
         key: &ScheduleKey<'_>,
         again: bool,
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Result<Route, NoRoute>, Stop> {
+    ) -> Result<Route, Stop> {
         let holes = key.instrument.is_some_and(|i| i.use_of.holes);
         self.make(key, holes, again, cancelled)
-    }
-
-    /// Wall time of all schedules and tours, s.
-    pub(super) fn seconds(&self) -> f64 {
-        self.seconds
     }
 
     /// A route; `holes`: also its tour without limits if some pose is out of reach.
@@ -197,9 +172,12 @@ impl Router {
         holes: bool,
         again: bool,
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Result<Route, NoRoute>, Stop> {
+    ) -> Result<Route, Stop> {
         if key.sample_set.learns() {
-            return Ok(Err(NoRoute::Learns(key.sample_set.name.clone())));
+            return Err(Stop::Failed(format!(
+                "{} chooses its poses from readings; allowed: gonio next, poses before the first reading",
+                key.sample_set.name
+            )));
         }
         let set = SetKey::of(key);
         if self.current.as_ref() != Some(&set) {
@@ -212,15 +190,12 @@ impl Router {
         let known = self.budgets.get(&asked).copied();
         let budget = match known {
             Some(budget) => budget,
-            None => match self.budget(key, cancelled)? {
-                Ok(budget) => *self.budgets.entry(asked).or_insert(budget),
-                Err(reason) => return Ok(Err(reason)),
-            },
+            None => {
+                let budget = self.budget(key, cancelled)?;
+                *self.budgets.entry(asked).or_insert(budget)
+            }
         };
-        let (schedule, mut seconds) = match self.schedule(key, budget, again, cancelled)? {
-            Ok(planned) => planned,
-            Err(reason) => return Ok(Err(reason)),
-        };
+        let (schedule, mut seconds) = self.schedule(key, budget, again, cancelled)?;
         let (mut tour, mut whole) = (None, None);
         if let Some(instrument) = key.instrument {
             let order = instrument.use_of.order;
@@ -232,21 +207,21 @@ impl Router {
             };
             let within = go(instrument.use_of.limits)?;
             if within.itinerary.visits.is_empty() {
-                return Ok(Err(nothing(&within.itinerary)));
+                return Err(Stop::Failed(nothing(&within.itinerary)));
             }
             if holes && !within.itinerary.unreachable.is_empty() {
                 whole = Some(go(false)?);
             }
             tour = Some(within);
         }
-        Ok(Ok(Route {
+        Ok(Route {
             budget,
             schedule,
             tour,
             whole,
             seconds,
             is_new: known.is_none(),
-        }))
+        })
     }
 
     /// The budget of an allowance: the largest whose schedule has at most so many reachable poses,
@@ -255,10 +230,10 @@ impl Router {
         &mut self,
         key: &ScheduleKey<'_>,
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Result<usize, NoRoute>, Stop> {
+    ) -> Result<usize, Stop> {
         // Whether a pose is reachable does not depend on the order.
         let (most, order) = match key.allowance {
-            Allowance::Poses(budget) => return Ok(Ok(budget)),
+            Allowance::Poses(budget) => return Ok(budget),
             Allowance::Readings(n) => (n as f64, Some(Order::AsGenerated)),
             Allowance::Minutes(m) => (60.0 * m, None),
         };
@@ -270,13 +245,14 @@ impl Router {
             if budget > key.sample_set.set.most() {
                 return Ok(f64::INFINITY);
             }
-            let schedule = match self.schedule(key, budget, false, cancelled)? {
+            let schedule = match self.schedule(key, budget, false, cancelled) {
                 Ok((schedule, _)) => schedule,
                 // A schedule that is too small to be made takes no time; a larger one will.
-                Err(reason) => {
+                Err(Stop::Failed(reason)) => {
                     refusal = Some(reason);
                     return Ok(0.0);
                 }
+                Err(stop) => return Err(stop),
             };
             let Some(instrument) = key.instrument else {
                 return Ok(schedule.poses.len() as f64);
@@ -294,7 +270,7 @@ impl Router {
                 _ => visits as f64,
             })
         })?;
-        Ok(found.ok_or_else(|| refusal.unwrap_or(NoRoute::TooFew(key.allowance))))
+        found.ok_or_else(|| Stop::Failed(refusal.unwrap_or_else(|| too_few(key.allowance))))
     }
 
     /// The schedule of a budget and its wall time, s; or the reason why there is none.
@@ -304,7 +280,7 @@ impl Router {
         budget: usize,
         again: bool,
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Result<(Arc<Schedule>, f64), NoRoute>, Stop> {
+    ) -> Result<(Arc<Schedule>, f64), Stop> {
         let set = &*key.sample_set.set;
         let seed = set.is_random().then_some(key.seed);
         let instrument = key.instrument;
@@ -312,10 +288,9 @@ impl Router {
         let name = instrument.map(|i| i.name.clone());
         let asked = (SetKey::of(key), budget, seed, name);
         if let Some(known) = self.schedules.get(&asked, again) {
-            return Ok(Ok(known));
+            return Ok(known);
         }
-        let form = key.coordinates.form(key.symmetry);
-        let form = form.map_err(|e| Error::Internal(format!("a warp that was checked: {e}")))?;
+        let form = key.coordinates.checked_form(key.symmetry)?;
         let mut tuned_set = None;
         if let Some(tuning) = &key.sample_set.tuning {
             let grid = Wanted {
@@ -325,16 +300,9 @@ impl Router {
                 symmetry: key.symmetry,
                 budget,
             };
-            let (found, seconds) =
-                timed(|| tuning.find(grid, set, &form, (&self.ledger, cancelled)));
-            self.seconds += seconds;
-            let tuned = match found {
-                Ok(tuned) => tuned,
-                Err(Untuned::Plan(e)) => return Ok(Err(e.into())),
-                Err(Untuned::Cancelled) => return Err(Stop::Cancelled),
-                Err(Untuned::Error(e)) => return Err(e.into()),
-            };
-            tuned_set = set.tuned(&tuned.ratio);
+            let find = || tuning.find(grid, set, &form, (&self.counters, cancelled));
+            let (found, _) = self.counters.timed(Stage::Plan, find);
+            tuned_set = set.tuned(&found?.ratio);
         }
         let bench = instrument.map(|i| self.bench(i, true, key.seed));
         let bench = bench.transpose()?;
@@ -347,26 +315,24 @@ impl Router {
             go_on: &go_on,
             truth: None,
         };
-        let (planned, seconds) = timed(|| match &tuned_set {
+        let (planned, seconds) = self.counters.timed(Stage::Plan, || match &tuned_set {
             Some(tuned) => tuned.plan(&task.form, budget, key.seed),
             None => set.design(&task),
         });
         if cancelled() {
             return Err(Stop::Cancelled);
         }
-        self.seconds += seconds;
-        Ok(planned.map_err(NoRoute::from).map(|schedule| {
-            self.ledger.add(Stage::Plan, Work::Schedules, 1);
-            let poses = schedule.poses.len();
-            self.ledger.add(Stage::Plan, Work::Poses, poses);
-            let new = Kept {
-                poses,
-                made: Arc::new(schedule),
-                seconds,
-                again,
-            };
-            self.schedules.keep(asked, new)
-        }))
+        let schedule = planned.map_err(Stop::failed)?;
+        self.counters.add(Stage::Plan, Work::Schedules, 1);
+        let poses = schedule.poses.len();
+        self.counters.add(Stage::Plan, Work::Poses, poses);
+        let new = CacheEntry {
+            poses,
+            made: Arc::new(schedule),
+            seconds,
+            again,
+        };
+        Ok(self.schedules.keep(asked, new))
     }
 
     /// The tour of an instrument with or without limits in an order, and the seconds it took to
@@ -390,10 +356,10 @@ impl Router {
         let (itinerary, seconds) = match self.tours.get(&asked, again) {
             Some(known) => known,
             None => {
-                let (itinerary, seconds) = timed(|| bench.plan(schedule, order));
-                self.ledger.add(Stage::Plan, Work::Tours, 1);
-                self.seconds += seconds;
-                let new = Kept {
+                let plan = || bench.plan(schedule, order);
+                let (itinerary, seconds) = self.counters.timed(Stage::Plan, plan);
+                self.counters.add(Stage::Plan, Work::Tours, 1);
+                let new = CacheEntry {
                     poses: schedule.poses.len(),
                     made: Arc::new(itinerary),
                     seconds,
@@ -450,12 +416,18 @@ fn hash(schedule: &Schedule) -> blake3::Hash {
     hasher.finalize()
 }
 
-/// The error for an itinerary without visits: the reasons, counted.
-fn nothing(itinerary: &Itinerary) -> NoRoute {
-    NoRoute::OutOfReach {
-        instrument: itinerary.instrument.clone(),
-        reasons: itinerary.reasons_text(),
-    }
+/// Why there is no route of an itinerary without visits: the reasons, counted.
+fn nothing(itinerary: &Itinerary) -> String {
+    format!(
+        "no pose is reachable for {} ({}); allowed: another instrument or schedule",
+        itinerary.instrument,
+        itinerary.reasons_text()
+    )
+}
+
+/// Why there is no route where the smallest schedule is beyond the allowance.
+fn too_few(allowance: Allowance) -> String {
+    format!("{allowance}: too short for one pose; allowed: more")
 }
 
 #[cfg(test)]
@@ -487,11 +459,11 @@ mod tests {
                             material: None,
                         };
                         let found = router.route(&key, false, &|| false);
-                        found.unwrap_or_else(|_| panic!()).unwrap()
+                        found.unwrap_or_else(|_| panic!())
                     }));
                 }
             }
-            (routes, router.seconds())
+            (routes, router.counters.seconds().of(Stage::Plan))
         };
         let (first, seconds) = round();
         let (second, later) = round();

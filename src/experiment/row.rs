@@ -1,9 +1,11 @@
 //! One row of results: plain data, the same columns in every file format.
 
-use super::choices::{Allowance, Choice, Label};
+use super::choices::{Allowance, Choice};
 use super::key::RowKey;
 use super::record::Record;
-use crate::metrics::{AlbedoProbe, Errors, Expected, Quantity, TruthErrors, Uncovered, WITHIN};
+use crate::metrics::{
+    AlbedoProbe, Errors, Expected, Judged, Quantity, TruthErrors, Uncovered, WITHIN,
+};
 use crate::moments::MomentErrors;
 use serde::de::{self, MapAccess, Visitor};
 use serde::ser::SerializeMap;
@@ -17,6 +19,8 @@ macro_rules! row {
         $( $( #[doc = $before:literal] )+ $head:ident: $head_type:ty, )+
         quantities,
         $( $( #[doc = $after:literal] )+ $tail:ident: $tail_type:ty, )+
+        times,
+        $( $( #[doc = $spent:literal] )+ $time:ident, )+
     ) => {
         /// The comparison of one reconstruction with the truth under one measure.
         ///
@@ -29,10 +33,13 @@ macro_rules! row {
             #[serde(flatten)]
             pub quantities: Quantities,
             $( $( #[doc = $after] )+ pub $tail: $tail_type, )+
+            $( $( #[doc = $spent] )+ pub $time: Option<f64>, )+
         }
 
         const HEAD: &[(&str, &str)] = &[$( (stringify!($head), concat!($( $before ),+)) ),+];
         const TAIL: &[(&str, &str)] = &[$( (stringify!($tail), concat!($( $after ),+)) ),+];
+        const SPENT: &[(&str, &str)] = &[$( (stringify!($time), concat!($( $spent ),+)) ),+];
+        const TIMES: &[&str] = &[$( stringify!($time) ),+];
     };
 }
 
@@ -98,19 +105,20 @@ row! {
     pairs_missing: usize,
     /// test pairs left out because the reconstruction has no value there
     pairs_unreconstructed: usize,
+    times,
     /// wall time to make the schedule and, for an instrument, its way through it; made once and
     /// shared by the rows that use it
-    plan_seconds: Option<f64>,
+    plan_seconds,
     /// wall time to measure the material; shared by the reconstructions of a measurement
-    measure_seconds: Option<f64>,
+    measure_seconds,
     /// wall time to reconstruct all materials that share the schedule, over their number; shared by
     /// the measures
-    reconstruct_seconds: Option<f64>,
+    reconstruct_seconds,
     /// wall time to evaluate them at the pairs and compare, over their number, and that of the albedo;
     /// shared by the measures
-    evaluate_seconds: Option<f64>,
+    evaluate_seconds,
     /// wall time to integrate the moments of the reconstruction; shared by the measures
-    moment_seconds: Option<f64>,
+    moment_seconds,
 }
 
 /// Parts of errors that unreachable poses cause: error of the schedule on the instrument minus
@@ -163,6 +171,13 @@ impl Quantities {
     /// The value of the quantity of this name; `None` if there is none.
     pub fn get(&self, name: &str) -> Option<f64> {
         self.0[place(name)?]
+    }
+
+    /// Sets some of the [`quantities`] to those of what is judged, if there is any.
+    pub(super) fn set_all<T>(&mut self, judged: &[Judged<T>], of: Option<&T>) {
+        for (quantity, value) in judged {
+            self.set(quantity.name, of.and_then(value));
+        }
     }
 
     /// Sets the value of one of the [`quantities`].
@@ -219,21 +234,14 @@ impl<'de> Deserialize<'de> for Quantities {
 impl Row {
     /// The columns, in order, and what they mean; without the wall times, which `timings.jsonl` has.
     pub fn columns() -> impl Iterator<Item = (&'static str, &'static str)> {
-        Self::fields().filter(|(name, _)| !Self::TIMES.contains(name))
+        let judged = quantities().iter().map(|q| (q.name, q.summary));
+        let head = HEAD.iter().map(trimmed);
+        head.chain(judged).chain(TAIL.iter().map(trimmed))
     }
 
     /// The wall times by name, and what they mean.
     pub fn times() -> impl Iterator<Item = (&'static str, &'static str)> {
-        Self::fields().filter(|(name, _)| Self::TIMES.contains(name))
-    }
-
-    fn fields() -> impl Iterator<Item = (&'static str, &'static str)> {
-        let plain = |&(name, meaning): &(&'static str, &'static str)| (name, meaning.trim());
-        let judged = quantities().iter().map(|q| (q.name, q.summary));
-        HEAD.iter()
-            .map(plain)
-            .chain(judged)
-            .chain(TAIL.iter().map(plain))
+        SPENT.iter().map(trimmed)
     }
 
     /// The value of a quantity by its name; `None` where it is not defined.
@@ -266,15 +274,14 @@ impl Row {
     }
 }
 
+/// A column without the blanks around what it means.
+fn trimmed(&(name, meaning): &(&'static str, &'static str)) -> (&'static str, &'static str) {
+    (name, meaning.trim())
+}
+
 impl Record for Row {
     const FILE: &'static str = "results.jsonl";
-    const TIMES: &'static [&'static str] = &[
-        "plan_seconds",
-        "measure_seconds",
-        "reconstruct_seconds",
-        "evaluate_seconds",
-        "moment_seconds",
-    ];
+    const TIMES: &'static [&'static str] = TIMES;
 
     fn key(&self) -> &str {
         &self.key
@@ -285,12 +292,7 @@ impl Record for Row {
     }
 
     fn label(&self) -> String {
-        let label = Label {
-            choice: self.choice(),
-            allowed: self.allowed.clone(),
-            seed: self.seed,
-            measure: self.measure.clone(),
-        };
-        label.to_string()
+        let choice = self.choice();
+        choice.label(&self.allowed, self.seed, &self.measure)
     }
 }

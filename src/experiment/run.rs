@@ -6,22 +6,20 @@
 
 mod follow;
 
+use super::checks::each_once;
 use super::choices::Material;
 use super::counts::Stage;
-use super::instruments::PlannedInstrument;
-use super::judge::{Judge, Truth};
+use super::evaluator::{Evaluator, Truth};
 use super::key::{self, Expected, Identity, RowKey};
-use super::observer::{Event, Job, Observer, ScheduleKey, Stop, Summary, Teller, Wish, timed};
+use super::observer::{ByProduct, Event, EventSink, Job, Observer, ScheduleKey, Stop, Summary};
 use super::plan::Plan;
 use super::priors;
 use super::readings::Readings;
-use super::record::{Experiment, Extent, Known, Shard};
+use super::record::{Experiment, Extent, Head, Known, Shard};
 use super::route::{Route, Router};
 use super::row::{Quantities, Row};
-use super::schedules::{Share, name_of};
-use super::unit::Unit;
+use super::schedules::{Share, Unit, name_of};
 use crate::error::Error;
-use crate::geometry::Symmetry;
 use crate::measurement::Outcome;
 use crate::reconstruct::{Coverage, present};
 use std::collections::HashMap;
@@ -30,40 +28,19 @@ use std::sync::Arc;
 impl Experiment for Plan {
     type Record = Row;
 
-    fn question(&self) -> Option<&str> {
-        self.question.as_deref()
+    fn head(&self) -> Head<'_> {
+        Head {
+            question: self.question.as_deref(),
+            resolved: &self.resolved,
+            seeds: &self.seeds,
+            materials: &self.materials,
+            missing: &self.missing,
+        }
     }
 
-    fn resolved(&self) -> &toml::Table {
-        &self.resolved
-    }
-
-    fn seeds(&self) -> Vec<u64> {
-        self.seeds.clone()
-    }
-
-    fn materials(&self) -> &[Material] {
-        &self.materials
-    }
-
-    fn missing(&self) -> &[String] {
-        &self.missing
-    }
-
-    fn expected(&self, shard: Option<Shard>) -> Vec<Expected> {
+    fn of_each(&self, shard: Option<Shard>) -> (Shard, Vec<Expected>) {
         let share = self.share(shard);
-        let rows = self.rows_of(&share.units);
-        let of = |(material, m): (usize, &Material)| {
-            let of_material = |row: &Expected| Expected {
-                material,
-                job: format!("{}, {}", m.name, row.job),
-                ..row.clone()
-            };
-            rows.iter().map(of_material).collect::<Vec<_>>()
-        };
-        let all = self.materials.iter().enumerate();
-        let mine = all.filter(|(i, _)| share.materials.has(*i));
-        mine.flat_map(of).collect()
+        (share.materials, self.rows_of(&share.units))
     }
 
     fn run(
@@ -72,15 +49,41 @@ impl Experiment for Plan {
         known: &Known<Row>,
         observer: &mut dyn Observer<Row>,
     ) -> Result<Summary, Error> {
-        let mut runner = Runner::new(self, extent, known, observer)?;
+        let Share {
+            units, materials, ..
+        } = self.share(extent.shard);
+        let task = |unit: &Unit, method| {
+            let part = self.part(unit, method);
+            let parts = self.measures.iter().map(|m| part.with(m.name()));
+            Task {
+                method,
+                parts: parts.collect(),
+            }
+        };
+        let with_tasks = |unit| {
+            let methods = self.methods_on(&unit).into_iter();
+            let tasks = methods.map(|method| task(&unit, method));
+            (unit, tasks.collect())
+        };
+        let units: Vec<(Unit, Vec<Task>)> = units.into_iter().map(with_tasks).collect();
+        let events = EventSink::new(observer);
+        let mut runner = Runner {
+            plan: self,
+            extent,
+            known,
+            units: &units,
+            mine: materials,
+            judge: Evaluator::new(self, &events.counters)?,
+            router: Router::counting(&events.counters),
+            events,
+        };
         let of_sets = self.sample_sets.iter().filter_map(|set| set.set.prior());
         let of_methods = self.methods.iter().filter_map(|m| m.method.prior());
-        runner.teller.summary.inputs = priors::inputs(of_sets.chain(of_methods));
+        runner.events.summary.inputs = priors::inputs(of_sets.chain(of_methods));
         let result = runner.tiles();
-        runner.teller.summary.seconds.plan += runner.router.seconds();
         let mut tunings = self.sample_sets.iter().filter_map(|s| s.tuning.as_ref());
-        runner.teller.summary.tuned = tunings.next().map_or(Vec::new(), |t| t.found());
-        runner.teller.ended(result)
+        runner.events.summary.tuned = tunings.next().map_or(Vec::new(), |t| t.found());
+        runner.events.ended(result)
     }
 }
 
@@ -125,61 +128,39 @@ impl Task {
     }
 }
 
+/// A schedule, and the reconstructions that are made on it.
+struct Batch<'b> {
+    schedule: ScheduleKey<'b>,
+    tasks: &'b [Task],
+}
+
+impl Batch<'_> {
+    /// Estimated work of the reconstructions of so many materials.
+    fn work(&self, materials: usize) -> f64 {
+        (materials * self.tasks.len()) as f64 * self.schedule.allowance.work()
+    }
+}
+
 struct Runner<'a> {
     plan: &'a Plan,
     extent: &'a Extent,
     known: &'a Known<Row>,
-    units: Vec<Unit>,
+    units: &'a [(Unit, Vec<Task>)],
     /// Shard of the materials that rows are made of.
     mine: Shard,
-    /// Tasks, one list per unit.
-    tasks: Vec<Vec<Task>>,
-    teller: Teller<'a, Row>,
-    judge: Judge<'a>,
+    events: EventSink<'a, Row>,
+    judge: Evaluator<'a>,
     router: Router,
 }
 
 impl<'a> Runner<'a> {
-    fn new(
-        plan: &'a Plan,
-        extent: &'a Extent,
-        known: &'a Known<Row>,
-        observer: &'a mut dyn Observer<Row>,
-    ) -> Result<Self, Error> {
-        let Share {
-            units, materials, ..
-        } = plan.share(extent.shard);
-        let tasks = units.iter().map(|unit| {
-            let task = |method| {
-                let part = plan.part(unit, method);
-                let parts = plan.measures.iter().map(|m| part.with(m.name()));
-                Task {
-                    method,
-                    parts: parts.collect(),
-                }
-            };
-            plan.methods_on(unit).into_iter().map(task).collect()
-        });
-        let teller = Teller::new(observer);
-        Ok(Self {
-            tasks: tasks.collect(),
-            units,
-            mine: materials,
-            plan,
-            extent,
-            known,
-            judge: Judge::new(plan, &teller.ledger)?,
-            router: Router::counting(&teller.ledger),
-            teller,
-        })
-    }
-
     fn tiles(&mut self) -> Result<(), Stop> {
-        let tasks = self.units.iter().zip(&self.tasks);
-        let each: f64 = tasks.map(|(u, t)| u.work() * t.len() as f64).sum();
+        let works = self.units.iter();
+        let works = works.map(|(unit, tasks)| unit.allowance.work() * tasks.len() as f64);
+        let each: f64 = works.sum();
         let positions = 0..self.plan.materials.len();
         let all = positions.filter(|i| self.mine.has(*i)).count() as f64 * each;
-        self.teller.observer.begins(all);
+        self.events.observer.begins(all);
         let identities = self.identify()?;
         let materials: Vec<_> = self.plan.materials.iter().zip(&identities).collect();
         let mut first = 0;
@@ -197,15 +178,15 @@ impl<'a> Runner<'a> {
         let plan = self.plan;
         let number = size_of::<f64>();
         let value = number * plan.channels.count();
-        let readings = self.units.iter().map(|unit| {
+        let readings = self.units.iter().map(|(unit, _)| {
             // Values, and among those of all materials.
             let ideal = 2 * value + size_of::<Outcome>();
-            let a_pose = match self.instrument(unit) {
+            let a_pose = match unit.instrument.map(|i| &plan.instruments[i]) {
                 None => ideal,
                 // Uncertainties of two types; with and without limits, if that is asked.
                 Some(i) => (ideal + 2 * value) * if i.use_of.holes { 2 } else { 1 },
             };
-            unit.readings() * a_pose
+            unit.allowance.readings() * a_pose
         });
         // Of the truth, of all channels of the reconstruction and of their luminance.
         let pairs = self.judge.pairs() * (2 * number + value);
@@ -224,18 +205,18 @@ impl<'a> Runner<'a> {
         let mut identities = Vec::new();
         for (i, material) in self.plan.materials.iter().enumerate() {
             if !self.mine.has(i) {
-                self.teller.summary.materials.push(None);
+                self.events.summary.materials.push(None);
                 identities.push(None);
                 continue;
             }
-            self.teller
+            self.events
                 .doing(&format_args!("reading {}", material.name))?;
             let jobs = self.jobs();
-            let identity = self.teller.identified(material, jobs)?;
+            let identity = self.events.identified(material, jobs)?;
             if let Some(identity) = &identity {
-                let tasks = self.tasks.iter().flatten();
+                let tasks = self.units.iter().flat_map(|(_, tasks)| tasks);
                 let keys = tasks.flat_map(|t| t.keys(identity));
-                self.teller.summary.keys.extend(keys);
+                self.events.summary.keys.extend(keys);
             }
             identities.push(identity);
         }
@@ -244,31 +225,27 @@ impl<'a> Runner<'a> {
 
     /// Number of reconstructions of a material.
     fn jobs(&self) -> usize {
-        self.tasks.iter().map(Vec::len).sum()
-    }
-
-    /// True if a row of this job is missing.
-    fn lacks(&self, identity: &Identity, task: &Task) -> bool {
-        task.keys(identity)
-            .any(|key| !self.known.contains_key(&key))
+        self.units.iter().map(|(_, tasks)| tasks.len()).sum()
     }
 
     /// True if a row of this job is missing, or the observer wants a by-product of it.
-    fn wanted(&self, member: &Member<'_>, unit: &Unit, task: &Task) -> bool {
+    fn wanted(&self, member: &Member<'_>, schedule: &ScheduleKey<'_>, task: &Task) -> bool {
         let Some(identity) = member.identity else {
             return false;
         };
-        self.lacks(identity, task)
-            || (self.plan.output.slices && {
-                let schedule = self.schedule_key(unit, member.material.symmetry);
-                let job = Job {
-                    schedule: Some(schedule),
-                    method: Some(&self.plan.methods[task.method]),
-                    ..Job::of(member.material)
-                };
-                let wish = Wish::Reconstruction(&job);
-                self.teller.observer.wants(&wish)
-            })
+        let mut keys = task.keys(identity);
+        let job = Job {
+            material: member.material,
+            // As it is asked for, before its poses are chosen for a material.
+            schedule: ScheduleKey {
+                material: None,
+                ..*schedule
+            },
+            method: &self.plan.methods[task.method],
+        };
+        let wish = ByProduct::Reconstruction(&job);
+        keys.any(|key| !self.known.contains_key(&key))
+            || (self.plan.output.slices && self.events.observer.wants(&wish))
     }
 
     fn tile(
@@ -288,21 +265,13 @@ impl<'a> Runner<'a> {
             self.load(first + i, &mut member)?;
             members.push(member);
         }
-        let mut symmetries: Vec<Symmetry> = Vec::new();
-        for member in &members {
-            if !symmetries.contains(&member.material.symmetry) {
-                symmetries.push(member.material.symmetry);
-            }
-        }
-        for symmetry in symmetries {
+        for symmetry in each_once(members.iter().map(|m| m.material.symmetry)) {
             let alike = members.iter();
             let alike = alike.filter(|m| m.is_mine && m.material.symmetry == symmetry);
             let alike: Vec<&Member<'_>> = alike.collect();
-            for u in 0..self.units.len() {
-                let tasks = std::mem::take(&mut self.tasks[u]);
-                let result = self.unit(symmetry, &alike, u, &tasks, several);
-                self.tasks[u] = tasks;
-                result?;
+            for (unit, tasks) in self.units {
+                let schedule = self.plan.schedule_key(unit, symmetry);
+                self.batch(&alike, &Batch { schedule, tasks }, several)?;
             }
         }
         Ok(())
@@ -313,116 +282,90 @@ impl<'a> Runner<'a> {
         let (material, Some(identity)) = (member.material, member.identity) else {
             return Ok(());
         };
-        let all = self.units.iter().zip(&self.tasks);
-        let mut all = all.flat_map(|(u, tasks)| tasks.iter().map(move |t| (u, t)));
-        let rows = all.any(|(unit, task)| self.wanted(member, unit, task));
-        let wish = Wish::Material(position, material, &identity.key);
-        let shown = self.teller.observer.wants(&wish);
+        let rows = self.units.iter().any(|(unit, tasks)| {
+            let schedule = self.plan.schedule_key(unit, material.symmetry);
+            let mut tasks = tasks.iter();
+            tasks.any(|task| self.wanted(member, &schedule, task))
+        });
+        let wish = ByProduct::Material(position, material, &identity.key);
+        let shown = self.events.observer.wants(&wish);
         if !rows && !shown {
             return Ok(());
         }
-        self.teller
+        self.events
             .doing(&format_args!("loading {}", material.name))?;
         let (channels, jobs) = (self.plan.channels.clone(), self.jobs());
-        let Some(brdf) = self.teller.built(material, identity, channels, jobs)? else {
+        let Some(brdf) = self.events.built(material, identity, channels, jobs)? else {
             return Ok(());
         };
         if shown {
-            self.teller.loaded(material, &identity.key, &brdf)?;
+            self.events.loaded(material, &identity.key, &brdf)?;
         }
         if !rows {
             return Ok(());
         }
-        let truth = self.judge.truth(brdf, &mut self.teller)?;
-        member.truth = self.teller.or_failed(&material.name, truth, jobs)?;
+        let truth = self.judge.truth(brdf, &self.events);
+        member.truth = self.events.or_failed(&material.name, truth, jobs)?;
         Ok(())
     }
 
-    /// The schedule key of a unit; its budget is not known yet.
-    fn schedule_key(&self, unit: &Unit, symmetry: Symmetry) -> ScheduleKey<'a> {
-        let plan = self.plan;
-        ScheduleKey {
-            coordinates: &plan.parametrizations[unit.coordinates],
-            symmetry,
-            sample_set: &plan.sample_sets[unit.sample_set],
-            allowance: unit.allowance,
-            instrument: self.instrument(unit),
-            seed: unit.seed,
-            material: None,
-        }
-    }
-
-    fn instrument(&self, unit: &Unit) -> Option<&'a PlannedInstrument> {
-        unit.instrument.map(|i| &self.plan.instruments[i])
-    }
-
     /// Runs one schedule: makes it, measures every material, and makes every reconstruction.
-    fn unit(
+    fn batch(
         &mut self,
-        symmetry: Symmetry,
         members: &[&Member<'_>],
-        u: usize,
-        tasks: &[Task],
+        batch: &Batch<'_>,
         several: bool,
     ) -> Result<(), Stop> {
-        let unit = self.units[u];
-        let made = self.make(symmetry, members, &unit, tasks, several)?;
+        let made = self.make(members, batch, several)?;
         let made: HashMap<&str, &Row> = made.iter().map(|r| (r.key.as_str(), r)).collect();
         let mut all = Vec::new();
         for identity in members.iter().filter_map(|m| m.identity) {
-            for key in tasks.iter().flat_map(|t| t.keys(identity)) {
+            for key in batch.tasks.iter().flat_map(|t| t.keys(identity)) {
                 let row = made.get(key.as_str()).copied();
                 all.extend(row.or_else(|| self.known.get(&key).map(Arc::as_ref)));
             }
         }
-        self.teller.complete(&all)
+        self.events.complete(&all)
     }
 
-    /// Makes the rows of a unit that are not known.
+    /// Makes the rows of a batch that are not known.
     fn make(
         &mut self,
-        symmetry: Symmetry,
         members: &[&Member<'_>],
-        unit: &Unit,
-        tasks: &[Task],
+        batch: &Batch<'_>,
         several: bool,
     ) -> Result<Vec<Row>, Stop> {
-        let work = unit.work();
-        let wanting: Vec<&Member<'_>> = members
-            .iter()
-            .filter(|m| m.truth.is_some() && tasks.iter().any(|t| self.wanted(m, unit, t)))
-            .copied()
-            .collect();
+        let schedule = &batch.schedule;
+        let lacks = |m: &Member<'_>| {
+            let mut tasks = batch.tasks.iter();
+            m.truth.is_some() && tasks.any(|t| self.wanted(m, schedule, t))
+        };
+        let wanting = members.iter().copied().filter(|m| lacks(m));
+        let wanting: Vec<&Member<'_>> = wanting.collect();
         let known = members.len() - wanting.len();
-        self.teller.advanced((known * tasks.len()) as f64 * work)?;
-        let schedule = self.schedule_key(unit, symmetry);
-        let observer = &*self.teller.observer;
+        self.events.advanced(batch.work(known))?;
+        let observer = &*self.events.observer;
         let written = self.plan.output.schedules.0.is_some();
-        if wanting.is_empty() && !(written && observer.wants(&Wish::Schedule(&schedule))) {
+        if wanting.is_empty() && !(written && observer.wants(&ByProduct::Schedule(schedule))) {
             return Ok(Vec::new());
         }
-        let text = self.plan.describe(unit);
-        self.teller.doing(&format_args!("planning {text}"))?;
+        self.events.doing(&format_args!("planning {schedule}"))?;
         if schedule.sample_set.learns() {
-            return self.learn(&wanting, &schedule, unit, tasks, &text);
+            return self.learn(&wanting, batch);
         }
-        let observer = &*self.teller.observer;
+        let observer = &*self.events.observer;
         let cancelled = || observer.cancelled();
         // Another tile asks again.
-        let found = self.router.route(&schedule, several, &cancelled)?;
-        let route = match found {
-            Ok(route) => route,
-            Err(reason) => {
-                self.lose(&wanting, unit, tasks, &text, &reason)?;
-                return Ok(Vec::new());
-            }
+        let found = self.router.route(schedule, several, &cancelled);
+        let Some(route) = self.or_lost(found, &wanting, batch)? else {
+            return Ok(Vec::new());
         };
         if route.is_new {
             let itinerary = route.itinerary();
-            let event = Event::Planned(&schedule, &route.schedule, itinerary);
-            self.teller.observer.tell(&event)?;
+            let event = Event::Planned(schedule, &route.schedule, itinerary);
+            self.events.observer.observe(&event)?;
         }
-        self.follow(&wanting, &schedule, &route, (unit, tasks, &text))
+        self.follow(&wanting, batch, &route)
     }
 
     /// Measures materials, and puts together those whose readings are at the same poses.
@@ -431,23 +374,23 @@ impl<'a> Runner<'a> {
         members: &[&'t Member<'t>],
         schedule: &ScheduleKey<'_>,
         route: &Route,
-        text: &str,
     ) -> Result<Vec<Group<'t>>, Stop> {
         let mut groups: Vec<Group<'t>> = Vec::new();
         for &member in members {
             let (Some(identity), Some(truth)) = (member.identity, &member.truth) else {
                 continue;
             };
-            self.teller
-                .doing(&format_args!("measuring {}, {text}", member.material.name))?;
-            let observer = &*self.teller.observer;
+            self.events.doing(&format_args!(
+                "measuring {}, {schedule}",
+                member.material.name
+            ))?;
+            let observer = &*self.events.observer;
             let cancelled = || observer.cancelled();
-            let brdf = truth.brdf.at(&self.teller.ledger, Stage::Measure);
-            let (readings, seconds) =
-                timed(|| Readings::take(&brdf, route, schedule.seed, &cancelled));
+            let brdf = truth.brdf.at(&self.events.counters, Stage::Measure);
+            let take = || Readings::take(&brdf, route, schedule.seed, &cancelled);
+            let (readings, seconds) = self.events.counters.timed(Stage::Measure, take);
             let readings = readings?;
-            readings.count(&self.teller.ledger);
-            self.teller.summary.seconds.measure += seconds;
+            readings.count(&self.events.counters);
             let whole = readings.whole.as_ref().map(present);
             let present = [present(&readings.measured), whole.unwrap_or_default()];
             let measured = Measured {
@@ -465,11 +408,7 @@ impl<'a> Runner<'a> {
                     let mut alike = groups.iter().filter(|g| g.present[0] == present[0]);
                     let coverage = match alike.next() {
                         Some(group) => Arc::clone(&group.coverage),
-                        None => {
-                            let seconds = &mut self.teller.summary.seconds;
-                            let measured = &measured.readings.measured;
-                            Arc::new(self.judge.coverage(measured, seconds))
-                        }
+                        None => Arc::new(self.judge.coverage(&measured.readings.measured)),
                     };
                     groups.push(Group {
                         present,
@@ -486,43 +425,32 @@ impl<'a> Runner<'a> {
     fn reconstruct(
         &mut self,
         schedule: &ScheduleKey<'_>,
-        route: &Route,
         group: &Group<'_>,
-        unit: &Unit,
         task: &Task,
-        text: &str,
     ) -> Result<Vec<Row>, Stop> {
         let plan = self.plan;
         let method = &plan.methods[task.method];
         let members: Vec<&Measured<'_>> = group
             .members
             .iter()
-            .filter(|m| self.wanted(m.member, unit, task))
+            .filter(|m| self.wanted(m.member, schedule, task))
             .collect();
         if members.is_empty() {
             return Ok(Vec::new());
         }
-        let name = format!("{text}, {}", method.label());
-        self.teller.doing(&format_args!("reconstructing {name}"))?;
+        let name = format!("{schedule}, {}", method.label());
+        self.events.doing(&format_args!("reconstructing {name}"))?;
         let truths: Vec<(&Material, &Truth, &Readings)> = members
             .iter()
             .map(|m| (m.member.material, m.truth, &m.readings))
             .collect();
-        let teller = &mut self.teller;
-        let compared =
-            match self
-                .judge
-                .compared(schedule, &truths, &group.coverage, method, teller)?
-            {
-                Ok(compared) => compared,
-                Err(reason) => {
-                    for m in members {
-                        let job = format!("{}, {name}", m.member.material.name);
-                        self.teller.failed(job, &reason, 1)?;
-                    }
-                    return Ok(Vec::new());
-                }
-            };
+        let events = &mut self.events;
+        let judge = &self.judge;
+        let compared = judge.compared(schedule, &truths, &group.coverage, method, events);
+        let members_of = members.iter().map(|m| m.member.material);
+        let Some(compared) = events.or_all_failed(compared, members_of, &name, 1)? else {
+            return Ok(Vec::new());
+        };
         let mut rows = Vec::with_capacity(members.len() * plan.measures.len());
         for (i, m) in members.into_iter().enumerate() {
             let keys = task.keys(m.identity).zip(&plan.measures).enumerate();
@@ -534,7 +462,6 @@ impl<'a> Runner<'a> {
                 let mut quantities = Quantities::default();
                 let errors = compared.write(at, &mut quantities);
                 m.truth.write(at, &mut quantities);
-                let facts = &m.readings.facts;
                 rows.push(Row {
                     key,
                     material: m.member.material.name.clone(),
@@ -547,29 +474,19 @@ impl<'a> Runner<'a> {
                     reconstruction: method.name.clone(),
                     coordinates: method.coordinates.clone(),
                     instrument: name_of(schedule.instrument).into(),
-                    budget: facts.budget,
                     allowed: schedule.allowance.to_string(),
-                    readings: facts.readings,
                     seed: schedule.seed,
                     measure: measure.name().into(),
                     quantities,
-                    poses: facts.poses,
-                    no_data: facts.no_data,
-                    reachable: facts.reachable,
-                    unreachable: facts.unreachable.clone(),
-                    saturated: facts.saturated,
-                    below_noise: facts.below_noise,
-                    instrument_seconds: facts.instrument_seconds,
-                    unphysical_share: facts.unphysical_share,
                     pairs: errors.pairs,
                     converged: compared.converged[at],
                     pairs_missing: errors.pairs_missing,
                     pairs_unreconstructed: errors.pairs_unreconstructed,
-                    plan_seconds: Some(route.seconds),
                     measure_seconds: Some(m.seconds),
                     reconstruct_seconds: Some(compared.reconstruct_seconds),
                     evaluate_seconds: Some(compared.evaluate_seconds),
                     moment_seconds: compared.moment_seconds,
+                    ..m.readings.facts.clone()
                 });
             }
         }

@@ -1,14 +1,30 @@
 //! The schedules of a plan, the reconstructions made on each, and the resulting rows.
 
-use super::choices::{Choice, Coordinates as SampledIn, IDEAL, Label, Method, OWN};
+use super::choices::{Allowance, Choice, Coordinates as SampledIn, IDEAL, Method, OWN};
 use super::instruments::PlannedInstrument;
 use super::key::{Expected, Part};
 use super::moments::MomentsTable;
+use super::observer::ScheduleKey;
 use super::plan::Plan;
 use super::record::Shard;
 use super::tables::section;
-use super::unit::Unit;
+use crate::geometry::Symmetry;
 use crate::reconstruct::Coordinates;
+
+/// A schedule of a plan, by positions in the plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// Position of its coordinates in the plan.
+    pub coordinates: usize,
+    /// Position of its sample set.
+    pub sample_set: usize,
+    /// Position of its instrument; `None`: the ideal one.
+    pub instrument: Option<usize>,
+    /// Its size limit.
+    pub allowance: Allowance,
+    /// Seed.
+    pub seed: u64,
+}
 
 impl Plan {
     /// Every schedule, in the order of results.
@@ -64,15 +80,15 @@ impl Plan {
         let Some(Shard { part, of }) = shard else {
             return Share {
                 units,
-                materials: Shard { part: 1, of: 1 },
-                group: Shard { part: 1, of: 1 },
+                materials: Shard::WHOLE,
+                group: Shard::WHOLE,
             };
         };
         let blocks = (of / units.len()).clamp(1, self.materials.len());
         let (group, block) = ((part - 1) / blocks, (part - 1) % blocks);
         let groups = of / blocks;
         let mut order: Vec<usize> = (0..units.len()).collect();
-        let work = |unit: &Unit| unit.work() * self.methods_on(unit).len() as f64;
+        let work = |unit: &Unit| unit.allowance.work() * self.methods_on(unit).len() as f64;
         let work: Vec<f64> = units.iter().map(work).collect();
         order.sort_by(|&a, &b| work[b].total_cmp(&work[a]).then(a.cmp(&b)));
         // Those that are left over have nothing to do.
@@ -108,18 +124,17 @@ impl Plan {
         self.jobs() * self.measures.len()
     }
 
-    /// A text that names a schedule, for people.
-    pub(super) fn describe(&self, unit: &Unit) -> String {
-        let set = &self.sample_sets[unit.sample_set].name;
-        let coordinates = self.parametrizations[unit.coordinates].label();
-        let Unit {
-            allowance, seed, ..
-        } = unit;
-        let mut text = format!("{coordinates}, {set} of {allowance}, seed {seed}");
-        if let Some(i) = unit.instrument {
-            text += &format!(", {}", self.instruments[i].name);
+    /// A schedule for materials of some symmetries.
+    pub fn schedule_key(&self, unit: &Unit, symmetry: Symmetry) -> ScheduleKey<'_> {
+        ScheduleKey {
+            coordinates: &self.parametrizations[unit.coordinates],
+            symmetry,
+            sample_set: &self.sample_sets[unit.sample_set],
+            allowance: unit.allowance,
+            instrument: unit.instrument.map(|i| &self.instruments[i]),
+            seed: unit.seed,
+            material: None,
         }
-        text
     }
 
     /// Hasher of everything that determines the rows of a reconstruction but material and measure.
@@ -159,33 +174,25 @@ impl Plan {
     pub(super) fn rows_of(&self, units: &[Unit]) -> Vec<Expected> {
         let mut rows = Vec::new();
         for unit in units {
-            let coordinates = &self.parametrizations[unit.coordinates];
-            let instrument = unit.instrument.map(|i| &self.instruments[i]);
-            let text = self.describe(unit);
+            // Neither its text nor the label of a row depends on the symmetry.
+            let schedule = self.schedule_key(unit, Symmetry::FULL);
             for m in self.methods_on(unit) {
                 let method = &self.methods[m];
-                let mut label = Label {
-                    choice: Choice {
-                        parametrization: coordinates.name().into(),
-                        warp: coordinates.warp.clone(),
-                        sample_set: self.sample_sets[unit.sample_set].name.clone(),
-                        instrument: name_of(instrument).into(),
-                        reconstruction: method.name.clone(),
-                        coordinates: method.coordinates.clone(),
-                    },
-                    allowed: unit.allowance.to_string(),
-                    seed: unit.seed,
-                    measure: String::new(),
+                let choice = Choice {
+                    parametrization: schedule.coordinates.name().into(),
+                    warp: schedule.coordinates.warp.clone(),
+                    sample_set: schedule.sample_set.name.clone(),
+                    instrument: name_of(schedule.instrument).into(),
+                    reconstruction: method.name.clone(),
+                    coordinates: method.coordinates.clone(),
                 };
+                let allowed = unit.allowance.to_string();
                 let part = self.part(unit, m);
                 for measure in &self.measures {
-                    label.measure = measure.name().into();
-                    rows.push(Expected {
-                        material: 0,
-                        label: label.to_string(),
-                        job: format!("{text}, {}", method.label()),
-                        part: part.with(measure.name()),
-                    });
+                    let label = choice.label(&allowed, unit.seed, measure.name());
+                    let job = format!("{schedule}, {}", method.label());
+                    let part = part.with(measure.name());
+                    rows.push(Expected::of_any(&label, &job, part));
                 }
             }
         }

@@ -119,7 +119,7 @@ impl Source {
         }
         for keys in each {
             let path = assign(document.as_item_mut(), &keys, value.clone());
-            let path = path.map_err(|e| refuse(e.to_string()))?;
+            let path = path.map_err(refuse)?;
             let label = label.clone();
             self.edits.push(Edit { path, label });
         }
@@ -203,28 +203,6 @@ impl Source {
     }
 }
 
-/// Reasons why an override cannot be written at its key.
-#[derive(Debug, thiserror::Error)]
-enum AssignError {
-    #[error(
-        "`{name}` is no position in {path}, which has {length}; allowed: 0 to {}",
-        length.saturating_sub(1)
-    )]
-    Position {
-        name: String,
-        path: KeyPath,
-        length: usize,
-    },
-    #[error("{path} is {found}, which has no key `{name}`; allowed: a key of a table")]
-    Key {
-        name: String,
-        path: KeyPath,
-        found: &'static str,
-    },
-    #[error("{path} is a table, not {found}; allowed: {{ key = value, … }}")]
-    Table { path: KeyPath, found: &'static str },
-}
-
 /// What keys with [`ALL`] for a position of an array stand for: each member that has the rest of them.
 fn members(root: &Item, keys: Vec<Key>) -> Vec<Vec<Key>> {
     let within = |keys: &[Key]| {
@@ -258,7 +236,7 @@ fn members(root: &Item, keys: Vec<Key>) -> Vec<Vec<Key>> {
 
 /// Writes `value` at the dotted key `keys`; missing tables on the way are made. Returns its path,
 /// or the reason why it cannot.
-fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, AssignError> {
+fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, String> {
     let mut item = root;
     let mut path = KeyPath::default();
     let mut in_array_of_tables = false;
@@ -273,11 +251,10 @@ fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, Assign
         if let Some(length) = length {
             let index = name.parse().ok().filter(|&i: &usize| i < length);
             let Some(next) = index.and_then(|i| Some((i, item.get_mut(i)?))) else {
-                return Err(AssignError::Position {
-                    name: excerpt(name).into_owned(),
-                    path,
-                    length,
-                });
+                let (name, last) = (excerpt(name), length.saturating_sub(1));
+                return Err(format!(
+                    "`{name}` is no position in {path}, which has {length}; allowed: 0 to {last}"
+                ));
             };
             path = path.index(next.0);
             item = next.1;
@@ -285,11 +262,10 @@ fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, Assign
         }
         let found = item.type_name();
         let Some(table) = item.as_table_like_mut() else {
-            return Err(AssignError::Key {
-                name: excerpt(name).into_owned(),
-                path,
-                found,
-            });
+            let name = excerpt(name);
+            return Err(format!(
+                "{path} is {found}, which has no key `{name}`; allowed: a key of a table"
+            ));
         };
         if depth + 1 < keys.len() && !table.contains_key(name) {
             table.insert(name, toml_edit::table());
@@ -300,10 +276,10 @@ fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, Assign
     *item = match value {
         Value::InlineTable(table) if item.is_table() => Item::Table(table.into_table()),
         value if in_array_of_tables => {
-            return Err(AssignError::Table {
-                path,
-                found: value.type_name(),
-            });
+            let found = value.type_name();
+            return Err(format!(
+                "{path} is a table, not {found}; allowed: {{ key = value, … }}"
+            ));
         }
         value => Item::Value(value),
     };

@@ -6,31 +6,22 @@ use super::keypath::KeyPath;
 use super::materials::{MaterialTable, checked, material};
 use super::source::Source;
 use super::tables::{section, take_list, with_name};
-use super::tuning::{Memory, Training, Tuning, has};
+use super::tuning::{Memory, Tuning, has};
 use crate::brdf::Channels;
 use crate::error::Error;
 use crate::metrics::{self, Measure, MetricsSpec};
 use crate::reconstruct::Reconstruct;
-use crate::registry::{self, ReadError, Table};
-use serde::{Deserialize, Serialize};
+use crate::registry::{self, ReadError, Table, keys};
 use std::sync::Arc;
 
-/// The keys of `[tuning]` that are no materials.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct TuningKeys {
-    /// Distribution of the pairs at which reconstructions are compared with the truth.
-    pub measure: Measure,
-    /// Number of these pairs.
-    pub pairs: usize,
-}
-
-impl Default for TuningKeys {
-    fn default() -> Self {
-        Self {
-            measure: Measure::Lobe,
-            pairs: 4000,
-        }
+keys! {
+    /// The keys of `[tuning]` that are no materials.
+    #[derive(PartialEq)]
+    pub struct TuningKeys {
+        /// Distribution of the pairs at which reconstructions are compared with the truth.
+        measure: Measure = Measure::Lobe;
+        /// Number of these pairs.
+        pairs: usize = 4000;
     }
 }
 
@@ -72,7 +63,7 @@ impl TuningTable {
             ..metrics.clone()
         };
         let pairs = metrics::test_pairs(keys.measure, &metrics)
-            .map_err(|e| source.error_at(&base.key("pairs"), format!("tuning.{e}")))?;
+            .map_err(|e| source.error_at(&base.key("pairs"), format!("{base}.{e}")))?;
         let mut part = Part::new();
         for text in [section(&keys).to_string(), section(&metrics).to_string()] {
             part.feed(&text);
@@ -111,11 +102,7 @@ impl TuningTable {
             let mut keys = with_name(material.spec.resolved(), &material.name);
             keys.insert("symmetry".into(), section(&material.symmetry).into());
             written.push(toml::Value::Table(keys));
-            training.push(Training {
-                name: material.name,
-                spec: material.spec,
-                symmetry: material.symmetry,
-            });
+            training.push(material);
         }
         for material in tested {
             if !training.iter().any(|t| has(t.symmetry, material.symmetry)) {

@@ -6,15 +6,17 @@
 //! becomes its root where nothing errs less, down to the fourth root of 2. What is
 //! minimised is the geometric mean of nrmse over the training materials.
 
-use super::counts::{Built, Ledger, Stage, Work};
-use crate::brdf::{BrdfSpec, Channels};
+use super::counts::{Built, Counters, Stage, Work};
+use super::material::Material;
+use super::stop::Stop;
+use crate::brdf::Channels;
 use crate::error::{Error, ParameterError};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{Ideal, Instrument};
 use crate::metrics::{self, Values};
 use crate::parametrization::Parametrization;
 use crate::reconstruct::Reconstruct;
-use crate::schedule::{PlanError, SampleSet};
+use crate::schedule::SampleSet;
 use crate::statistics::EXACT;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -40,23 +42,13 @@ struct Truth {
     values: Values,
 }
 
-/// A training material.
-pub(super) struct Training {
-    /// Its name, for messages.
-    pub name: String,
-    /// How to build it.
-    pub spec: Box<dyn BrdfSpec>,
-    /// The symmetries it has.
-    pub symmetry: Symmetry,
-}
-
 /// What ratios are tuned on, and those found so far.
 pub struct Tuning {
     /// The hash of what determines a ratio: materials, pairs and reconstruction.
     pub(super) key: String,
     /// `[tuning]` with every default.
     pub(super) resolved: toml::Table,
-    pub(super) materials: Vec<Training>,
+    pub(super) materials: Vec<Material>,
     pub(super) method: Arc<dyn Reconstruct>,
     pub(super) pairs: Vec<DirectionPair>,
     pub(super) memory: Memory,
@@ -83,16 +75,6 @@ pub struct Wanted {
     pub symmetry: Symmetry,
     /// Configurations it may have.
     pub budget: usize,
-}
-
-/// Why no ratio was found.
-pub(super) enum Untuned {
-    /// There is no such grid.
-    Plan(PlanError),
-    /// The run shall stop.
-    Cancelled,
-    /// A training material cannot be built.
-    Error(Error),
 }
 
 impl std::fmt::Debug for Tuning {
@@ -131,15 +113,15 @@ impl Tuned {
 }
 
 impl Tuning {
-    fn truths(&self, ledger: &Ledger) -> Result<&[Truth], Untuned> {
+    fn truths(&self, counters: &Counters) -> Result<&[Truth], Stop> {
         if let Some(truths) = self.memory.truths.get() {
             return Ok(truths);
         }
         let mut truths = Vec::new();
         for material in &self.materials {
-            let brdf = Built::new(&*material.spec, Channels::Luminance, ledger);
-            let brdf = brdf.map_err(|e| Untuned::Error(Error::data(&material.name, e)))?;
-            let values = metrics::evaluate(&brdf.at(ledger, Stage::Plan), &self.pairs);
+            let brdf = Built::new(&*material.spec, Channels::Luminance, counters);
+            let brdf = brdf.map_err(|e| Stop::Error(Error::data(&material.name, e)))?;
+            let values = metrics::evaluate(&brdf.at(counters, Stage::Plan), &self.pairs);
             truths.push(Truth {
                 symmetry: material.symmetry,
                 values,
@@ -161,8 +143,8 @@ impl Tuning {
         grid: Wanted,
         set: &dyn SampleSet,
         form: &Arc<dyn Parametrization>,
-        with: (&Ledger, &dyn Fn() -> bool),
-    ) -> Result<Tuned, Untuned> {
+        with: (&Counters, &dyn Fn() -> bool),
+    ) -> Result<Tuned, Stop> {
         if let Some(known) = self.found().into_iter().find(|t| t.grid == grid) {
             return Ok(known);
         }
@@ -178,9 +160,9 @@ impl Tuning {
         grid: Wanted,
         set: &dyn SampleSet,
         form: &Arc<dyn Parametrization>,
-        (ledger, cancelled): (&Ledger, &dyn Fn() -> bool),
-    ) -> Result<Tuned, Untuned> {
-        let truths = self.truths(ledger)?;
+        (counters, cancelled): (&Counters, &dyn Fn() -> bool),
+    ) -> Result<Tuned, Stop> {
+        let truths = self.truths(counters)?;
         let mut search = Search {
             tuning: self,
             truths: truths
@@ -191,7 +173,7 @@ impl Tuning {
             form,
             budget: grid.budget,
             known: HashMap::new(),
-            ledger,
+            counters,
             cancelled,
         };
         let mut ratio: Vec<f64> = form.axes().iter().map(|a| a.density).collect();
@@ -212,7 +194,7 @@ impl Tuning {
                             (ratio, shape, least, better) = (other, its, error, true);
                         }
                         // Out of the range of ratios, or too few poses: no candidate.
-                        Ok(_) | Err(Untuned::Plan(_)) => {}
+                        Ok(_) | Err(Stop::Failed(_)) => {}
                         Err(e) => return Err(e),
                     }
                 }
@@ -241,41 +223,41 @@ struct Search<'a> {
     budget: usize,
     /// By shape: many ratios are one.
     known: HashMap<Vec<usize>, f64>,
-    ledger: &'a Ledger,
+    counters: &'a Counters,
     cancelled: &'a dyn Fn() -> bool,
 }
 
 impl Search<'_> {
     /// The shape that a ratio gives, and the error on the training materials.
-    fn error(&mut self, ratio: &[f64]) -> Result<(Vec<usize>, f64), Untuned> {
+    fn error(&mut self, ratio: &[f64]) -> Result<(Vec<usize>, f64), Stop> {
         let tuned = self.set.tuned(ratio);
         let set = tuned.as_deref().unwrap_or(self.set);
         // Grids do not depend on the seed.
-        let schedule = set.plan(self.form, self.budget, 0).map_err(Untuned::Plan)?;
+        let schedule = set.plan(self.form, self.budget, 0).map_err(Stop::failed)?;
         let schedule = Arc::new(schedule);
         let axes = schedule.lattice.iter().flat_map(|lattice| &lattice.axes);
         let shape: Vec<usize> = axes.map(|axis| axis.n).collect();
         if let Some(&error) = self.known.get(&shape) {
             return Ok((shape, error));
         }
-        let count = |work, number| self.ledger.add(Stage::Plan, work, number);
+        let count = |work, number| self.counters.add(Stage::Plan, work, number);
         count(Work::Grids, 1);
         let [mut logs, mut told] = [0.0; 2];
         for truth in &self.truths {
             if (self.cancelled)() {
-                return Err(Untuned::Cancelled);
+                return Err(Stop::Cancelled);
             }
-            let brdf = truth.brdf.at(self.ledger, Stage::Plan);
+            let brdf = truth.brdf.at(self.counters, Stage::Plan);
             let measurement = Ideal.measure(&brdf, &schedule);
             let made = match self.tuning.method.reconstruct(&measurement) {
                 Ok(made) => {
                     count(Work::Reconstructions, 1);
-                    let made = self.ledger.reconstruction(&*made, Stage::Plan);
+                    let made = self.counters.reconstruction(&*made, Stage::Plan);
                     metrics::evaluate(&made, &self.tuning.pairs)
                 }
                 Err(e) => {
                     let e = ParameterError::new("ratio", format!("{ratio:?}"), e.to_string());
-                    return Err(Untuned::Plan(e.into()));
+                    return Err(Stop::failed(e));
                 }
             };
             let errors = metrics::compare(&self.tuning.pairs, &truth.values, &made);

@@ -1,6 +1,6 @@
 //! Checks of the keys of an acquisition: ranges, and keys that exclude each other.
 
-use super::checks::{below, distinct, refuse_empty};
+use super::checks::{below, distinct, refuse_empty, refused};
 use super::choices::MAX_BUDGET;
 use super::config::Config;
 use super::keypath::KeyPath;
@@ -26,7 +26,7 @@ impl Numbers {
             }
             let path = KeyPath::of(key).index(i);
             let allowed = format!("a whole number from {min} to {max}");
-            Err(source.error_at(&path, ParameterError::new(path.to_string(), value, allowed)))
+            Err(refused(source, &path, value, allowed))
         };
         let mut seeds = Vec::new();
         for (i, &seed) in scalars.seeds.iter().enumerate() {

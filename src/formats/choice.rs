@@ -64,11 +64,16 @@ impl<T> Use<T> {
     /// [`FormatError::Unknown`].
     pub fn named(&self, name: &str) -> Result<Format, FormatError> {
         let found = self.formats().find(|f| f.name == name);
-        found.ok_or_else(|| FormatError::Unknown {
+        found.ok_or_else(|| self.unknown(name))
+    }
+
+    /// The error of a name of no such format.
+    fn unknown(&self, name: &str) -> FormatError {
+        FormatError::Unknown {
             what: self.what,
             found: excerpt(name).into_owned(),
             allowed: one_of(name, self.formats().map(|f| f.name)),
-        })
+        }
     }
 
     /// The function of a format that was chosen, else of that which the extension of `path` says.
@@ -121,11 +126,7 @@ impl<T> Use<T> {
     /// # Errors
     /// [`FormatError::Unknown`] if it does not do this.
     pub fn function(&self, format: &Format) -> Result<T, FormatError> {
-        (self.of)(format).ok_or_else(|| FormatError::Unknown {
-            what: self.what,
-            found: format.name.into(),
-            allowed: one_of(format.name, self.formats().map(|f| f.name)),
-        })
+        (self.of)(format).ok_or_else(|| self.unknown(format.name))
     }
 }
 

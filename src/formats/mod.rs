@@ -2,31 +2,24 @@
 //!
 //! The commands find a format by its name (`--format`) or by the extension of a file, and text that
 //! is read by its first lines; help texts, `gonio list formats` and the page
-//! [`docs::formats`](crate::docs::formats) walk the same list. A new format is one file here and one
+//! [`docs::formats`](crate::docs::formats) walk the same list. A new format is a [`Format`] beside its like here and one
 //! line in [`all`]. A table that a config is to name has its own kind of material in
 //! [`brdf::all`](crate::brdf::all) too, readings have one for all formats, and a panorama is decoded by
 //! [`MapSpec`](crate::lighting::MapSpec).
 
-mod alta;
-mod astm;
 mod choice;
-mod mdl;
-mod merl;
-mod pab;
 mod panorama;
 mod readings;
-mod rgl;
 mod sheet;
-mod tensor_tree;
-mod utia;
-mod zemax;
+mod tables;
+mod text;
 
 pub use choice::{FormatError, Use, files_in, of_name, of_text};
-pub use merl::FORMAT as MERL;
 pub use readings::{Readings, load_all_readings, load_readings, read_readings};
 pub use sheet::CSV;
+pub use tables::MERL;
 
-use crate::brdf::{Brdf, BrdfSpec};
+use crate::brdf::{Brdf, BrdfSpec, measured};
 use crate::lighting::LightingSpec;
 use crate::measurement::{About, Measurement};
 use crate::schedule::{Assume, FileError, Schedule, ScheduleFile, Sequence};
@@ -228,7 +221,16 @@ pub enum TableError {
     Io(io::Error),
     /// The format has no room for this BRDF.
     #[error(transparent)]
-    Unsuited(Box<dyn std::error::Error + Send + Sync>),
+    Unsuited(measured::TableError),
+}
+
+impl From<measured::TableError> for TableError {
+    fn from(e: measured::TableError) -> Self {
+        match e {
+            measured::TableError::Io(_, e) => Self::Io(e),
+            e => Self::Unsuited(e),
+        }
+    }
 }
 
 /// Every file format. Of those that recognise a text the last one reads it: CSV, which takes any
@@ -239,15 +241,15 @@ pub fn all() -> Vec<Format> {
         sheet::JSON_LINES,
         #[cfg(feature = "arrays")]
         sheet::NPZ,
-        alta::FORMAT,
-        pab::FORMAT,
-        astm::FORMAT,
-        merl::FORMAT,
-        utia::FORMAT,
-        rgl::FORMAT,
-        tensor_tree::FORMAT,
-        zemax::FORMAT,
-        mdl::FORMAT,
+        text::ALTA,
+        text::PAB,
+        text::ASTM,
+        tables::MERL,
+        tables::UTIA,
+        tables::RGL,
+        tables::TENSOR_TREE,
+        tables::ZEMAX,
+        tables::MDL,
         panorama::EXR,
         panorama::HDR,
     ]

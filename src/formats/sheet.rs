@@ -10,21 +10,30 @@ use crate::schedule::{Assume, FileError, ScheduleFormat, read_schedule, write_sc
 use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 
+/// What formats of rows have in common but for the form in which they are written.
+macro_rules! rows {
+    ($form:ident) => {
+        Format {
+            read_schedule: Some(read_schedule),
+            write_schedule: Some(|schedule, sequence, out| {
+                write_schedule(schedule, sequence, ScheduleFormat::$form, out)
+            }),
+            read_readings: Some(read),
+            write_readings: Some(|measurement, about, sequence, out| {
+                write_measurement(measurement, about, sequence, ScheduleFormat::$form, out)
+            }),
+            ..Format::NONE
+        }
+    };
+}
+
 /// Comma-separated values.
 pub const CSV: Format = Format {
     name: "csv",
     extensions: &["csv"],
     summary: "comma-separated values with a commented header",
     recognises: Some(|_| true),
-    read_schedule: Some(read_schedule),
-    write_schedule: Some(|schedule, sequence, out| {
-        write_schedule(schedule, sequence, ScheduleFormat::Csv, out)
-    }),
-    read_readings: Some(read),
-    write_readings: Some(|measurement, about, sequence, out| {
-        write_measurement(measurement, about, sequence, ScheduleFormat::Csv, out)
-    }),
-    ..Format::NONE
+    ..rows!(Csv)
 };
 
 /// One JSON object a line.
@@ -33,15 +42,7 @@ pub const JSON_LINES: Format = Format {
     extensions: &["jsonl", "ndjson"],
     summary: "one JSON object a line, the first one the header",
     recognises: Some(|text| ScheduleFormat::of_text(text) == ScheduleFormat::JsonLines),
-    read_schedule: Some(read_schedule),
-    write_schedule: Some(|schedule, sequence, out| {
-        write_schedule(schedule, sequence, ScheduleFormat::JsonLines, out)
-    }),
-    read_readings: Some(read),
-    write_readings: Some(|measurement, about, sequence, out| {
-        write_measurement(measurement, about, sequence, ScheduleFormat::JsonLines, out)
-    }),
-    ..Format::NONE
+    ..rows!(JsonLines)
 };
 
 /// Arrays of NumPy.
@@ -51,15 +52,7 @@ pub const NPZ: Format = Format {
     extensions: &["npz"],
     summary: "an array of NumPy a column, and unit vectors of light and sensor",
     as_text: Some(as_lines),
-    read_schedule: Some(read_schedule),
-    write_schedule: Some(|schedule, sequence, out| {
-        write_schedule(schedule, sequence, ScheduleFormat::Arrays, out)
-    }),
-    read_readings: Some(read),
-    write_readings: Some(|measurement, about, sequence, out| {
-        write_measurement(measurement, about, sequence, ScheduleFormat::Arrays, out)
-    }),
-    ..Format::NONE
+    ..rows!(Arrays)
 };
 
 /// Elevation up to which a light is at the normal, degrees.
@@ -188,92 +181,56 @@ fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> 
             columns.join(", ")
         ));
     }
-    if file.replaced > 0 {
-        notes.push(format!(
-            "{} replaced by later attempts",
-            count(file.replaced, "row")
-        ));
-    }
-    if file.signed > 0 {
-        notes.push(format!(
-            "{} with a polar angle below 0: the same angle in the opposite azimuth",
-            count(file.signed, "row")
-        ));
-    }
-    if file.averaged > 0 {
-        notes.push(format!(
-            "{} with a pose of another row: averaged, with the standard error of the mean",
-            count(file.averaged, "row")
-        ));
-    }
-    if folded.poses > 0 {
-        notes.push(format!(
-            "{} averaged with others under these symmetries",
-            count_are(folded.poses, "pose")
-        ));
-    }
-    if folded.repeated > 0 {
-        notes.push(format!(
-            "{} within .005° of another, and far from all others: averaged with it",
-            count_are(folded.repeated, "pose")
-        ));
-    }
-    if file.at_horizon > 0 {
-        notes.push(format!(
-            "{} with light or sensor at the horizon: passed over",
-            count(file.at_horizon, "row")
-        ));
-    }
-    let exact = (file.exact > 0).then(|| {
-        format!(
-            "{} without an uncertainty in a column that has some: it is not known",
-            count(file.exact, "reading")
-        )
-    });
-    // Our own files count azimuths from the sample, and say what is below their noise.
-    let doubt = !file.intact && assume.conventions.azimuth.is_none();
-    let peak = retro_peak(&measurement).filter(|_| doubt);
-    let incomplete = [
-        (
-            file.unplaced,
-            "row",
-            "without an angle or a wavelength that others are at: passed over",
-        ),
-        (
-            file.incomplete,
-            "pose",
-            "without the value of some channel: no reading",
-        ),
+    #[rustfmt::skip]
+    let counted = [
+        (file.replaced, "row", "replaced by later attempts"),
+        (file.signed, "row", "with a polar angle below 0: the same angle in the opposite azimuth"),
+        (file.averaged, "row", "with a pose of another row: averaged, with the standard error of the mean"),
+        (folded.poses, "pose", "averaged with others under these symmetries"),
+        (folded.repeated, "pose", "within .005° of another, and far from all others: averaged with it"),
+        (file.at_horizon, "row", "with light or sensor at the horizon: passed over"),
     ];
-    let incomplete = incomplete.into_iter().filter(|(lost, ..)| *lost > 0);
-    let incomplete = incomplete.map(|(lost, of, what)| format!("{} {what}", count(lost, of)));
-    let doubtful = match file.intact {
-        true => Vec::new(),
-        false => seem_no_readings(&measurement),
-    };
-    let negative = file.negative.warning().filter(|_| !file.intact);
-    let radians = seems_radians(&measurement).filter(|_| !file.intact);
-    let elevations = (file.lights_at_horizon > 0 && !assume.conventions.elevation)
-        .then(|| seem_elevations(&measurement, file.lights_at_horizon))
-        .flatten();
-    let percent = match assume.conventions.uncertainties {
-        None => seem_percent(&measurement).filter(|_| !file.intact),
-        Some(_) => None,
-    };
+    notes.extend(counted.into_iter().filter(|(number, ..)| *number > 0).map(
+        |(number, noun, what)| match noun {
+            "pose" => format!("{} {what}", count_are(number, noun)),
+            _ => format!("{} {what}", count(number, noun)),
+        },
+    ));
+    let mut warnings: Vec<String> = Vec::new();
+    let conventions = &assume.conventions;
+    // Our own files count azimuths from the sample, and say what is below their noise.
+    let by_others = !file.intact;
+    if by_others {
+        let peak = retro_peak(&measurement).filter(|_| conventions.azimuth.is_none());
+        warnings.extend(peak.iter().map(ToString::to_string));
+        warnings.extend(file.negative.warning());
+        warnings.extend(file.marks.warning());
+    }
+    if file.unplaced > 0 {
+        let what = "without an angle or a wavelength that others are at: passed over";
+        warnings.push(format!("{} {what}", count(file.unplaced, "row")));
+    }
+    if file.incomplete > 0 {
+        let what = "without the value of some channel: no reading";
+        warnings.push(format!("{} {what}", count(file.incomplete, "pose")));
+    }
+    if by_others {
+        warnings.extend(seem_no_readings(&measurement));
+        warnings.extend(folded.warning());
+        if file.exact > 0 {
+            let what = "without an uncertainty in a column that has some: it is not known";
+            warnings.push(format!("{} {what}", count(file.exact, "reading")));
+        }
+        warnings.extend(seems_radians(&measurement));
+    }
+    if file.lights_at_horizon > 0 && !conventions.elevation {
+        warnings.extend(seem_elevations(&measurement, file.lights_at_horizon));
+    }
+    if by_others && conventions.uncertainties.is_none() {
+        warnings.extend(seem_percent(&measurement));
+    }
     Ok(Readings {
-        warnings: peak
-            .iter()
-            .map(ToString::to_string)
-            .chain(negative)
-            .chain(file.marks.warning().filter(|_| !file.intact))
-            .chain(incomplete)
-            .chain(doubtful)
-            .chain(folded.warning().filter(|_| !file.intact))
-            .chain(exact.filter(|_| !file.intact))
-            .chain(radians)
-            .chain(elevations)
-            .chain(percent)
-            .collect(),
+        warnings,
         rows: file.rows,
         lost: file.marks.count() + file.incomplete + file.unplaced,
         intact: file.intact,

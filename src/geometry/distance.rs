@@ -1,6 +1,6 @@
 //! Pairs that a symmetry calls equal, and how far two configurations are apart.
 
-use super::{Direction, DirectionPair, Symmetry, angle_between};
+use super::{DirectionPair, Symmetry, angle_between};
 use glam::DVec3;
 
 /// The pairs that are one configuration with this one, but for turns of the sample; itself first.
@@ -20,9 +20,7 @@ pub fn images(pair: &DirectionPair, symmetry: Symmetry) -> Vec<DirectionPair> {
     };
     for i in 0..images.len() {
         for &mirror in mirrors {
-            let seen = |d: Direction| Direction::from_unit(d.vector() * mirror);
-            let [light, sensor] = [images[i].omega_i, images[i].omega_o].map(seen);
-            images.push(DirectionPair::new(light, sensor));
+            images.push(images[i].map(|v| v * mirror));
         }
     }
     images
@@ -64,9 +62,5 @@ fn turned_to(pair: &DirectionPair, from: DVec3, to: DVec3) -> DirectionPair {
     let (c, s) = (f.dot(t) / norm, f.perp_dot(t) / norm);
     let scale = c.hypot(s);
     let (c, s) = (c / scale, s / scale);
-    let turn = |d: Direction| {
-        let v = d.vector();
-        Direction::from_unit(DVec3::new(c * v.x - s * v.y, s * v.x + c * v.y, v.z))
-    };
-    DirectionPair::new(turn(pair.omega_i), turn(pair.omega_o))
+    pair.map(|v| DVec3::new(c * v.x - s * v.y, s * v.x + c * v.y, v.z))
 }

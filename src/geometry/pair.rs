@@ -35,6 +35,18 @@ impl DirectionPair {
         )
     }
 
+    /// The pair of two unit vectors.
+    #[inline(always)]
+    pub(crate) fn from_unit(vectors: [DVec3; 2]) -> Self {
+        let [omega_i, omega_o] = vectors.map(Direction::from_unit);
+        Self { omega_i, omega_o }
+    }
+
+    /// Both directions moved by a turn or a mirror.
+    pub(crate) fn map(&self, by: impl Fn(DVec3) -> DVec3) -> Self {
+        Self::from_unit(self.vectors().map(by))
+    }
+
     /// ω_i and ω_o.
     #[inline(always)]
     pub(crate) fn vectors(&self) -> [DVec3; 2] {

@@ -1,6 +1,8 @@
 //! Symmetries of a BRDF: changes of a pair that leave it unchanged.
 
+use crate::error::ParameterError;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// Symmetries of a BRDF; a declared symmetry folds the domain of a parametrization,
 /// so that no configuration is measured twice.
@@ -36,6 +38,34 @@ impl Symmetry {
         bilateral: true,
     };
 
+    /// Those of these names.
+    ///
+    /// # Errors
+    /// The first that is no name of one.
+    pub fn named<S: AsRef<str>>(
+        names: impl IntoIterator<Item = S>,
+    ) -> Result<Self, ParameterError> {
+        let mut symmetry = Self::NONE;
+        for name in names {
+            match name.as_ref() {
+                "isotropic" => symmetry.isotropic = true,
+                "reciprocal" => symmetry.reciprocal = true,
+                "bilateral" => symmetry.bilateral = true,
+                name => {
+                    let allowed = "isotropic, reciprocal, bilateral, or none";
+                    return Err(ParameterError::new("symmetry", name, allowed));
+                }
+            }
+        }
+        Ok(symmetry)
+    }
+
+    /// The same of a material that is isotropic, or is not.
+    #[must_use]
+    pub const fn with_isotropy(self, isotropic: bool) -> Self {
+        Self { isotropic, ..self }
+    }
+
     /// Names of those that hold.
     pub fn names(self) -> Vec<&'static str> {
         let all = [
@@ -54,5 +84,14 @@ impl Symmetry {
             reciprocal: self.reciprocal && other.reciprocal,
             bilateral: self.bilateral && other.bilateral,
         }
+    }
+}
+
+/// What a material of these symmetries is: `isotropic, reciprocal`.
+impl fmt::Display for Symmetry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let anisotropic = (!self.isotropic).then_some("anisotropic");
+        let words: Vec<&str> = anisotropic.into_iter().chain(self.names()).collect();
+        f.write_str(&words.join(", "))
     }
 }

@@ -1,19 +1,19 @@
 //! A realised machine: one instrument of its kind, with the offsets and errors that it happens to
 //! have.
 
+mod plan;
 mod session;
 
 pub use session::Session;
 
 use super::detector::Detector;
 use super::machine::Machine;
-use super::motion::{Motion, exposures};
+use super::motion::Motion;
 use super::optics::{Optics, Tolerance};
 use super::spec::InstrumentSpec;
-use super::tour::Order;
 use crate::error::ParameterError;
 use crate::sampling::{Random, RandomStream};
-use crate::schedule::{Itinerary, MAX_AXES, Positions, Schedule};
+use crate::schedule::{Itinerary, MAX_AXES, Positions};
 use rand_distr::{Distribution, StandardNormal};
 
 /// The parts of an instrument that are simulated. Parts left out cost nothing.
@@ -54,7 +54,7 @@ pub struct Bench {
     machine: Machine,
     motion: Motion,
     optics: Optics,
-    /// Specification, for the spots on the sample.
+    /// Specification, for spots on the sample and for uncertainties.
     spec: InstrumentSpec,
     parts: Parts,
     errors: Option<Errors>,
@@ -66,10 +66,8 @@ struct Errors {
     detector: Detector,
     /// Ratio of the tile's reflectance to its certified one.
     tile: f64,
-    tile_uncertainty: f64,
     /// Relative change of the lamp in an hour.
     drift: f64,
-    drift_uncertainty: f64,
     /// Offset of every axis, rad.
     offsets: Positions,
     /// Apertures for derivatives by position, with a looser tolerance than for values.
@@ -130,15 +128,9 @@ impl Bench {
                 offsets[i] = axis.bias * draw(AXES + i as u64);
             }
             Errors {
-                detector: Detector::new(
-                    &spec.detector,
-                    &spec.calibration,
-                    exposures(&spec.detector),
-                ),
+                detector: Detector::new(spec),
                 tile: 1.0 + spec.calibration.uncertainty * draw(TILE),
-                tile_uncertainty: spec.calibration.uncertainty,
                 drift: spec.source.drift_per_hour * draw(DRIFT),
-                drift_uncertainty: spec.source.drift_per_hour,
                 offsets,
                 rough: optics(ROUGH),
             }
@@ -156,38 +148,6 @@ impl Bench {
     /// Its axes and limits.
     pub fn machine(&self) -> &Machine {
         &self.machine
-    }
-
-    /// Its visits to the poses of a schedule, with times in s, and the unreachable poses. A pose
-    /// may be turned about the normal if the schedule takes the material to be isotropic. The
-    /// errors of a realisation do not matter.
-    pub fn plan(&self, schedule: &Schedule, order: Order) -> Itinerary {
-        self.motion
-            .itinerary(&self.machine, &self.spec.name, schedule, order)
-    }
-
-    /// [`plan`](Self::plan) for the poses with these numbers.
-    pub fn plan_of(&self, schedule: &Schedule, poses: &[u32], order: Order) -> Itinerary {
-        self.motion
-            .itinerary_of(&self.machine, &self.spec.name, schedule, poses, order)
-    }
-
-    /// An itinerary that goes on, where its last visit left axes and clock, to the poses with these numbers.
-    pub fn plan_further(
-        &self,
-        schedule: &Schedule,
-        before: Itinerary,
-        poses: &[u32],
-        order: Order,
-    ) -> Itinerary {
-        self.motion
-            .further(&self.machine, schedule, before, poses, order)
-    }
-
-    /// [`plan`](Self::plan) for the poses with these numbers, in this order.
-    pub fn plan_given(&self, schedule: &Schedule, poses: &[u32]) -> Itinerary {
-        self.motion
-            .given(&self.machine, &self.spec.name, schedule, poses)
     }
 
     /// A session along an itinerary of this instrument. The noise of a pose depends on the seed and

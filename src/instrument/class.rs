@@ -13,7 +13,6 @@ mod solve;
 
 use crate::geometry::DirectionPair;
 use crate::schedule::Positions;
-use std::fmt::Debug;
 
 /// An axis that a class requires.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,28 +25,62 @@ pub struct AxisTemplate {
     pub vector: [f64; 3],
 }
 
+impl AxisTemplate {
+    /// An axis on the base.
+    const fn on_base(role: &'static str, vector: [f64; 3]) -> Self {
+        Self {
+            role,
+            parent: None,
+            vector,
+        }
+    }
+
+    /// An axis on another one.
+    const fn on(parent: usize, role: &'static str, vector: [f64; 3]) -> Self {
+        Self {
+            role,
+            parent: Some(parent),
+            vector,
+        }
+    }
+}
+
+const X: [f64; 3] = [1.0, 0.0, 0.0];
+const Y: [f64; 3] = [0.0, 1.0, 0.0];
+const Z: [f64; 3] = [0.0, 0.0, 1.0];
+
+/// Finds every solution for a pair: see [`Class::inverse`].
+type Inverse = fn(&DirectionPair, bool, &mut dyn FnMut(Positions));
+
 /// A kinematic class: a topology and its inverse kinematics.
-pub trait Class: Debug + Send + Sync {
+#[derive(Clone, Copy, Debug)]
+pub struct Class {
     /// Name in instrument files.
-    fn name(&self) -> &'static str;
-
+    pub name: &'static str,
     /// One-line description for lists.
-    fn summary(&self) -> &'static str;
-
+    pub summary: &'static str,
     /// The axes, in the order of [`Positions`]; parents come before their children.
-    fn axes(&self) -> &'static [AxisTemplate];
-
+    pub axes: &'static [AxisTemplate],
     /// The axes that light, sensor and sample hang from.
-    fn ends(&self) -> Ends;
-
+    pub ends: Ends,
     /// True if the class cannot turn the sample about its normal: it measures a pair up to that
     /// turn, and so isotropic materials only.
-    fn isotropic_only(&self) -> bool;
+    pub isotropic_only: bool,
+    inverse: Inverse,
+}
 
+impl Class {
     /// Every solution for a pair, the preferred one first, angles in (−π, π]; where there is a
     /// whole family (light or sensor on an axis), members of it. If `turn_freely` the pair may be
     /// turned about the normal (the material is isotropic), and an axis that would do so stays at 0.
-    fn inverse(&self, pair: &DirectionPair, turn_freely: bool, visit: &mut dyn FnMut(Positions));
+    pub fn inverse(
+        &self,
+        pair: &DirectionPair,
+        turn_freely: bool,
+        visit: &mut dyn FnMut(Positions),
+    ) {
+        (self.inverse)(pair, turn_freely, visit);
+    }
 }
 
 /// The axes that light, sensor and sample hang from; `None` is the base.
@@ -62,11 +95,12 @@ pub struct Ends {
 }
 
 /// Every class a preset can name.
-pub fn classes() -> Vec<Box<dyn Class>> {
-    vec![
-        Box::new(fixed_detector::FixedDetector),
-        Box::new(fixed_source::FixedSource),
-        Box::new(dual_arm::DualArm),
-        Box::new(robot_sample::RobotSample),
-    ]
+pub fn classes() -> &'static [Class] {
+    const ALL: [Class; 4] = [
+        fixed_detector::CLASS,
+        fixed_source::CLASS,
+        dual_arm::CLASS,
+        robot_sample::CLASS,
+    ];
+    &ALL
 }

@@ -22,7 +22,8 @@
 //! by less than half the scatter of that exposure. To decide by the shorter ones favours high ones by half
 //! *their* scatter, which is many times larger.
 
-use super::spec::{CalibrationSpec, DetectorSpec};
+use super::motion::exposures;
+use super::spec::{DetectorSpec, InstrumentSpec};
 use crate::sampling::RandomStream;
 use rand::RngExt;
 use rand_distr::{Distribution, Poisson, StandardNormal};
@@ -34,15 +35,11 @@ const HEADROOM: f64 = 0.8;
 /// A sensor with its converter and its exposures.
 #[derive(Clone, Debug)]
 pub(super) struct Detector {
+    spec: DetectorSpec,
     /// Electrons a second for S = 1 sr⁻¹.
     gain: f64,
-    full_scale: f64,
     step: f64,
-    read_noise: f64,
-    dark: f64,
-    shot_noise: bool,
     exposures: Vec<f64>,
-    outliers: f64,
 }
 
 /// Factors by which a fault multiplies or divides a reading, from the least to the largest.
@@ -59,43 +56,36 @@ pub(super) struct Signal {
 }
 
 impl Detector {
-    pub(super) fn new(
-        spec: &DetectorSpec,
-        calibration: &CalibrationSpec,
-        exposures: impl Iterator<Item = f64>,
-    ) -> Self {
+    pub(super) fn new(spec: &InstrumentSpec) -> Self {
+        let detector = &spec.detector;
         Self {
-            gain: spec.reference_rate * PI / calibration.reflectance,
-            full_scale: spec.full_scale,
-            step: spec.full_scale / 2.0_f64.powi(spec.bits as i32),
-            read_noise: spec.read_noise,
-            dark: spec.dark_rate,
-            shot_noise: spec.shot_noise,
-            exposures: exposures.collect(),
-            outliers: spec.outliers,
+            gain: detector.reference_rate * PI / spec.calibration.reflectance,
+            step: detector.full_scale / 2.0_f64.powi(detector.bits as i32),
+            exposures: exposures(detector).collect(),
+            spec: detector.clone(),
         }
     }
 
     /// Electrons counted in one exposure of this mean: with noise, rounded, at most full scale.
     fn count(&self, mean: f64, noise: &mut RandomStream) -> f64 {
         // Far beyond full scale every mean gives the same count.
-        let mean = mean.clamp(0.0, 4.0 * self.full_scale + 1000.0);
+        let mean = mean.clamp(0.0, 4.0 * self.spec.full_scale + 1000.0);
         let mut electrons = mean;
-        if self.shot_noise
+        if self.spec.shot_noise
             && let Ok(poisson) = Poisson::new(mean)
         {
             electrons = poisson.sample(noise);
         }
-        if self.read_noise > 0.0 {
+        if self.spec.read_noise > 0.0 {
             let z: f64 = StandardNormal.sample(noise);
-            electrons += self.read_noise * z;
+            electrons += self.spec.read_noise * z;
         }
-        ((electrons / self.step).round() * self.step).min(self.full_scale)
+        ((electrons / self.step).round() * self.step).min(self.spec.full_scale)
     }
 
     /// What a fault multiplies the next reading by, 1 if there is none; of a sensor without faults no random number is taken.
     pub(super) fn fault(&self, noise: &mut RandomStream) -> f64 {
-        if self.outliers == 0.0 || noise.random::<f64>() >= self.outliers {
+        if self.spec.outliers == 0.0 || noise.random::<f64>() >= self.spec.outliers {
             return 1.0;
         }
         let [least, most] = FAULT.map(f64::ln);
@@ -109,8 +99,8 @@ impl Detector {
 
     /// Reads a signal.
     pub(super) fn read(&self, signal: f64, noise: &mut RandomStream) -> Signal {
-        let rate = self.gain * signal + self.dark;
-        let constant = self.read_noise * self.read_noise + self.step * self.step / 12.0;
+        let rate = self.gain * signal + self.spec.dark_rate;
+        let constant = self.spec.read_noise * self.spec.read_noise + self.step * self.step / 12.0;
         // Used exposures: time, time², electrons, electrons × time.
         let (mut time, mut electrons) = (0.0, 0.0);
         let mut used = 0_usize;
@@ -119,7 +109,7 @@ impl Detector {
             // Every exposure is made: the numbers of the stream do not depend on the others.
             let e = self.count(rate * t, noise);
             let most = if k == 0 { 1.0 } else { HEADROOM };
-            if used == k && e < most * self.full_scale {
+            if used == k && e < most * self.spec.full_scale {
                 counts[k] = (t, e);
                 time += t;
                 electrons += e;
@@ -128,8 +118,8 @@ impl Detector {
         }
         let shortest = self.exposures.first().copied().unwrap_or(1.0);
         if used == 0 {
-            let rate = self.full_scale / shortest - self.dark;
-            let variance = (self.full_scale * f64::from(self.shot_noise) + constant)
+            let rate = self.spec.full_scale / shortest - self.spec.dark_rate;
+            let variance = (self.spec.full_scale * f64::from(self.spec.shot_noise) + constant)
                 / (shortest * shortest * self.gain * self.gain);
             return Signal {
                 value: rate / self.gain,
@@ -137,7 +127,7 @@ impl Detector {
                 saturated: true,
             };
         }
-        let pilot = if self.shot_noise {
+        let pilot = if self.spec.shot_noise {
             (electrons / time).max(0.0)
         } else {
             0.0
@@ -151,7 +141,7 @@ impl Detector {
             sum += weight * (e / t);
         }
         Signal {
-            value: (sum / weights - self.dark) / self.gain,
+            value: (sum / weights - self.spec.dark_rate) / self.gain,
             variance: 1.0 / (weights * self.gain * self.gain),
             saturated: false,
         }

@@ -1,6 +1,6 @@
 //! The moving parts: a chain of rotation axes, its class and its limits.
 
-use super::class::{Class, Ends};
+use super::class::Class;
 use super::spec::{BASE, InstrumentSpec, LIGHT, SENSOR};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, angle_between};
@@ -76,8 +76,7 @@ struct Limits {
 #[derive(Debug)]
 pub struct Machine {
     axes: Vec<Axis>,
-    class: Box<dyn Class>,
-    ends: Ends,
+    class: &'static Class,
     chain: Vec<Mount>,
     /// `None`: everything can be reached.
     limits: Option<Limits>,
@@ -109,7 +108,7 @@ impl Machine {
             axis: number(&axis.parent),
             vector: DVec3::from(axis.vector),
         });
-        let ends = class.ends();
+        let ends = class.ends;
         let part = |name: &str| {
             let (axis, vector) = match name {
                 LIGHT => (ends.light, DVec3::Z),
@@ -131,7 +130,6 @@ impl Machine {
         });
         Ok(Self {
             axes: axes.collect(),
-            ends,
             chain: chain.collect(),
             limits: Some(Limits {
                 theta_i_max: spec.limits.theta_i_max_deg.to_radians(),
@@ -159,17 +157,17 @@ impl Machine {
     }
 
     /// The kinematic class.
-    pub fn class(&self) -> &dyn Class {
-        &*self.class
+    pub fn class(&self) -> &Class {
+        self.class
     }
 
     /// The pair that the axes make, whether they can stand there or not: every axis turns its
     /// children about its own vector in the frame of its parent.
     pub fn forward(&self, positions: &Positions) -> DirectionPair {
         let rotations = self.rotations(positions);
-        let light = mounted(&rotations, self.ends.light).z_axis;
-        let sensor = mounted(&rotations, self.ends.sensor).z_axis;
-        let to_sample = mounted(&rotations, self.ends.sample).transpose();
+        let light = mounted(&rotations, self.class.ends.light).z_axis;
+        let sensor = mounted(&rotations, self.class.ends.sensor).z_axis;
+        let to_sample = mounted(&rotations, self.class.ends.sample).transpose();
         // A product of rotations is good to a few ulp; a direction is unit to one.
         let local = |v: DVec3| Direction::from_unit((to_sample * v).normalize());
         DirectionPair::new(local(light), local(sensor))

@@ -22,12 +22,12 @@
 //! changes of speed in between are free. A calibration that becomes due ends a sweep, and one that
 //! would last longer than stopping everywhere is not flown.
 
-mod plan;
 mod travel;
 
 pub use travel::{AxisMotion, Travel};
 
-use super::spec::{CalibrationSpec, DetectorSpec, Scan, TimingSpec};
+use super::machine::Machine;
+use super::spec::{DetectorSpec, InstrumentSpec, Scan};
 use crate::schedule::{MAX_AXES, Positions, Schedule, Visit};
 use glam::DVec3;
 
@@ -59,20 +59,26 @@ pub struct Motion {
 }
 
 impl Motion {
-    fn of_parts(
-        travel: Travel,
-        rest: Positions,
-        timing: &TimingSpec,
-        detector: &DetectorSpec,
-        calibration: &CalibrationSpec,
-    ) -> Self {
+    /// The motion of an instrument.
+    pub fn new(spec: &InstrumentSpec, machine: &Machine) -> Self {
+        let mut rest = [0.0; MAX_AXES];
+        let mut axes = Vec::with_capacity(MAX_AXES);
+        for (axis, rest) in machine.axes().iter().zip(&mut rest) {
+            *rest = 0.0_f64.max(axis.range[0]).min(axis.range[1]);
+            axes.push(AxisMotion {
+                speed: axis.speed,
+                acceleration: axis.acceleration,
+                wraps: axis.wraps,
+            });
+        }
+        let (timing, calibration) = (&spec.timing, &spec.calibration);
         let every = 60.0 * calibration.every_minutes;
         Self {
-            travel,
+            travel: Travel::new(&axes),
             rest,
             settle: timing.settle_s,
             overhead: timing.overhead_s,
-            exposure: exposures(detector).sum(),
+            exposure: exposures(&spec.detector).sum(),
             fly: match timing.scan {
                 Scan::Stop => None,
                 Scan::Fly => Some(timing.sample_rate_hz.map_or(0.0, |rate| 1.0 / rate)),

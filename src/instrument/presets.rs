@@ -14,26 +14,19 @@ pub struct Preset {
     pub text: &'static str,
 }
 
+/// The instruments of these names, whose files are compiled in.
+macro_rules! compiled_in {
+    ($($name:literal),+) => {
+        vec![$(Preset {
+            name: $name,
+            text: include_str!(concat!("../../configs/instruments/", $name, ".toml")),
+        }),+]
+    };
+}
+
 /// Every instrument that comes with the program: one of each kinematic class.
 pub fn presets() -> Vec<Preset> {
-    vec![
-        Preset {
-            name: "cornell",
-            text: include_str!("../../configs/instruments/cornell.toml"),
-        },
-        Preset {
-            name: "pgii",
-            text: include_str!("../../configs/instruments/pgii.toml"),
-        },
-        Preset {
-            name: "utia",
-            text: include_str!("../../configs/instruments/utia.toml"),
-        },
-        Preset {
-            name: "rosi",
-            text: include_str!("../../configs/instruments/rosi.toml"),
-        },
-    ]
+    compiled_in!["cornell", "pgii", "utia", "rosi"]
 }
 
 /// Names of the axes of every preset, each once.

@@ -4,6 +4,9 @@ mod checks;
 #[cfg(feature = "experiments")]
 mod origins;
 
+use crate::error::ParameterError;
+use crate::measurement::WIDEST_DEG;
+use crate::registry::keys;
 use serde::{Deserialize, Serialize};
 
 /// Name of the fixed base as parent of axes and bodies.
@@ -12,6 +15,38 @@ pub(super) const BASE: &str = "base";
 pub(super) const LIGHT: &str = "light";
 /// Name of the sensor in collisions.
 pub(super) const SENSOR: &str = "sensor";
+
+/// A table of an instrument file: its keys, the check of each that is a number by a function of [`checks`], and what must hold
+/// of it and those before together.
+macro_rules! part {
+    (
+        $(#[$about:meta])*
+        pub struct $Name:ident {
+            $(
+                $(#[$attribute:meta])*
+                $key:ident: $type:ty $(, $check:ident($($limit:expr),*))? $(=> $then:ident)?;
+            )*
+        }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $Name {
+            $($(#[$attribute])* pub $key: $type,)*
+        }
+
+        impl $Name {
+            /// Checks every number of the table at `path`.
+            fn check(&self, path: &str) -> Result<(), ParameterError> {
+                $(
+                    $(checks::$check(&format!("{path}.{}", stringify!($key)), self.$key, $($limit),*)?;)?
+                    $(self.$then(path)?;)?
+                )*
+                Ok(())
+            }
+        }
+    };
+}
 
 /// An instrument as its file describes it. Keys that end in `_deg` are degrees, `_mm` millimetres,
 /// `_s` seconds.
@@ -45,37 +80,37 @@ pub struct InstrumentSpec {
     pub provenance: Vec<Provenance>,
 }
 
-/// A rotation axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct AxisSpec {
-    /// Its name, unique: letters, digits, `-`, `_`.
-    pub name: String,
-    /// The axis it is mounted on, or `base`.
-    pub parent: String,
-    /// Its direction in the frame of its parent while that stands at 0; unit length.
-    pub vector: [f64; 3],
-    /// Lowest position.
-    pub min_deg: f64,
-    /// Highest position.
-    pub max_deg: f64,
-    /// Highest speed, degrees per second.
-    pub speed_deg_per_s: f64,
-    /// Acceleration and deceleration, degrees per second².
-    pub acceleration_deg_per_s2: f64,
-    /// Smallest step; positions are rounded to it. 0: none.
-    #[serde(default)]
-    pub resolution_deg: f64,
-    /// Standard deviation of the position from one approach to the next.
-    #[serde(default)]
-    pub repeatability_deg: f64,
-    /// Standard deviation of the offset that every position of one instrument shares.
-    #[serde(default)]
-    pub bias_deg: f64,
-    /// True if the axis turns round without end: it then takes the shorter way. Its range is a
-    /// full turn or more.
-    #[serde(default)]
-    pub wraps: bool,
+part! {
+    /// A rotation axis.
+    pub struct AxisSpec {
+        /// Its name, unique: letters, digits, `-`, `_`.
+        name: String;
+        /// The axis it is mounted on, or `base`.
+        parent: String;
+        /// Its direction in the frame of its parent while that stands at 0; unit length.
+        vector: [f64; 3];
+        /// Lowest position.
+        min_deg: f64, finite();
+        /// Highest position.
+        max_deg: f64, finite() => check_range;
+        /// Highest speed, degrees per second.
+        speed_deg_per_s: f64, above();
+        /// Acceleration and deceleration, degrees per second².
+        acceleration_deg_per_s2: f64, above();
+        /// Smallest step; positions are rounded to it. 0: none.
+        #[serde(default)]
+        resolution_deg: f64, in_closed(0.0, WIDEST_DEG);
+        /// Standard deviation of the position from one approach to the next.
+        #[serde(default)]
+        repeatability_deg: f64, in_closed(0.0, WIDEST_DEG);
+        /// Standard deviation of the offset that every position of one instrument shares.
+        #[serde(default)]
+        bias_deg: f64, in_closed(0.0, WIDEST_DEG);
+        /// True if the axis turns round without end: it then takes the shorter way. Its range is a
+        /// full turn or more.
+        #[serde(default)]
+        wraps: bool;
+    }
 }
 
 /// A solid part, thin and straight, seen from the sample as one direction.
@@ -90,29 +125,19 @@ pub struct BodySpec {
     pub direction: [f64; 3],
 }
 
-/// Limits of an instrument beside the ranges of its axes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LimitsSpec {
-    /// Largest angle of the light from the sample normal.
-    pub theta_i_max_deg: f64,
-    /// Largest angle of the sensor from the sample normal.
-    pub theta_o_max_deg: f64,
-    /// Smallest angle between light and sensor; closer, one hides the sample from the other.
-    pub separation_min_deg: f64,
-    /// Parts that must keep apart.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub collision: Vec<CollisionSpec>,
-}
-
-impl Default for LimitsSpec {
-    fn default() -> Self {
-        Self {
-            theta_i_max_deg: 90.0,
-            theta_o_max_deg: 90.0,
-            separation_min_deg: 0.0,
-            collision: Vec::new(),
-        }
+keys! {
+    /// Limits of an instrument beside the ranges of its axes.
+    #[derive(PartialEq)]
+    pub struct LimitsSpec {
+        /// Largest angle of the light from the sample normal.
+        theta_i_max_deg: f64 = 90.0;
+        /// Largest angle of the sensor from the sample normal.
+        theta_o_max_deg: f64 = 90.0;
+        /// Smallest angle between light and sensor; closer, one hides the sample from the other.
+        separation_min_deg: f64 = 0.0;
+        /// Parts that must keep apart.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        collision: Vec<CollisionSpec> = Vec::new();
     }
 }
 
@@ -126,67 +151,67 @@ pub struct CollisionSpec {
     pub angle_min_deg: f64,
 }
 
-/// The light.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SourceSpec {
-    /// Half-angle of the disk of directions it shines from, seen from the sample.
-    pub half_angle_deg: f64,
-    /// Diameter of the beam.
-    pub beam_mm: f64,
-    /// Standard deviation of its relative change in one hour.
-    #[serde(default)]
-    pub drift_per_hour: f64,
+part! {
+    /// The light.
+    pub struct SourceSpec {
+        /// Half-angle of the disk of directions it shines from, seen from the sample.
+        half_angle_deg: f64, in_closed(0.0, WIDEST_DEG);
+        /// Diameter of the beam.
+        beam_mm: f64, above();
+        /// Standard deviation of its relative change in one hour.
+        #[serde(default)]
+        drift_per_hour: f64, at_least_0();
+    }
 }
 
-/// The sensor: counts electrons, digitises them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DetectorSpec {
-    /// Half-angle of the disk of directions it collects, seen from the sample.
-    pub half_angle_deg: f64,
-    /// Diameter of the spot it sees, at normal view.
-    pub view_mm: f64,
-    /// Electrons per second from the reference tile, light and sensor at the normal.
-    pub reference_rate: f64,
-    /// Electrons at full scale.
-    pub full_scale: f64,
-    /// Bits of the converter.
-    pub bits: u32,
-    /// Standard deviation of one reading, electrons.
-    pub read_noise: f64,
-    /// Electrons per second without light.
-    pub dark_rate: f64,
-    /// True if light arrives in quanta.
-    pub shot_noise: bool,
-    /// Exposures of every pose, from the shortest to the longest in equal ratios.
-    pub exposures: usize,
-    /// The shortest exposure.
-    pub exposure_min_s: f64,
-    /// The longest exposure.
-    pub exposure_max_s: f64,
-    /// Share of readings that a fault nobody notices multiplies or divides by 1.5 to 5.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub outliers: f64,
+part! {
+    /// The sensor: counts electrons, digitises them.
+    pub struct DetectorSpec {
+        /// Half-angle of the disk of directions it collects, seen from the sample.
+        half_angle_deg: f64, in_closed(0.0, WIDEST_DEG);
+        /// Diameter of the spot it sees, at normal view.
+        view_mm: f64, above();
+        /// Electrons per second from the reference tile, light and sensor at the normal.
+        reference_rate: f64, above();
+        /// Electrons at full scale.
+        full_scale: f64, above();
+        /// Bits of the converter.
+        bits: u32, counted(32);
+        /// Standard deviation of one reading, electrons.
+        read_noise: f64, at_least_0();
+        /// Electrons per second without light.
+        dark_rate: f64, at_least_0();
+        /// True if light arrives in quanta.
+        shot_noise: bool;
+        /// Exposures of every pose, from the shortest to the longest in equal ratios.
+        exposures: usize, counted(32);
+        /// The shortest exposure.
+        exposure_min_s: f64, above();
+        /// The longest exposure.
+        exposure_max_s: f64, above();
+        /// Share of readings that a fault nobody notices multiplies or divides by 1.5 to 5.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        outliers: f64, in_closed(0.0, 1.0) => check_exposures;
+    }
 }
 
 fn is_zero(share: &f64) -> bool {
     *share == 0.0
 }
 
-/// Scan mode, and times beside motion and exposures.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TimingSpec {
-    /// Stop at every pose, or read while one axis sweeps.
-    pub scan: Scan,
-    /// Waiting after a move, until vibrations are gone.
-    pub settle_s: f64,
-    /// Electronics and control, per pose.
-    pub overhead_s: f64,
-    /// Highest rate of readings in a sweep.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sample_rate_hz: Option<f64>,
+part! {
+    /// Scan mode, and times beside motion and exposures.
+    pub struct TimingSpec {
+        /// Stop at every pose, or read while one axis sweeps.
+        scan: Scan;
+        /// Waiting after a move, until vibrations are gone.
+        settle_s: f64, at_least_0();
+        /// Electronics and control, per pose.
+        overhead_s: f64, at_least_0();
+        /// Highest rate of readings in a sweep.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        sample_rate_hz: Option<f64> => check_rate;
+    }
 }
 
 /// Scan mode.
@@ -199,18 +224,18 @@ pub enum Scan {
     Fly,
 }
 
-/// Calibration: signals become values relative to a diffuse tile of known reflectance.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CalibrationSpec {
-    /// Reflectance of the tile, its f_r times π.
-    pub reflectance: f64,
-    /// Relative standard uncertainty of that reflectance.
-    pub uncertainty: f64,
-    /// Time between two readings of the tile; 0: only one, before the start.
-    pub every_minutes: f64,
-    /// Time of one reading of the tile.
-    pub seconds: f64,
+part! {
+    /// Calibration: signals become values relative to a diffuse tile of known reflectance.
+    pub struct CalibrationSpec {
+        /// Reflectance of the tile, its f_r times π.
+        reflectance: f64, in_left_open(0.0, 1.0);
+        /// Relative standard uncertainty of that reflectance.
+        uncertainty: f64, below(1.0);
+        /// Time between two readings of the tile; 0: only one, before the start.
+        every_minutes: f64, at_least_0();
+        /// Time of one reading of the tile.
+        seconds: f64, at_least_0();
+    }
 }
 
 /// Source of some numbers.

@@ -8,46 +8,31 @@ mod sorted;
 
 use super::motion::Travel;
 use crate::numeric::tree::{Metric, Tree};
+use crate::registry::named;
 use crate::schedule::{MAX_AXES, Positions};
 use improve::improve;
 use serde::{Deserialize, Serialize};
 use sorted::sorted;
 
-/// Rule that orders the visits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Order {
-    /// As the schedule numbers them.
-    AsGenerated,
-    /// Back and forth along the quickest axis, in rows of the others: long sweeps.
-    Sorted,
-    /// Always to the nearest of those that are left.
-    NearestNeighbour,
-    /// The nearest-neighbour path with its detours taken out by exchanges of two and three steps
-    /// (2-opt, Or-opt; Bentley 1992), then shaken up and repaired again piece by piece.
-    #[default]
-    TwoOpt,
+named! {
+    /// Rule that orders the visits.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Order {
+        /// As the schedule numbers them.
+        AsGenerated = "as-generated",
+        /// Back and forth along the quickest axis, in rows of the others: long sweeps.
+        Sorted = "sorted",
+        /// Always to the nearest of those that are left.
+        NearestNeighbour = "nearest-neighbour",
+        /// The nearest-neighbour path with its detours taken out by exchanges of two and three steps
+        /// (2-opt, Or-opt; Bentley 1992), then shaken up and repaired again piece by piece.
+        #[default]
+        TwoOpt = "two-opt",
+    }
 }
 
 impl Order {
-    /// Every order, from the cheapest to compute to the cheapest to travel.
-    pub const ALL: [Order; 4] = [
-        Order::AsGenerated,
-        Order::Sorted,
-        Order::NearestNeighbour,
-        Order::TwoOpt,
-    ];
-
-    /// Name in configs.
-    pub fn name(self) -> &'static str {
-        match self {
-            Order::AsGenerated => "as-generated",
-            Order::Sorted => "sorted",
-            Order::NearestNeighbour => "nearest-neighbour",
-            Order::TwoOpt => "two-opt",
-        }
-    }
-
     /// One-line description for lists.
     pub fn summary(self) -> &'static str {
         match self {

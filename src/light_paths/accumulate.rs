@@ -1,7 +1,10 @@
 //! Paths that are averaged.
 
-use crate::brdf::{Brdf, CLASSES, ChannelValues, Channels, Presence, Split, SplitErrors};
-use crate::geometry::DirectionPair;
+use crate::brdf::{
+    Brdf, CLASSES, ChannelValues, Channels, LightPath, Presence, Split, SplitErrors,
+};
+use crate::geometry::{Direction, DirectionPair};
+use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::smallvec;
 
@@ -104,6 +107,21 @@ pub(super) fn seen(
         1 => smallvec![followed.luminance(&values)],
         _ => values,
     }
+}
+
+/// The path of light that came from a direction, and left, if it did, along a vector after so many facets.
+pub(super) fn left_by(
+    omega_i: Direction,
+    left: Option<(DVec3, usize)>,
+    light: impl FnOnce() -> f64,
+) -> Option<LightPath> {
+    let (omega_o, met) = left?;
+    let omega_o = Direction::try_new(omega_o)?;
+    Some(LightPath {
+        pair: DirectionPair::new(omega_i, omega_o),
+        met,
+        light: light(),
+    })
 }
 
 /// Does work in threads of their own, as many as work here. A thread that waits for parallel work takes up other work, which may

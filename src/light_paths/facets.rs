@@ -7,11 +7,11 @@ use crate::brdf::{
 };
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair};
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Table, keys};
 use crate::sampling::{RandomStream, cosine_hemisphere, cosine_hemisphere_pdf};
 use glam::{DMat3, DVec3};
+use serde::Deserialize;
 use serde::de::IgnoredAny;
-use serde::{Deserialize, Serialize};
 use smallvec::smallvec;
 use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
@@ -47,6 +47,12 @@ pub fn read(table: Table<'_>) -> Result<FacetsSpec, ReadError> {
     registry::read("facet", &all(), table).map(|spec| *spec)
 }
 
+/// Takes the facets of a table of another kind out of it; the usual ones if it says nothing of them.
+pub(super) fn take(table: &mut Table<'_>) -> Result<FacetsSpec, ReadError> {
+    let facets = registry::take_table(table, "facets")?;
+    facets.map_or_else(|| Ok(FacetsSpec::default()), read)
+}
+
 /// Facets, as a config writes them.
 #[derive(Clone, Debug)]
 pub enum FacetsSpec {
@@ -65,19 +71,12 @@ impl PartialEq for FacetsSpec {
     }
 }
 
-/// Lambertian facets.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DiffuseSpec {
-    /// Their albedo in [0, 1].
-    pub albedo: Spectrum,
-}
-
-impl Default for DiffuseSpec {
-    fn default() -> Self {
-        Self {
-            albedo: Spectrum::Grey(0.5),
-        }
+keys! {
+    /// Lambertian facets.
+    #[derive(PartialEq)]
+    pub struct DiffuseSpec {
+        /// Their albedo in [0, 1].
+        albedo: Spectrum = Spectrum::Grey(0.5);
     }
 }
 
@@ -96,10 +95,7 @@ struct MirrorKeys {
 }
 
 fn read_mirror(mut table: Table<'_>) -> Result<Box<FacetsSpec>, ReadError> {
-    let term = match registry::take_table(&mut table, "fresnel")? {
-        Some(table) => fresnel::read(table)?,
-        None => FresnelSpec::default(),
-    };
+    let term = fresnel::take(&mut table)?;
     let MirrorKeys { .. } = registry::parse(table)?;
     Ok(Box::new(FacetsSpec::Mirror(term)))
 }
@@ -126,20 +122,16 @@ fn read_material(mut table: Table<'_>) -> Result<Box<FacetsSpec>, ReadError> {
 impl FacetsSpec {
     /// The kind and every key with its value.
     pub fn resolved(&self) -> registry::Keys {
+        let of = |kind: &str, key: &str, table: registry::Keys| {
+            let mut keys = registry::Keys::new();
+            keys.insert("kind".into(), kind.into());
+            keys.insert(key.into(), table.into());
+            keys
+        };
         match self {
-            FacetsSpec::Mirror(fresnel) => {
-                let mut keys = registry::Keys::new();
-                keys.insert("kind".into(), MIRROR.kind.into());
-                keys.insert("fresnel".into(), fresnel.resolved().into());
-                keys
-            }
+            FacetsSpec::Mirror(fresnel) => of(MIRROR.kind, "fresnel", fresnel.resolved()),
             FacetsSpec::Diffuse(spec) => registry::resolved(DIFFUSE.kind, spec),
-            FacetsSpec::Material(spec) => {
-                let mut keys = registry::Keys::new();
-                keys.insert("kind".into(), MATERIAL.kind.into());
-                keys.insert("brdf".into(), spec.resolved().into());
-                keys
-            }
+            FacetsSpec::Material(spec) => of(MATERIAL.kind, "brdf", spec.resolved()),
         }
     }
 
@@ -153,6 +145,17 @@ impl FacetsSpec {
         }
     }
 
+    /// A material's label with those of its facets and of the light that is asked for.
+    pub(super) fn labelled(&self, mut label: String, bounces: Part) -> String {
+        if let Some(facets) = self.label() {
+            label += &format!("-{facets}");
+        }
+        if bounces != Part::All {
+            label += &format!("-{bounces}");
+        }
+        label
+    }
+
     /// Checks every parameter.
     ///
     /// # Errors
@@ -162,20 +165,15 @@ impl FacetsSpec {
             FacetsSpec::Mirror(fresnel) => fresnel.check(channels).map_err(BuildError::from),
             FacetsSpec::Diffuse(spec) => spec
                 .albedo
-                .check("albedo", 0.0, 1.0, channels)
+                .within("albedo", 0.0..=1.0, channels)
                 .map_err(BuildError::from),
             FacetsSpec::Material(spec) => {
                 let told = |e: BuildError| e.within("brdf");
                 spec.check(channels).map_err(told)?;
-                match spec.symmetry(channels).map_err(told)?.isotropic {
-                    true => Ok(()),
-                    false => {
-                        Err(
-                            ParameterError::new("brdf", spec.label(), "an isotropic material")
-                                .into(),
-                        )
-                    }
-                }
+                let error =
+                    || ParameterError::new("brdf", spec.label(), "an isotropic material").into();
+                let symmetry = spec.symmetry(channels).map_err(told)?;
+                symmetry.isotropic.then_some(()).ok_or_else(error)
             }
         }
         .map_err(|e| e.within("facets"))

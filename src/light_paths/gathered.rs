@@ -10,8 +10,9 @@
 
 use super::accumulate::seen;
 use super::normals::{BLOCKS, block_of};
-use super::transport::{Drawn, Transport};
-use crate::brdf::{CLASSES, ChannelValues, Channels, Part, Split};
+use super::squares::{Squares, firsts};
+use super::transport::Transport;
+use crate::brdf::{CLASSES, ChannelValues, Channels, LightPath, Part, Split};
 use crate::geometry::Symmetry;
 use crate::sampling::{Random, gauss_legendre};
 use glam::DVec3;
@@ -43,8 +44,7 @@ pub(super) struct Gathered {
     begun: f64,
     /// Blocks of all surfaces: what they differ by tells what a surface more would change.
     groups: usize,
-    per_unit: f64,
-    across: usize,
+    squares: Squares,
     first: Vec<u32>,
     events: Vec<Event>,
     /// Of each event, channels together.
@@ -100,16 +100,11 @@ impl Gathered {
                 (events, light)
             })
             .collect();
-        let across = (2.0 / radius).clamp(1.0, MOST) as usize;
-        let per_unit = across as f64 / 2.0;
-        let square = |event: &Event| index(event.at.map(f64::from), per_unit, across);
+        let squares = Squares::new(radius, MOST);
+        let square = |event: &Event| squares.index(event.at.map(f64::from));
         let count = parts.iter().map(|(events, _)| events.len()).sum();
-        let mut first = vec![0u32; across.pow(4) + 1];
         let all = parts.iter().flat_map(|(events, _)| events);
-        all.for_each(|event| first[square(event) + 1] += 1);
-        for i in 1..first.len() {
-            first[i] += first[i - 1];
-        }
+        let first = firsts(squares.across.pow(4), all.map(square));
         let mut next = first.clone();
         let mut events = vec![Event::default(); count];
         let mut light = vec![0.0; count * channels];
@@ -129,8 +124,7 @@ impl Gathered {
             channels,
             begun: rays as f64,
             groups: surfaces.len() * BLOCKS,
-            per_unit,
-            across,
+            squares,
             first,
             events,
             light,
@@ -166,10 +160,8 @@ impl Gathered {
             let light: ChannelValues = light.iter().map(|w| scale * f64::from(*w)).collect();
             let luminance = followed.luminance(&light);
             let class = usize::from(event.class);
-            value[class]
-                .iter_mut()
-                .zip(&light)
-                .for_each(|(v, l)| *v += l);
+            let of_class = value[class].iter_mut().zip(&light);
+            of_class.for_each(|(v, l)| *v += l);
             for i in [class, CLASSES] {
                 squares[i] += luminance * luminance;
                 sums[usize::from(event.group)][i] += luminance;
@@ -201,14 +193,15 @@ impl Gathered {
     /// Events near a pair.
     fn about(&self, [light, sensor]: [DVec3; 2], mut each: impl FnMut(u32)) {
         let chord2 = (2.0 * (0.5 * self.radius).sin()).powi(2);
+        let across = self.squares.across;
         let near = |x: f64| {
-            let place = place(x, self.per_unit, self.across);
-            place.saturating_sub(1)..(place + 2).min(self.across)
+            let part = self.squares.part(x);
+            part.saturating_sub(1)..(part + 2).min(across)
         };
         for i in near(light.x) {
             for j in near(light.y) {
                 for k in near(sensor.x) {
-                    let row = ((i * self.across + j) * self.across + k) * self.across;
+                    let row = ((i * across + j) * across + k) * across;
                     let last = near(sensor.y);
                     let [low, high] = [last.start, last.end].map(|l| self.first[row + l]);
                     for index in low..high {
@@ -260,7 +253,7 @@ pub(super) const MIRRORS: [DVec3; 4] = [
     DVec3::new(-1.0, -1.0, 1.0),
 ];
 
-fn event(drawn: &Drawn, group: usize) -> Event {
+fn event(drawn: &LightPath, group: usize) -> Event {
     let [light, sensor] = drawn.pair.vectors();
     Event {
         at: [light.x, light.y, sensor.x, sensor.y].map(|x| x as f32),
@@ -280,15 +273,6 @@ fn is_within([x, y]: [f64; 2], other: DVec3, chord2: f64) -> bool {
 /// The unit vector above the horizon of these x and y.
 fn lifted(x: f64, y: f64) -> DVec3 {
     DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
-}
-
-fn place(x: f64, per_unit: f64, across: usize) -> usize {
-    (((x + 1.0) * per_unit) as usize).min(across - 1)
-}
-
-fn index(at: [f64; 4], per_unit: f64, across: usize) -> usize {
-    at.into_iter()
-        .fold(0, |sum, x| sum * across + place(x, per_unit, across))
 }
 
 /// ∫ cos θ dω over the part above the horizon of a cone of an angle `radius` about an elevation.

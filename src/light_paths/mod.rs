@@ -19,6 +19,8 @@ mod micro;
 mod normals;
 mod smith;
 #[cfg(feature = "surfaces")]
+mod squares;
+#[cfg(feature = "surfaces")]
 pub mod surface;
 #[cfg(feature = "surfaces")]
 mod trace;

@@ -3,6 +3,7 @@
 //! The density of normals D(h) is the area of the facets whose normals are within an angle r of h, for each area of the plane
 //! and each steradian of that cone. For a surface that looks the same however it is turned, D is the mean over its turns.
 
+use super::squares::{Squares, firsts};
 use super::surface::{HeightField, SIZE};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -34,9 +35,7 @@ const _: () = assert!(BLOCKS <= 1 << (u32::BITS - TRIANGLE_BITS));
 pub(super) struct Normals {
     /// Square of the chord of the cone's angle.
     chord2: f64,
-    /// Squares for each unit, and along an axis.
-    per_unit: f64,
-    across: usize,
+    squares: Squares,
     /// Number of the first facet of each square, m_x fastest.
     first: Vec<u32>,
     facets: Vec<Facet>,
@@ -103,9 +102,8 @@ impl Normals {
     /// Facets of the part `spot` of the edges of `field`, for cones of an angle `radius`; `turned`: for a density that is averaged
     /// over all turns.
     pub(super) fn new(field: &HeightField, spot: f64, radius: f64, turned: bool) -> Self {
-        let squares = if turned { 1.0 } else { FINE };
-        let across = (2.0 * squares / radius).clamp(1.0, MOST) as usize;
-        let per_unit = across as f64 / 2.0;
+        let fine = if turned { 1.0 } else { FINE };
+        let squares = Squares::new(radius / fine, MOST);
         let lit = lit(field, spot);
         let [nx, _] = field.size();
         let all = || {
@@ -125,15 +123,10 @@ impl Normals {
             })
         };
         let square = |facet: &Facet| {
-            let [x, y, _] = facet.normal.map(|m| place(f64::from(m), per_unit, across));
-            y * across + x
+            let [x, y, _] = facet.normal.map(f64::from);
+            squares.index([y, x])
         };
-        // Sorted by counting.
-        let mut first = vec![0u32; across * across + 1];
-        all().for_each(|facet| first[square(&facet) + 1] += 1);
-        for i in 1..first.len() {
-            first[i] += first[i - 1];
-        }
+        let first = firsts(squares.across.pow(2), all().map(|facet| square(&facet)));
         let mut next = first.clone();
         let mut facets = vec![Facet::default(); 2 * lit[0] * lit[1]];
         for facet in all() {
@@ -147,8 +140,7 @@ impl Normals {
         }
         Self {
             chord2: (2.0 * (0.5 * radius).sin()).powi(2),
-            per_unit,
-            across,
+            squares,
             first,
             facets,
             cells,
@@ -171,13 +163,14 @@ impl Normals {
     fn about(&self, h: DVec3) -> SmallVec<[Range<u32>; 16]> {
         // Of the cone's rim, and of what rounding may add.
         let reach = self.chord2.sqrt() * (1.0 + 1e-9);
-        let at = |m: f64| place(m, self.per_unit, self.across);
+        let Squares { across, per_unit } = self.squares;
+        let at = |m: f64| self.squares.part(m);
         let rows = at(h.y - reach)..=at(h.y + reach);
         let facets = rows.map(|row| {
-            let [low, high] = [row, row + 1].map(|edge| edge as f64 / self.per_unit - 1.0);
+            let [low, high] = [row, row + 1].map(|edge| edge as f64 / per_unit - 1.0);
             let off = (low - h.y).max(h.y - high).max(0.0);
             let half = (reach * reach - off * off).max(0.0).sqrt();
-            let [low, high] = [h.x - half, h.x + half].map(|m| row * self.across + at(m));
+            let [low, high] = [h.x - half, h.x + half].map(|m| row * across + at(m));
             self.first[low]..self.first[high + 1]
         });
         facets.collect()
@@ -225,11 +218,6 @@ impl Normals {
 /// Area of a facet, cells.
 fn area(facet: &Facet) -> f64 {
     0.5 / f64::from(facet.normal[2])
-}
-
-/// The square of a component.
-fn place(m: f64, per_unit: f64, across: usize) -> usize {
-    (((m + 1.0) * per_unit) as usize).min(across - 1)
 }
 
 /// D of several periods of one kind of surface.

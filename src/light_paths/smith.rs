@@ -1,6 +1,6 @@
 //! `smith-multiple`: a rough surface whose facets send light to each other.
 
-use super::accumulate::{Bounces, batch, followed};
+use super::accumulate::{Bounces, batch, followed, left_by};
 use super::canonical::{canonical, number, stream};
 use super::facets::{self, Facets, FacetsSpec};
 use super::walk::Walk;
@@ -11,7 +11,7 @@ use crate::brdf::{
     Roughness, Source, Split, SplitBrdf, Tables,
 };
 use crate::error::{count, in_whole};
-use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::geometry::{DirectionPair, Symmetry};
 use crate::registry::{self, Entry, ReadError, Table};
 use crate::sampling::{Random, cosine_hemisphere};
 use serde::de::IgnoredAny;
@@ -90,10 +90,7 @@ pub struct SmithMultipleSpec {
 pub(super) const PATHS: [usize; 2] = [2, 1 << 24];
 
 fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
-    let facets = match registry::take_table(&mut table, "facets")? {
-        Some(table) => facets::read(table)?,
-        None => FacetsSpec::default(),
-    };
+    let facets = facets::take(&mut table)?;
     let keys = registry::parse(table)?;
     Ok(Box::new(SmithMultipleSpec { keys, facets }))
 }
@@ -106,24 +103,15 @@ impl BrdfSpec for SmithMultipleSpec {
     }
 
     fn label(&self) -> String {
-        let Keys {
-            normals,
-            alpha,
-            bounces,
-            ..
-        } = &self.keys;
-        let mut label = format!("smith-{}-{alpha}", normals.name());
-        if let Some(facets) = self.facets.label() {
-            label += &format!("-{facets}");
-        }
-        if *bounces != Part::All {
-            label += &format!("-{bounces}");
-        }
-        label
+        let Keys { normals, alpha, .. } = &self.keys;
+        let label = format!("smith-{}-{alpha}", normals.name());
+        self.facets.labelled(label, self.keys.bounces)
     }
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
-        self.keys.alpha.check("alpha")?;
+        self.keys
+            .alpha
+            .within("alpha", Roughness::RANGE, channels)?;
         in_whole("paths", self.keys.paths, PATHS)?;
         self.facets.check(channels)?;
         Ok(())
@@ -167,10 +155,7 @@ impl BrdfSpec for SmithMultipleSpec {
 }
 
 fn symmetry(alpha: Roughness) -> Symmetry {
-    Symmetry {
-        isotropic: alpha.is_isotropic(),
-        ..Symmetry::ORTHOTROPIC
-    }
+    Symmetry::ORTHOTROPIC.with_isotropy(alpha.is_isotropic())
 }
 
 /// Light that is followed, and how much of it.
@@ -302,16 +287,10 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
             let omega_i = cosine_hemisphere([random.next(), random.next()]);
             let mut weight: ChannelValues = smallvec![1.0; self.followed.count()];
             let left = self.walk.path(omega_i.vector(), &mut random, &mut weight);
-            if let Some((omega_o, met)) = left
-                && self.paths.bounces.holds(met)
-                && let Some(omega_o) = Direction::try_new(omega_o)
-            {
-                each(LightPath {
-                    pair: DirectionPair::new(omega_i, omega_o),
-                    met,
-                    light: self.followed.luminance(&weight),
-                });
-            }
+            let path = left_by(omega_i, left, || self.followed.luminance(&weight));
+            path.filter(|path| self.paths.bounces.holds(path.met))
+                .into_iter()
+                .for_each(&mut *each);
         }
     }
 }

@@ -1,12 +1,12 @@
 //! Light that goes through a surface, counted by the number of facets it met.
 
-use super::accumulate::Bounces;
+use super::accumulate::{Bounces, left_by};
 use super::facets::{Facets, survives};
 use super::surface::HeightField;
 use super::trace::{Exit, Hit, Ray, Tracer};
 use super::{FacetsSpec, accumulate};
-use crate::brdf::{BuildError, CLASSES, ChannelValues, Channels};
-use crate::geometry::{Direction, DirectionPair};
+use crate::brdf::{BuildError, CLASSES, ChannelValues, Channels, LightPath};
+use crate::geometry::Direction;
 use crate::numeric::DENOMINATOR_FLOOR;
 use crate::sampling::{Random, RandomStream, cosine_hemisphere};
 use glam::DVec3;
@@ -218,17 +218,12 @@ impl Transport {
         last: usize,
         weight: &mut ChannelValues,
         random: &mut RandomStream,
-    ) -> Option<Drawn> {
+    ) -> Option<LightPath> {
         let omega_i = cosine_hemisphere([random.next(), random.next()]);
         let start = start([random.next(), random.next()]);
         let ray = self.tracer.from_sky(start, -omega_i.vector());
         let left = self.path(ray, last, weight, random, &mut Sums::default());
-        let (omega_o, met) = left?;
-        let omega_o = Direction::try_new(omega_o)?;
-        Some(Drawn {
-            pair: DirectionPair::new(omega_i, omega_o),
-            met,
-        })
+        left_by(omega_i, left, || self.channels.luminance(weight))
     }
 
     /// Follows light from `from`, begun at `start` (shares of the period), and adds what each facet sends to `to`, both above the
@@ -288,14 +283,6 @@ impl Transport {
     pub(super) fn facets(&self) -> &Facets {
         &self.facets
     }
-}
-
-/// A path that left.
-pub(super) struct Drawn {
-    /// Where it came from and where it left to.
-    pub pair: DirectionPair,
-    /// Facets it met.
-    pub met: usize,
 }
 
 impl Sums {

@@ -1,61 +1,18 @@
 //! Equal radiance from every direction.
 
-use super::{BRIGHTEST, Lighting, LightingSpec};
-use crate::brdf::{BuildError, Channels, Spectrum};
+use super::{Lighting, RADIANCE};
+use crate::brdf::Spectrum;
 use crate::geometry::Direction;
-use crate::registry::{self, Entry};
-use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 
-const KIND: &str = "constant";
-
-/// The registry entry.
-pub const ENTRY: Entry<dyn LightingSpec> = Entry {
-    kind: KIND,
-    summary: "the same radiance from everywhere",
-    examples: &["", "radiance = [1.0, 0.9, 0.8]"],
-    read: |table| Ok(Box::new(registry::parse::<ConstantSpec>(table)?)),
-};
-
-/// Constant light, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ConstantSpec {
-    /// Radiance, ≥ 0.
-    pub radiance: Spectrum,
-}
-
-impl Default for ConstantSpec {
-    fn default() -> Self {
-        Self {
-            radiance: Spectrum::Grey(1.0),
-        }
+light! {
+    "constant": "the same radiance from everywhere", ["", "radiance = [1.0, 0.9, 0.8]"]
+    /// Constant light, as a config writes it.
+    pub struct ConstantSpec {
+        /// Radiance.
+        radiance: Spectrum = Spectrum::Grey(1.0), in RADIANCE;
     }
-}
-
-impl LightingSpec for ConstantSpec {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(KIND, self)
-    }
-
-    fn label(&self) -> String {
-        KIND.into()
-    }
-
-    fn check(&self) -> Result<(), BuildError> {
-        Ok(self
-            .radiance
-            .check("radiance", 0.0, BRIGHTEST, &Channels::Rgb)?)
-    }
-
-    fn build(&self) -> Result<Box<dyn Lighting>, BuildError> {
-        self.check()?;
-        Ok(Box::new(Constant(self.radiance.rgb())))
-    }
-
-    fn inputs(&self) -> Vec<PathBuf> {
-        Vec::new()
-    }
+    label: [],
+    build: |spec| Constant(spec.radiance.rgb()),
 }
 
 struct Constant([f64; 3]);

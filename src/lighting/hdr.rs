@@ -1,57 +1,36 @@
 //! Radiance HDR: three mantissas and an exponent of eight bits each a pixel (Ward 1991, *Real pixels*).
 
+use super::MapError;
 use crate::error::excerpt;
 use std::io::{self, BufRead, ErrorKind, Read};
 
 /// Bytes of the longest header.
 const LONGEST_HEADER: u64 = 1 << 20;
 
-/// What is wrong with a file.
-#[derive(Debug, thiserror::Error)]
-pub enum HdrError {
-    /// It is of another format.
-    #[error("it does not begin with the line #?RADIANCE")]
-    Signature,
-    /// The header does not end.
-    #[error("its header has no end")]
-    Header,
-    /// The pixels are no R, G, B.
-    #[error("its pixels are {0:?}; allowed: 32-bit_rle_rgbe")]
-    Format(String),
-    /// The line of the resolution says something else.
-    #[error("its resolution is {0:?}; allowed: -Y height +X width, rows from the top")]
-    Resolution(String),
-    /// The file ends early.
-    #[error("it is cut in row {0}")]
-    Cut(usize),
-    /// A row holds more pixels than the picture is wide.
-    #[error("row {0} is longer than the picture is wide")]
-    Row(usize),
-    /// It cannot be read.
-    #[error(transparent)]
-    Io(#[from] io::Error),
-}
-
 /// Width and height; reads the header, up to the first pixel.
-pub fn size(input: &mut impl BufRead) -> Result<[usize; 2], HdrError> {
+pub fn size(input: &mut impl BufRead) -> Result<[usize; 2], MapError> {
     let mut header = input.take(LONGEST_HEADER);
     let mut line = || {
         let mut line = Vec::new();
         header.read_until(b'\n', &mut line)?;
         match line.pop() {
             Some(b'\n') => Ok(String::from_utf8_lossy(&line).into_owned()),
-            _ => Err(HdrError::Header),
+            _ => Err(MapError::unread("its header has no end")),
         }
     };
     if !line()?.starts_with("#?RADIANCE") {
-        return Err(HdrError::Signature);
+        let message = "it does not begin with the line #?RADIANCE";
+        return Err(MapError::unread(message));
     }
     loop {
         let line = line()?;
         match line.split_once('=') {
             _ if line.is_empty() => break,
             Some((key, format)) if key.trim() == "FORMAT" && format.trim() != "32-bit_rle_rgbe" => {
-                return Err(HdrError::Format(excerpt(format).to_string()));
+                let format = excerpt(format);
+                return Err(MapError::unread(format!(
+                    "its pixels are {format:?}; allowed: 32-bit_rle_rgbe"
+                )));
             }
             _ => {}
         }
@@ -63,7 +42,12 @@ pub fn size(input: &mut impl BufRead) -> Result<[usize; 2], HdrError> {
         ["-Y", height, "+X", width] => number(width).zip(number(height)),
         _ => None,
     };
-    let (width, height) = size.ok_or_else(|| HdrError::Resolution(excerpt(&line).to_string()))?;
+    let (width, height) = size.ok_or_else(|| {
+        let found = excerpt(&line);
+        MapError::unread(format!(
+            "its resolution is {found:?}; allowed: -Y height +X width, rows from the top"
+        ))
+    })?;
     Ok([width, height])
 }
 
@@ -71,16 +55,17 @@ pub fn size(input: &mut impl BufRead) -> Result<[usize; 2], HdrError> {
 pub fn pixels(
     input: &mut impl Read,
     [width, height]: [usize; 2],
-) -> Result<Vec<[f32; 3]>, HdrError> {
+) -> Result<Vec<[f32; 3]>, MapError> {
     let mut pixels = Vec::with_capacity(width * height);
     let mut row = vec![[0; 4]; width];
     for number in 0..if width > 0 { height } else { 0 } {
         let is_whole = read_row(input, &mut row).map_err(|e| match e.kind() {
-            ErrorKind::UnexpectedEof => HdrError::Cut(number),
-            _ => HdrError::Io(e),
+            ErrorKind::UnexpectedEof => MapError::unread(format!("it is cut in row {number}")),
+            _ => MapError::from(e),
         })?;
         if !is_whole {
-            return Err(HdrError::Row(number));
+            let message = format!("row {number} is longer than the picture is wide");
+            return Err(MapError::unread(message));
         }
         pixels.extend(row.iter().map(|pixel| colours(*pixel)));
     }

@@ -7,8 +7,9 @@
 
 use super::{Lighting, LightingSpec};
 use crate::brdf::BuildError;
-use crate::error::{in_closed, reason};
-use crate::files::Unpacked;
+use crate::error::in_closed;
+#[cfg(feature = "pictures")]
+use crate::error::reason;
 use crate::geometry::Direction;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
@@ -75,80 +76,38 @@ impl MapSpec {
     }
 }
 
-/// Reason why a picture is no environment map.
+/// Reason why a picture is no environment map: one sentence.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum MapError {
-    /// The picture is not twice as wide as high.
-    #[error("this picture is {width} × {height} pixels; allowed: twice as wide as high")]
-    Shape {
-        /// Pixels to a row.
-        width: usize,
-        /// Rows.
-        height: usize,
-    },
-    /// The last row is not complete.
-    #[error("the last row has less than {width} pixels")]
-    Short {
-        /// Pixels to a row.
-        width: usize,
-    },
-    /// A pixel is no radiance.
-    #[error(
-        "the pixel in column {column}, row {row} (counted from 0) is {found:?}; allowed: finite \
-         numbers not below 0"
-    )]
-    Pixel {
-        /// Column, from the left.
-        column: usize,
-        /// Row, from the top.
-        row: usize,
-        /// Its R, G, B.
-        found: [f32; 3],
-    },
-    /// The header promises more than there can be.
-    #[error("this picture is {width} × {height} pixels: {why}")]
-    Large {
-        /// Pixels to a row.
-        width: usize,
-        /// Rows.
-        height: usize,
-        /// What is allowed.
-        why: Unpacked,
-    },
-    /// The file is of another format.
-    #[error("this is no picture that can be read; allowed: OpenEXR, Radiance HDR")]
-    Format,
-    /// The picture has no colours; the value lists its channels.
-    #[error("its channels are {}; allowed: R, G, B or Y", reason(.0))]
-    Channels(String),
-    /// The channels differ in resolution.
-    #[error("some of its channels are coarser than others")]
-    Coarse,
-    /// The picture has no layer.
-    #[error("cannot read this file: it has no layer")]
-    Empty,
-    /// The file cannot be read.
-    #[error("cannot read this file: {0}")]
-    Io(#[from] std::io::Error),
-    /// The OpenEXR file cannot be read.
-    #[cfg(feature = "pictures")]
-    #[error("cannot read this file: {}", reason(.0))]
-    Exr(#[from] exr::error::Error),
-    /// The Radiance file cannot be read.
-    #[cfg(feature = "pictures")]
-    #[error("cannot read this file: {0}")]
-    Hdr(#[from] super::HdrError),
-    /// This build reads no pictures.
-    #[error("this build of gonio cannot read pictures: it lacks the feature pictures")]
-    Absent,
+#[error("{0}")]
+pub struct MapError(String);
+
+impl MapError {
+    /// The error of a file that cannot be read.
+    pub(super) fn unread(why: impl std::fmt::Display) -> Self {
+        Self(format!("cannot read this file: {why}"))
+    }
+}
+
+impl From<std::io::Error> for MapError {
+    fn from(e: std::io::Error) -> Self {
+        Self::unread(e)
+    }
+}
+
+#[cfg(feature = "pictures")]
+impl From<exr::error::Error> for MapError {
+    fn from(e: exr::error::Error) -> Self {
+        Self::unread(reason(e))
+    }
 }
 
 fn aspect([width, height]: [usize; 2]) -> Result<(), MapError> {
     if height > 0 && width >= 2 && width.abs_diff(2 * height) <= 1 {
         return Ok(());
     }
-    Err(MapError::Shape { width, height })
+    Err(MapError(format!(
+        "this picture is {width} × {height} pixels; allowed: twice as wide as high"
+    )))
 }
 
 /// A panorama.
@@ -172,15 +131,17 @@ impl Map {
         let height = pixels.len() / width.max(1);
         aspect([width, height])?;
         if pixels.len() != width * height {
-            return Err(MapError::Short { width });
+            let message = format!("the last row has less than {width} pixels");
+            return Err(MapError(message));
         }
         let wrong = |v: &f32| !(v.is_finite() && *v >= 0.0);
         if let Some(i) = pixels.iter().position(|p| p.iter().any(wrong)) {
-            return Err(MapError::Pixel {
-                column: i % width,
-                row: i / width,
-                found: pixels[i],
-            });
+            return Err(MapError(format!(
+                "the pixel in column {}, row {} (counted from 0) is {:?}; allowed: finite numbers not below 0",
+                i % width,
+                i / width,
+                pixels[i]
+            )));
         }
         let mean = |row: &[[f32; 3]]| {
             let sum = |c: usize| row.iter().map(|p| f64::from(p[c])).sum::<f64>();
@@ -248,7 +209,7 @@ type Picture = ([usize; 2], Vec<[f32; 3]>);
 #[cfg(feature = "pictures")]
 mod files {
     use super::super::hdr;
-    use super::{MapError, Path, Picture};
+    use super::{MapError, Path, Picture, reason};
     use crate::files::{exr_headers, exr_layer, may_unpack, open};
     use std::fs::File;
     use std::io::{BufReader, Read};
@@ -265,7 +226,9 @@ mod files {
         match start[..] {
             [0x76, 0x2f, 0x31, 0x01] => Ok(Format::Exr),
             [b'#', b'?', ..] => Ok(Format::Hdr),
-            _ => Err(MapError::Format),
+            _ => Err(MapError(
+                "this is no picture that can be read; allowed: OpenEXR, Radiance HDR".into(),
+            )),
         }
     }
 
@@ -273,11 +236,8 @@ mod files {
     fn held(packed: u64, size: [usize; 2], channels: usize) -> Result<(), MapError> {
         let [width, height] = size;
         let values = width.saturating_mul(height).saturating_mul(channels);
-        may_unpack(packed, values.saturating_mul(4) as u64).map_err(|why| MapError::Large {
-            width,
-            height,
-            why,
-        })
+        may_unpack(packed, values.saturating_mul(4) as u64)
+            .map_err(|why| MapError(format!("this picture is {width} × {height} pixels: {why}")))
     }
 
     /// Width and height of a Radiance file that can be unpacked, and the file from its first pixel on.
@@ -301,7 +261,8 @@ mod files {
                 for header in &headers {
                     held(packed, size(header), header.channels.list.len())?;
                 }
-                headers.first().map(size).ok_or(MapError::Empty)
+                let size = headers.first().map(size);
+                size.ok_or_else(|| MapError::unread("it has no layer"))
             }
             Format::Hdr => Ok(hdr_header(path)?.0),
         }
@@ -331,12 +292,15 @@ mod files {
             (_, _, _, Some(y)) => [y, y, y],
             _ => {
                 let names: Vec<_> = list.iter().map(|c| c.name.to_string()).collect();
-                return Err(MapError::Channels(names.join(", ")));
+                let names = reason(names.join(", "));
+                let message = format!("its channels are {names}; allowed: R, G, B or Y");
+                return Err(MapError(message));
             }
         };
         let count = size[0] * size[1];
         if channels.iter().any(|c| c.sample_data.len() != count) {
-            return Err(MapError::Coarse);
+            let message = "some of its channels are coarser than others";
+            return Err(MapError(message.into()));
         }
         let pixel = |i: usize| channels.map(|c| c.sample_data.value_by_flat_index(i).to_f32());
         Ok((size, (0..count).map(pixel).collect()))
@@ -348,10 +312,11 @@ mod files {
     use super::{MapError, Path, Picture};
 
     pub fn size(_path: &Path) -> Result<[usize; 2], MapError> {
-        Err(MapError::Absent)
+        let message = "this build of gonio cannot read pictures: it lacks the feature pictures";
+        Err(MapError(message.into()))
     }
 
-    pub fn pixels(_path: &Path) -> Result<Picture, MapError> {
-        Err(MapError::Absent)
+    pub fn pixels(path: &Path) -> Result<Picture, MapError> {
+        size(path).map(|size| (size, Vec::new()))
     }
 }

@@ -1,5 +1,45 @@
 //! Distant light: radiance as a function of the direction it comes from.
 
+/// A lighting as a config names it: what [`declare!`](crate::registry::declare) needs, the keys that its label tells, and the
+/// lighting of its keys.
+macro_rules! light {
+    (
+        $kind:literal: $summary:literal, $examples:tt
+        $(#[$about:meta])*
+        pub struct $Name:ident { $($keys:tt)* }
+        label: [$($label:ident),*],
+        build: $build:expr,
+    ) => {
+        $crate::registry::declare! {
+            dyn $crate::lighting::LightingSpec, $kind: $summary, $examples
+            $(#[$about])*
+            pub struct $Name(channels: &$crate::brdf::Channels) { $($keys)* }
+        }
+
+        impl $crate::lighting::LightingSpec for $Name {
+            fn resolved(&self) -> $crate::registry::Keys {
+                $crate::registry::resolved(KIND, self)
+            }
+
+            fn label(&self) -> String {
+                [KIND.to_owned(), $(self.$label.to_string()),*].join("-")
+            }
+
+            fn check(&self) -> Result<(), $crate::brdf::BuildError> {
+                Ok(self.check_keys(&$crate::brdf::Channels::Rgb)?)
+            }
+
+            fn build(
+                &self,
+            ) -> Result<Box<dyn $crate::lighting::Lighting>, $crate::brdf::BuildError> {
+                self.check()?;
+                let build: fn(&Self) -> _ = $build;
+                Ok(Box::new(build(self)))
+            }
+        }
+    };
+}
+
 mod blob;
 mod checker;
 mod constant;
@@ -11,14 +51,13 @@ mod sky;
 pub use blob::BlobSpec;
 pub use checker::CheckerSpec;
 pub use constant::ConstantSpec;
-#[cfg(feature = "pictures")]
-pub use hdr::HdrError;
 pub use map::{Map, MapError, MapSpec};
 pub use sky::SkySpec;
 
 use crate::brdf::BuildError;
 use crate::geometry::Direction;
-use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
+use crate::registry::{self, family};
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 /// Radiance that arrives from far away, the same at every point of a scene.
@@ -43,7 +82,9 @@ pub trait LightingSpec: std::fmt::Debug + Send + Sync {
     fn check(&self) -> Result<(), BuildError>;
 
     /// Files this lighting reads, for the hashes in the manifest.
-    fn inputs(&self) -> Vec<PathBuf>;
+    fn inputs(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
 
     /// The lighting.
     ///
@@ -52,10 +93,8 @@ pub trait LightingSpec: std::fmt::Debug + Send + Sync {
     fn build(&self) -> Result<Box<dyn Lighting>, BuildError>;
 }
 
-static JOINED: Joined<dyn LightingSpec> = Joined::new();
-
-fn built_in() -> Vec<Entry<dyn LightingSpec>> {
-    vec![
+family! {
+    "lighting": dyn LightingSpec = [
         constant::ENTRY,
         sky::ENTRY,
         blob::ENTRY,
@@ -64,23 +103,5 @@ fn built_in() -> Vec<Entry<dyn LightingSpec>> {
     ]
 }
 
-/// Every lighting a config can name.
-pub fn all() -> Vec<Entry<dyn LightingSpec>> {
-    JOINED.after(built_in())
-}
-
-/// Adds a lighting of a program's own to [`all`].
-///
-/// # Errors
-/// If one of that kind is there.
-pub fn join(entry: Entry<dyn LightingSpec>) -> Result<(), Taken> {
-    JOINED.add(built_in(), entry)
-}
-
-/// Reads a lighting from its config table.
-pub fn read(table: Table<'_>) -> Result<Box<dyn LightingSpec>, ReadError> {
-    registry::read("lighting", &all(), table)
-}
-
-/// Largest radiance a key may have: sums of such values stay far below overflow.
-const BRIGHTEST: f64 = 1e30;
+/// Radiance that a key may have: sums of such values stay far below overflow.
+const RADIANCE: RangeInclusive<f64> = 0.0..=1e30;

@@ -4,106 +4,51 @@
 //! `ground`, with a smooth passage one degree to either side. Colours are chosen to look right,
 //! not computed from an atmosphere.
 
-use super::{BRIGHTEST, Lighting, LightingSpec};
-use crate::brdf::{BuildError, Channels, Spectrum};
-use crate::error::{in_closed, in_left_open};
+use super::{Lighting, RADIANCE};
+use crate::brdf::{Limited, Spectrum};
+use crate::error::{in_left_open, left_open};
 use crate::geometry::{Direction, angle_between};
-use crate::registry::{self, Entry};
-use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 
-const KIND: &str = "sky";
-
-/// The registry entry.
-pub const ENTRY: Entry<dyn LightingSpec> = Entry {
-    kind: KIND,
-    summary: "a clear sky with a sun above a darker ground",
-    examples: &["", "sun_theta_deg = 70\nsun_diameter_deg = 2"],
-    read: |table| Ok(Box::new(registry::parse::<SkySpec>(table)?)),
-};
-
-/// A sky, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SkySpec {
-    /// Radiance at the zenith, ≥ 0.
-    pub zenith: Spectrum,
-    /// Radiance of the sky at the horizon, ≥ 0.
-    pub horizon: Spectrum,
-    /// Radiance below the horizon, ≥ 0.
-    pub ground: Spectrum,
-    /// Radiance that the sun adds, ≥ 0; nothing where the ground hides it.
-    pub sun: Spectrum,
-    /// Angle of the sun from the zenith, degrees, in [0, 90].
-    pub sun_theta_deg: f64,
-    /// Azimuth of the sun from +x towards +y, degrees, in [-360, 360].
-    pub sun_phi_deg: f64,
-    /// Diameter of the sun at half its radiance, degrees, in (0, 180]. The true one, 0.53°, is
-    /// smaller than a pixel of most pictures.
-    pub sun_diameter_deg: f64,
-    /// Width of the sun's edge, degrees, in (0, the diameter].
-    pub sun_edge_deg: f64,
-}
-
-impl Default for SkySpec {
-    fn default() -> Self {
-        Self {
-            zenith: Spectrum::Rgb([0.10, 0.22, 0.55]),
-            horizon: Spectrum::Rgb([0.65, 0.78, 0.95]),
-            ground: Spectrum::Rgb([0.13, 0.11, 0.08]),
-            sun: Spectrum::Rgb([40.0, 36.0, 28.0]),
-            sun_theta_deg: 40.0,
-            sun_phi_deg: 45.0,
-            sun_diameter_deg: 6.0,
-            sun_edge_deg: 1.0,
-        }
+light! {
+    "sky": "a clear sky with a sun above a darker ground", [
+        "",
+        "sun_theta_deg = 70\nsun_diameter_deg = 2",
+    ]
+    /// A sky, as a config writes it.
+    pub struct SkySpec {
+        /// Radiance at the zenith.
+        zenith: Spectrum = Spectrum::Rgb([0.10, 0.22, 0.55]), in RADIANCE;
+        /// Radiance of the sky at the horizon.
+        horizon: Spectrum = Spectrum::Rgb([0.65, 0.78, 0.95]), in RADIANCE;
+        /// Radiance below the horizon.
+        ground: Spectrum = Spectrum::Rgb([0.13, 0.11, 0.08]), in RADIANCE;
+        /// Radiance that the sun adds; nothing where the ground hides it.
+        sun: Spectrum = Spectrum::Rgb([40.0, 36.0, 28.0]), in RADIANCE;
+        /// Angle of the sun from the zenith, degrees.
+        sun_theta_deg: f64 = 40.0, in 0.0..=90.0;
+        /// Azimuth of the sun from +x towards +y, degrees.
+        sun_phi_deg: f64 = 45.0, in -360.0..=360.0;
+        /// Diameter of the sun at half its radiance, degrees. The true one, 0.53°, is
+        /// smaller than a pixel of most pictures.
+        sun_diameter_deg: f64 = 6.0, in left_open(0.0, 180.0);
+        /// Width of the sun's edge, degrees, in (0, the diameter].
+        sun_edge_deg: f64 = 1.0, check |spec| {
+            in_left_open("sun_edge_deg", spec.sun_edge_deg, 0.0, spec.sun_diameter_deg).map(drop)
+        };
     }
-}
-
-impl LightingSpec for SkySpec {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(KIND, self)
-    }
-
-    fn label(&self) -> String {
-        format!("{KIND}-{}", self.sun_theta_deg)
-    }
-
-    fn check(&self) -> Result<(), BuildError> {
-        self.zenith
-            .check("zenith", 0.0, BRIGHTEST, &Channels::Rgb)?;
-        self.horizon
-            .check("horizon", 0.0, BRIGHTEST, &Channels::Rgb)?;
-        self.ground
-            .check("ground", 0.0, BRIGHTEST, &Channels::Rgb)?;
-        self.sun.check("sun", 0.0, BRIGHTEST, &Channels::Rgb)?;
-        in_closed("sun_theta_deg", self.sun_theta_deg, 0.0, 90.0)?;
-        in_closed("sun_phi_deg", self.sun_phi_deg, -360.0, 360.0)?;
-        let diameter = in_left_open("sun_diameter_deg", self.sun_diameter_deg, 0.0, 180.0)?;
-        in_left_open("sun_edge_deg", self.sun_edge_deg, 0.0, diameter)?;
-        Ok(())
-    }
-
-    fn build(&self) -> Result<Box<dyn Lighting>, BuildError> {
-        self.check()?;
-        let (theta, phi) = (
-            self.sun_theta_deg.to_radians(),
-            self.sun_phi_deg.to_radians(),
-        );
-        Ok(Box::new(Sky {
-            zenith: self.zenith.rgb(),
-            horizon: self.horizon.rgb(),
-            ground: self.ground.rgb(),
-            sun: self.sun.rgb(),
-            towards_sun: Direction::from_spherical(theta, phi),
-            radius: 0.5 * self.sun_diameter_deg.to_radians(),
-            edge: self.sun_edge_deg.to_radians(),
-        }))
-    }
-
-    fn inputs(&self) -> Vec<PathBuf> {
-        Vec::new()
-    }
+    label: [sun_theta_deg],
+    build: |spec| Sky {
+        zenith: spec.zenith.rgb(),
+        horizon: spec.horizon.rgb(),
+        ground: spec.ground.rgb(),
+        sun: spec.sun.rgb(),
+        towards_sun: Direction::from_spherical(
+            spec.sun_theta_deg.to_radians(),
+            spec.sun_phi_deg.to_radians(),
+        ),
+        radius: 0.5 * spec.sun_diameter_deg.to_radians(),
+        edge: spec.sun_edge_deg.to_radians(),
+    },
 }
 
 struct Sky {

@@ -54,75 +54,23 @@ enum Inverse {
     Vectors(fn(&[f64]) -> [DVec3; 2]),
 }
 
+use Inverse::{Angles, Vectors};
+
 /// Values of `#PARAM_IN`: name, number of coordinates, true if they fix the orientation of the
 /// sample, and their directions.
+#[rustfmt::skip]
 const INPUTS: [(&str, usize, bool, Inverse); 11] = [
-    (
-        "SPHERICAL_TL_PL_TV_PV",
-        4,
-        true,
-        Inverse::Angles(|x| [x[0], x[1], x[2], x[3]]),
-    ),
-    (
-        "ISOTROPIC_TV_TL_DPHI",
-        3,
-        false,
-        Inverse::Angles(|x| [x[1], 0.0, x[0], -x[2]]),
-    ),
-    (
-        "ISOTROPIC_TL_TV_PROJ_DPHI",
-        3,
-        false,
-        Inverse::Angles(|x| [x[0], 0.0, x[1].hypot(x[2]), -x[2].atan2(x[1])]),
-    ),
-    (
-        "RUSIN_TH_PH_TD_PD",
-        4,
-        true,
-        Inverse::Vectors(|x| rusinkiewicz(x[0], x[1], x[2], x[3])),
-    ),
-    (
-        "RUSIN_TH_TD_PD",
-        3,
-        false,
-        Inverse::Vectors(|x| rusinkiewicz(x[0], 0.0, x[1], x[2])),
-    ),
-    (
-        "RUSIN_TH_TD",
-        2,
-        false,
-        Inverse::Vectors(|x| rusinkiewicz(x[0], 0.0, x[1], FRAC_PI_2)),
-    ),
-    (
-        "STARK_3D",
-        3,
-        false,
-        Inverse::Vectors(|x| stark(x[0], x[1], x[2])),
-    ),
-    (
-        "STARK_2D",
-        2,
-        false,
-        Inverse::Vectors(|x| stark(x[0], x[1], FRAC_PI_2)),
-    ),
-    (
-        "NEUMANN_3D",
-        3,
-        false,
-        Inverse::Vectors(|x| neumann(x[0], x[1], x[2])),
-    ),
-    (
-        "NEUMANN_2D",
-        2,
-        false,
-        Inverse::Vectors(|x| neumann(x[0], x[1], FRAC_PI_2)),
-    ),
-    (
-        CARTESIAN,
-        6,
-        true,
-        Inverse::Vectors(|x| [DVec3::new(x[3], x[4], x[5]), DVec3::new(x[0], x[1], x[2])]),
-    ),
+    ("SPHERICAL_TL_PL_TV_PV", 4, true, Angles(|x| [x[0], x[1], x[2], x[3]])),
+    ("ISOTROPIC_TV_TL_DPHI", 3, false, Angles(|x| [x[1], 0.0, x[0], -x[2]])),
+    ("ISOTROPIC_TL_TV_PROJ_DPHI", 3, false, Angles(|x| [x[0], 0.0, x[1].hypot(x[2]), -x[2].atan2(x[1])])),
+    ("RUSIN_TH_PH_TD_PD", 4, true, Vectors(|x| rusinkiewicz(x[0], x[1], x[2], x[3]))),
+    ("RUSIN_TH_TD_PD", 3, false, Vectors(|x| rusinkiewicz(x[0], 0.0, x[1], x[2]))),
+    ("RUSIN_TH_TD", 2, false, Vectors(|x| rusinkiewicz(x[0], 0.0, x[1], FRAC_PI_2))),
+    ("STARK_3D", 3, false, Vectors(|x| stark(x[0], x[1], x[2]))),
+    ("STARK_2D", 2, false, Vectors(|x| stark(x[0], x[1], FRAC_PI_2))),
+    ("NEUMANN_3D", 3, false, Vectors(|x| neumann(x[0], x[1], x[2]))),
+    ("NEUMANN_2D", 2, false, Vectors(|x| neumann(x[0], x[1], FRAC_PI_2))),
+    (CARTESIAN, 6, true, Vectors(|x| [DVec3::from_slice(&x[3..]), DVec3::from_slice(x)])),
 ];
 
 /// What has vectors in its columns.
@@ -251,8 +199,8 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
         }
         let cells = header.row(content, name, i + 1)?;
         let [light, view] = match inverse {
-            Inverse::Vectors(of) => of(&cells[..dimension]),
-            Inverse::Angles(of) => {
+            Vectors(of) => of(&cells[..dimension]),
+            Angles(of) => {
                 beyond_turn |= cells[..dimension]
                     .iter()
                     .any(|angle| angle.abs() > 4.0 * PI);
@@ -306,7 +254,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
     Ok(AltaFile {
         rows,
         input,
-        has_azimuths: matches!(inverse, Inverse::Angles(_)),
+        has_azimuths: matches!(inverse, Angles(_)),
         beyond_turn,
     })
 }
@@ -341,22 +289,21 @@ impl Header {
             let missing = || FileError::whole(name, format!("the line #{key} is missing"));
             fact(key).ok_or_else(missing)
         };
-        if let Some((line, words)) = fact("FORMAT")
-            && words != ["text"]
-        {
-            let message = format!("#FORMAT {}: allowed is text", excerpt(&words.join(" ")));
-            return Err(FileError::at(name, line, message));
-        }
-        let (line, words) = needed("PARAM_IN")?;
-        let Some(input) = INPUTS.into_iter().find(|input| words == [input.0]) else {
-            let allowed = INPUTS.map(|input| input.0).join(", ");
-            let message = format!(
-                "#PARAM_IN {}: allowed are {allowed}",
-                excerpt(&words.join(" "))
-            );
-            return Err(FileError::at(name, line, message));
+        let refuse = |key: &str, (line, words): &(usize, Vec<&str>), allowed: String| {
+            let found = words.join(" ");
+            let message = format!("#{key} {}: allowed {allowed}", excerpt(&found));
+            FileError::at(name, *line, message)
         };
-        if conventions.azimuth.is_some() && matches!(input.3, Inverse::Vectors(_)) {
+        if let Some(fact) = fact("FORMAT").filter(|(_, words)| words != &["text"]) {
+            return Err(refuse("FORMAT", &fact, "is text".into()));
+        }
+        let param_in = needed("PARAM_IN")?;
+        let line = param_in.0;
+        let Some(input) = INPUTS.into_iter().find(|input| param_in.1 == [input.0]) else {
+            let allowed = format!("are {}", INPUTS.map(|input| input.0).join(", "));
+            return Err(refuse("PARAM_IN", &param_in, allowed));
+        };
+        if conventions.azimuth.is_some() && matches!(input.3, Vectors(_)) {
             let message = format!(
                 "--azimuth: #PARAM_IN {} has no azimuths of its own",
                 input.0
@@ -375,13 +322,11 @@ impl Header {
                 );
                 return Err(FileError::whole(name, message));
             }
-            (Some((line, words)), _) => {
-                let known = OUTPUTS.into_iter().find(|output| *words == [output.0]);
+            (Some(said), _) => {
+                let known = OUTPUTS.into_iter().find(|output| said.1 == [output.0]);
                 known.ok_or_else(|| {
-                    let allowed = OUTPUTS.map(|output| output.0).join(", ");
-                    let words = words.join(" ");
-                    let message = format!("#PARAM_OUT {}: allowed are {allowed}", excerpt(&words));
-                    FileError::at(name, *line, message)
+                    let allowed = format!("are {}", OUTPUTS.map(|output| output.0).join(", "));
+                    refuse("PARAM_OUT", said, allowed)
                 })?
             }
         };
@@ -398,15 +343,14 @@ impl Header {
             None => output.1.to_vec(),
             Some(wavelengths) => vec![wavelengths.nm().len()],
         };
-        let (line, words) = needed("DIM")?;
-        let numbers: Option<Vec<usize>> = words.iter().map(|w| w.parse().ok()).collect();
+        let dim = needed("DIM")?;
+        let numbers: Option<Vec<usize>> = dim.1.iter().map(|w| w.parse().ok()).collect();
         let values = match numbers.as_deref() {
             Some(&[n, p]) if n == input.1 && counts.contains(&p) => p,
             _ => {
                 let allowed: Vec<_> = counts.iter().map(usize::to_string).collect();
-                let message = format!(
-                    "#DIM {}: allowed are {} coordinates of {} and {} values of {}{}",
-                    excerpt(&words.join(" ")),
+                let allowed = format!(
+                    "are {} coordinates of {} and {} values of {}{}",
                     input.1,
                     input.0,
                     allowed.join(" or "),
@@ -416,20 +360,16 @@ impl Header {
                         _ => "",
                     }
                 );
-                return Err(FileError::at(name, line, message));
+                return Err(refuse("DIM", &dim, allowed));
             }
         };
         let intervals = match fact("VS") {
             None => 0,
-            Some((line, words)) => match words.as_slice() {
+            Some(said) => match said.1[..] {
                 ["0"] => 0,
                 ["1"] => 1,
                 ["2"] => 2,
-                _ => {
-                    let message =
-                        format!("#VS {}: allowed are 0, 1 and 2", excerpt(&words.join(" ")));
-                    return Err(FileError::at(name, line, message));
-                }
+                _ => return Err(refuse("VS", &said, "are 0, 1 and 2".into())),
             },
         };
         let channels = match (wavelengths, values) {
@@ -454,12 +394,8 @@ impl Header {
         if allowed.contains(&cells.len()) {
             return Ok(cells);
         }
-        let message = format!(
-            "{} cells where #DIM and #VS ask for {}",
-            cells.len(),
-            allowed[0]
-        );
-        let e = FileError::at(name, line, message);
-        Err(if cells.len() < allowed[0] { e.cut() } else { e })
+        let (found, asked) = (cells.len(), allowed[0]);
+        let message = format!("{found} cells where #DIM and #VS ask for {asked}");
+        Err(FileError::at(name, line, message).cut_if(found < asked))
     }
 }

@@ -20,7 +20,6 @@ use crate::brdf::{Channels, Wavelengths};
 use crate::error::{excerpt, printable};
 use crate::geometry::Direction;
 use crate::numeric::XYZ;
-use crate::schedule::export::PoseRows;
 use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, FileError, Quantity, Sequence};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -145,7 +144,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
     let columns = loop {
         let Some((line, content)) = lines.next() else {
             let message = format!("the line {VARS} is missing, which names the columns");
-            return Err(FileError::whole(name, message).cut());
+            return Err(FileError::whole(name, message).cut_if(true));
         };
         if let Some((key, value)) = content.split_once(char::is_whitespace) {
             let value = value.trim().trim_matches('"');
@@ -176,10 +175,9 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
             .filter(|word| !word.is_empty());
         let cells = numbers(words, name, line)?;
         if cells.len() != columns.count {
-            let message = format!("{} cells where {VARS} names {}", cells.len(), columns.count);
-            let e = FileError::at(name, line, message);
-            let is_short = cells.len() < columns.count;
-            return Err(if is_short { e.cut() } else { e });
+            let (found, named) = (cells.len(), columns.count);
+            let message = format!("{found} cells where {VARS} names {named}");
+            return Err(FileError::at(name, line, message).cut_if(found < named));
         }
         found += 1;
         let angles = columns.angles.map(|at| at.map_or(0.0, |at| cells[at]));
@@ -215,8 +213,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
     }
     if let Some(points) = points.filter(|p| *p != found && !conventions.partial) {
         let message = format!("{POINTS} {points}: {found} rows are there");
-        let e = FileError::whole(name, message);
-        return Err(if found < points { e.cut() } else { e });
+        return Err(FileError::whole(name, message).cut_if(found < points));
     }
     rows.measurement(columns.channels, assume, fixes_sample)
 }
@@ -231,12 +228,7 @@ pub fn write(
     sequence: Sequence<'_>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let poses = PoseRows::new(&measurement.schedule, sequence, false);
-    let has_reading = |pose: &usize| measurement.value(*pose).is_some();
-    let read: Vec<usize> = (0..poses.len())
-        .map(|row| poses.pose(row))
-        .filter(has_reading)
-        .collect();
+    let read = measurement.read_poses(sequence);
     let bands = match &measurement.channels {
         Channels::Luminance => "Y".into(),
         Channels::Rgb => "R,G,B".into(),

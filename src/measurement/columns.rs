@@ -89,9 +89,8 @@ pub(super) struct ValueColumns {
     quantity: Quantity,
     /// The unit of uncertainties.
     unit: UncertaintyUnit,
-    type_a: Option<Vec<usize>>,
-    type_b: Option<Vec<usize>>,
-    both: Option<Vec<usize>>,
+    /// The columns of type A, of type B and of both.
+    uncertainties: [Option<Vec<usize>>; 3],
 }
 
 impl ValueColumns {
@@ -145,7 +144,7 @@ impl ValueColumns {
                 return Err(refuse(message.into()));
             }
         };
-        let [type_a, type_b, both] = [TYPE_A, TYPE_B, UNCERTAINTY].map(|family| {
+        let [a, b, both] = [TYPE_A, TYPE_B, UNCERTAINTY].map(|family| {
             let columns = find(family, &channels);
             // One that is of no value would be dropped without a word.
             let of_none = |name: &&String| {
@@ -176,15 +175,13 @@ impl ValueColumns {
             wavelength,
             quantity,
             unit: conventions.uncertainties.unwrap_or(UncertaintyUnit::Value),
-            type_a: type_a?,
-            type_b: type_b?,
-            both: both?,
+            uncertainties: [a?, b?, both?],
             channels,
         })
     }
 
     pub fn has_uncertainties(&self) -> bool {
-        self.type_a.is_some() || self.type_b.is_some() || self.both.is_some()
+        self.uncertainties.iter().any(Option::is_some)
     }
 
     /// Values of a row.
@@ -241,8 +238,7 @@ impl ValueColumns {
         }
         // No uncertainty is below 0.
         let is_mark = |u: &f64| *u < 0.0 && is_mark_number(*u);
-        let uncertainties = [&self.type_a, &self.type_b, &self.both];
-        for &column in uncertainties.into_iter().flatten().flatten() {
+        for &column in self.uncertainties.iter().flatten().flatten() {
             for row in rows.clone() {
                 if let Some(mark) = table.number(row, column).filter(is_mark) {
                     marks.see(&mark.to_string());
@@ -275,8 +271,7 @@ impl ValueColumns {
             let mut rows = 0..table.lines.len();
             rows.any(|row| table.number(row, column).is_some_and(|u| u > 0.0))
         };
-        let families = [&self.type_a, &self.type_b, &self.both];
-        let stated = families.into_iter().flatten();
+        let stated = self.uncertainties.iter().flatten();
         let stated = stated.filter(|columns| columns.iter().any(|column| states(*column)));
         stated.flatten().copied().collect()
     }
@@ -289,14 +284,15 @@ impl ValueColumns {
         row: usize,
         pair: &DirectionPair,
     ) -> Result<[Vec<f64>; 2], FileError> {
-        let of_both = self.type_b.is_none();
-        let of_b = if of_both { &self.both } else { &self.type_b };
-        let mut types = [&self.type_a, of_b].map(|_| vec![0.0; self.values.len()]);
+        let [of_a, of_b, both] = &self.uncertainties;
+        let of_both = of_b.is_none();
+        let of_b = if of_both { both } else { of_b };
+        let mut types = [of_a, of_b].map(|_| vec![0.0; self.values.len()]);
         let values = match self.unit {
             UncertaintyUnit::Value => Vec::new(),
             _ => self.read(table, row, pair)?.unwrap_or_default(),
         };
-        for (columns, out) in [&self.type_a, of_b].into_iter().zip(&mut types) {
+        for (columns, out) in [of_a, of_b].into_iter().zip(&mut types) {
             let mut readings = values.iter().copied();
             for (&column, out) in columns.iter().flatten().zip(out) {
                 let value = table.number(row, column).unwrap_or(0.0);

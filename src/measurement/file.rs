@@ -35,7 +35,7 @@ use crate::error::{count, excerpt};
 use crate::schedule::arms::{take_horizon, take_incomplete};
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Again, Rows, known_columns};
-use crate::schedule::table::{Cell, Sheet, Table, WORDS};
+use crate::schedule::table::{Cell, Column, Part, Sheet, Table, WORDS};
 use crate::schedule::{Assume, FileError, ScheduleFormat, Sequence, Unreachable};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
@@ -132,23 +132,44 @@ pub fn write_measurement(
     if about.is_bare {
         poses = poses.without_coordinates();
     }
+    let poses = &poses;
     let mut columns = poses.columns();
-    let mut add = |family: &str, meaning: &str| {
-        let names = columns_of(family, channels).into_iter();
-        columns.extend(names.map(|name| (name, meaning.to_owned())));
-    };
-    add(
-        VALUE,
-        "f_r without the cosine, 1/sr; empty without a reading",
-    );
-    if measurement.details.is_some() {
-        add(TYPE_A, "standard uncertainty (k = 1) of the scatter, 1/sr");
-        add(TYPE_B, "standard uncertainty (k = 1) readings share, 1/sr");
-        add(UNCERTAINTY, "hypot of both, 1/sr");
+    let meaning = "f_r without the cosine, 1/sr; empty without a reading";
+    for (c, name) in columns_of(VALUE, channels).into_iter().enumerate() {
+        let value = move |row| Some(measurement.value(poses.pose(row))?[c]);
+        columns.push(Column::new(name, meaning, value));
+    }
+    let parts: [Part<[f64; 2]>; 3] = [
+        (
+            "standard uncertainty (k = 1) of the scatter, 1/sr",
+            |[a, _]| *a,
+        ),
+        (
+            "standard uncertainty (k = 1) readings share, 1/sr",
+            |[_, b]| *b,
+        ),
+        ("hypot of both, 1/sr", |[a, b]| a.hypot(*b)),
+    ];
+    let families = [TYPE_A, TYPE_B, UNCERTAINTY].into_iter().zip(parts);
+    if let Some(details) = &measurement.details {
+        for (family, (meaning, of)) in families {
+            for (c, name) in columns_of(family, channels).into_iter().enumerate() {
+                let uncertainty = move |row| {
+                    let pose = poses.pose(row);
+                    measurement.value(pose)?;
+                    let at = pose * n + c;
+                    // One of 0 is not known.
+                    Some(of(&[details.type_a[at], details.type_b[at]])).filter(|u| *u != 0.0)
+                };
+                columns.push(Column::new(name, meaning, uncertainty));
+            }
+        }
     }
     let flags = "what is odd about the reading, or why there is none";
-    columns.push((WORDS.into(), flags.into()));
-    columns.push((ATTEMPT.into(), "number of the try, from 1".into()));
+    columns.push(Column::new(WORDS, flags, |row| {
+        Cell::Words(words(measurement, poses.pose(row)))
+    }));
+    columns.push(Column::new(ATTEMPT, "number of the try, from 1", |_| 1.0));
     let mut facts = poses.facts();
     if let Ok(Value::Object(about)) = serde_json::to_value(about) {
         facts.extend(about);
@@ -158,31 +179,6 @@ pub fn write_measurement(
     }
     facts.insert("channels".into(), json!(channels));
     facts.insert("unit".into(), json!("sr^-1, without the cosine"));
-    let row = |row: usize, cells: &mut Vec<Cell>| {
-        poses.fill(row, cells);
-        let pose = poses.pose(row);
-        match measurement.value(pose) {
-            Some(values) => {
-                cells.extend(values.iter().map(|v| Cell::Number(*v)));
-                if let Some(details) = &measurement.details {
-                    let [a, b] = [&details.type_a, &details.type_b];
-                    let [a, b] = [a, b].map(|all| &all[pose * n..(pose + 1) * n]);
-                    let known = |u: f64| match u {
-                        0.0 => Cell::Empty,
-                        u => Cell::Number(u),
-                    };
-                    cells.extend(a.iter().chain(b).map(|u| known(*u)));
-                    cells.extend(a.iter().zip(b).map(|(a, b)| known(a.hypot(*b))));
-                }
-            }
-            None => {
-                let families = if measurement.details.is_some() { 4 } else { 1 };
-                cells.extend((0..families * n).map(|_| Cell::Empty));
-            }
-        }
-        cells.push(Cell::Words(words(measurement, pose)));
-        cells.push(Cell::Number(1.0));
-    };
     let mut lines = description(&measurement.schedule, "measurement");
     let readings = measurement.readings();
     lines.push(format!(
@@ -194,7 +190,6 @@ pub fn write_measurement(
         facts,
         columns,
         rows: poses.len(),
-        row: &row,
     };
     sheet.write(format, MEASUREMENT_HASH, out)
 }
@@ -236,27 +231,8 @@ fn words(measurement: &Measurement, pose: usize) -> String {
     words.join(";")
 }
 
-/// What is wrong with a cell of `flags`.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FlagsError {
-    /// A word that is none of them.
-    #[error(
-        "{word:?} is no flag; allowed are {}, {NO_DATA}, {OCCLUDED}, {NOT_VISITED}, {UNREACHABLE} with one of {}",
-        Flags::ALL.map(|(_, name)| name).join(", "),
-        Unreachable::NAMES.join(", ")
-    )]
-    Unknown {
-        /// The word, or its start.
-        word: String,
-    },
-    /// Two reasons.
-    #[error("allowed is one reason for no reading")]
-    Reasons,
-}
-
 /// Why there is no reading, and the flags.
-fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), FlagsError> {
+fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), String> {
     let (mut outcome, mut flags) = (None, Flags::NONE);
     for word in words.split(';').map(str::trim).filter(|w| !w.is_empty()) {
         if let Some((flag, _)) = Flags::ALL.iter().find(|(_, name)| *name == word) {
@@ -272,12 +248,16 @@ fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), FlagsError> {
             (NOT_VISITED, _) => Outcome::NotVisited,
             (_, Some(reason)) => Outcome::Unreachable(reason),
             (_, None) => {
-                let word = excerpt(word).into_owned();
-                return Err(FlagsError::Unknown { word });
+                return Err(format!(
+                    "{:?} is no flag; allowed are {}, {NO_DATA}, {OCCLUDED}, {NOT_VISITED}, {UNREACHABLE} with one of {}",
+                    excerpt(word),
+                    Flags::ALL.map(|(_, name)| name).join(", "),
+                    Unreachable::NAMES.join(", ")
+                ));
             }
         };
         if outcome.replace(found).is_some() {
-            return Err(FlagsError::Reasons);
+            return Err("allowed is one reason for no reading".into());
         }
     }
     Ok((outcome, flags))

@@ -11,7 +11,7 @@ mod record;
 mod retro;
 mod scattered;
 
-pub use file::{About, FlagsError, MeasurementFile, read_measurement, write_measurement};
+pub use file::{About, MeasurementFile, read_measurement, write_measurement};
 pub use merge::Folded;
 pub use negative::Negative;
 pub use record::measurement_schema;
@@ -20,33 +20,22 @@ pub use scattered::Scattered;
 
 use crate::brdf::Channels;
 use crate::numeric::LARGEST_READING;
-use crate::schedule::{Pose, Schedule, Unreachable};
+use crate::schedule::export::PoseRows;
+use crate::schedule::{Pose, Schedule, Sequence, Unreachable};
 use std::sync::Arc;
-
-/// Why a number of a file is no reading.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReadingError {
-    /// Nobody would square it.
-    #[error(
-        "without the cosine it is {reading:e} 1/sr; allowed is a reading of at most {LARGEST_READING:e} 1/sr"
-    )]
-    TooLarge {
-        /// Without the cosine, sr⁻¹.
-        reading: f64,
-    },
-}
 
 /// The reading (f_r, sr⁻¹) of a value or uncertainty of a file, in which 1 sr⁻¹ is `of_one`.
 ///
 /// # Errors
 /// If the reading is larger than [`LARGEST_READING`].
-fn reading_of(value: f64, of_one: f64) -> Result<f64, ReadingError> {
+fn reading_of(value: f64, of_one: f64) -> Result<f64, String> {
     let reading = value / of_one;
     if reading.abs() <= LARGEST_READING {
         return Ok(reading);
     }
-    Err(ReadingError::TooLarge { reading })
+    Err(format!(
+        "without the cosine it is {reading:e} 1/sr; allowed is a reading of at most {LARGEST_READING:e} 1/sr"
+    ))
 }
 
 /// Outcome of one pose.
@@ -110,6 +99,17 @@ pub struct Details {
     pub type_b: Vec<f64>,
     /// One set of flags per pose, in the order of the schedule.
     pub flags: Vec<Flags>,
+}
+
+impl Details {
+    /// No uncertainty that is known, and no flag.
+    fn unknown(values: usize, poses: usize) -> Self {
+        Self {
+            type_a: vec![0.0; values],
+            type_b: vec![0.0; values],
+            flags: vec![Flags::NONE; poses],
+        }
+    }
 }
 
 /// Where a reading stands.
@@ -207,11 +207,7 @@ impl Measurement {
         });
         let details = |m: &Measurement| match &m.details {
             Some(details) => details.clone(),
-            None => Details {
-                type_a: vec![0.0; m.values.len()],
-                type_b: vec![0.0; m.values.len()],
-                flags: vec![Flags::NONE; m.outcomes.len()],
-            },
+            None => Details::unknown(m.values.len(), m.outcomes.len()),
         };
         let has_details = self.details.is_some() || other.details.is_some();
         let both = has_details.then(|| {
@@ -257,17 +253,21 @@ impl Measurement {
     /// The same with a flag on some poses, and on no others.
     #[must_use]
     pub fn flagged(mut self, flag: Flags, poses: impl IntoIterator<Item = usize>) -> Self {
-        let number = self.outcomes.len();
-        let details = self.details.get_or_insert_with(|| Details {
-            type_a: vec![0.0; self.values.len()],
-            type_b: vec![0.0; self.values.len()],
-            flags: vec![Flags::NONE; number],
-        });
+        let [values, number] = [self.values.len(), self.outcomes.len()];
+        let unknown = || Details::unknown(values, number);
+        let details = self.details.get_or_insert_with(unknown);
         details.flags.iter_mut().for_each(|all| all.0 &= !flag.0);
         for pose in poses {
             details.flags[pose] = details.flags[pose].with(flag);
         }
         self
+    }
+
+    /// The poses with a reading, in the order of a sequence.
+    fn read_poses(&self, sequence: Sequence<'_>) -> Vec<usize> {
+        let poses = PoseRows::new(&self.schedule, sequence, false);
+        let poses = (0..poses.len()).map(|row| poses.pose(row));
+        poses.filter(|pose| self.value(*pose).is_some()).collect()
     }
 
     /// The values of pose `i`, `None` if there is no reading.

@@ -26,7 +26,6 @@ use crate::error::{excerpt, printable};
 use crate::geometry::Direction;
 use crate::measurement::About;
 use crate::numeric::XYZ;
-use crate::schedule::export::PoseRows;
 use crate::schedule::{Assume, Azimuth, FileError, Quantity, Sequence};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -85,46 +84,39 @@ impl Header {
     ) -> Result<bool, FileError> {
         let refuse = |allowed: &str| {
             let message = format!("#{}: allowed {allowed}", excerpt(&words.join(" ")));
-            Err(FileError::at(name, line, message))
+            FileError::at(name, line, message)
         };
-        let angle = |word: &str| word.parse::<f64>().ok().filter(|x| x.is_finite());
+        let angle = |word: &str, allowed: &str| {
+            let angle = word.parse::<f64>().ok().filter(|x| x.is_finite());
+            angle.ok_or_else(|| refuse(allowed)).map(Some)
+        };
         match *words {
             ["format", "theta", "phi", kind] => {
                 let known = KINDS.iter().find(|k| k.0.eq_ignore_ascii_case(kind));
-                self.quantity = match known {
-                    Some((_, quantity)) => Some(*quantity),
-                    None => return refuse("are BRDF, BSDF and DSF"),
-                };
+                let known = known.ok_or_else(|| refuse("are BRDF, BSDF and DSF"))?;
+                self.quantity = Some(known.1);
             }
-            ["format", ..] => return refuse("is theta phi and one of BRDF, BSDF, DSF"),
+            ["format", ..] => return Err(refuse("is theta phi and one of BRDF, BSDF, DSF")),
             ["colorimetry", name] => {
-                let known = COLORIMETRY.iter().find(|k| k.0.eq_ignore_ascii_case(name));
-                self.channels = match known {
-                    Some((_, channels)) => Some(channels.clone()),
-                    None => return refuse("are CIE-Y and CIE-XYZ"),
-                };
+                let mut all = COLORIMETRY.into_iter();
+                let known = all.find(|k| k.0.eq_ignore_ascii_case(name));
+                let known = known.ok_or_else(|| refuse("are CIE-Y and CIE-XYZ"))?;
+                self.channels = Some(known.1);
             }
-            ["intheta" | "theta_in", x] => match angle(x) {
-                Some(x) => self.theta = Some(x),
-                None => return refuse("is a number of degrees"),
-            },
-            ["inphi" | "phi_in", x] => match angle(x) {
-                Some(x) => self.phi = Some(x),
-                None => return refuse("is a number of degrees"),
-            },
-            ["incident_angle", theta, phi] => match (angle(theta), angle(phi)) {
-                (Some(theta), Some(phi)) => (self.theta, self.phi) = (Some(theta), Some(phi)),
-                _ => return refuse("are two numbers of degrees"),
-            },
-            ["datapoints_in_file", n] => match n.parse() {
-                Ok(n) => {
-                    self.check_rows(name, partial)?;
-                    self.points = Some((n, line));
-                }
-                Err(_) => return refuse("is a whole number"),
-            },
+            ["intheta" | "theta_in", x] => self.theta = angle(x, "is a number of degrees")?,
+            ["inphi" | "phi_in", x] => self.phi = angle(x, "is a number of degrees")?,
+            ["incident_angle", theta, phi] => {
+                let allowed = "are two numbers of degrees";
+                (self.theta, self.phi) = (angle(theta, allowed)?, angle(phi, allowed)?);
+            }
+            ["datapoints_in_file", n] => {
+                let points = n.parse().map_err(|_| refuse("is a whole number"))?;
+                self.check_rows(name, partial)?;
+                self.points = Some((points, line));
+            }
             ["spectral", ..] => {
-                return refuse("is text with a column of CIE-Y or three of CIE-XYZ");
+                let allowed = "is text with a column of CIE-Y or three of CIE-XYZ";
+                return Err(refuse(allowed));
             }
             _ => return Ok(false),
         }
@@ -136,10 +128,9 @@ impl Header {
         match self.points {
             Some((points, line)) if points != self.rows && !partial => {
                 let message = format!("#datapoints_in_file {points}: {} rows are there", self.rows);
-                let e = FileError::at(name, line, message);
                 Err(match self.rows < points {
-                    true => FileError { line: None, ..e }.cut(),
-                    false => e,
+                    true => FileError::whole(name, message).cut_if(true),
+                    false => FileError::at(name, line, message),
                 })
             }
             _ => Ok(()),
@@ -201,9 +192,9 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
         let cells = numbers(content.split_whitespace(), name, line)?;
         let allowed = 2 + channels.count();
         if cells.len() != allowed {
-            let message = format!("{} cells where the header asks for {allowed}", cells.len());
-            let e = FileError::at(name, line, message);
-            return Err(if cells.len() < allowed { e.cut() } else { e });
+            let found = cells.len();
+            let message = format!("{found} cells where the header asks for {allowed}");
+            return Err(FileError::at(name, line, message).cut_if(found < allowed));
         }
         header.rows += 1;
         let turned = azimuth.about_axis(false, 180.0, [phi, cells[1]]);
@@ -237,23 +228,16 @@ pub fn text_angles(direction: Direction) -> [f64; 2] {
 
 /// The poses with a reading, by the direction of the light, each in the order of the rows.
 pub fn by_light(measurement: &Measurement, sequence: Sequence<'_>) -> Vec<Vec<u32>> {
-    let poses: Vec<u32> = match sequence {
-        Sequence::Generated => (0..measurement.outcomes.len() as u32).collect(),
-        Sequence::Order(order) => order.to_vec(),
-        Sequence::Visits(itinerary) => itinerary.visits.iter().map(|v| v.pose).collect(),
-    };
     let mut places = FxHashMap::default();
     let mut lights: Vec<Vec<u32>> = Vec::new();
-    for pose in poses {
-        if measurement.value(pose as usize).is_some() {
-            let light = measurement.schedule.poses[pose as usize].pair.omega_i;
-            let place = places.entry(text_angles(light).map(f64::to_bits));
-            let place = *place.or_insert(lights.len());
-            if place == lights.len() {
-                lights.push(Vec::new());
-            }
-            lights[place].push(pose);
+    for pose in measurement.read_poses(sequence) {
+        let light = measurement.schedule.poses[pose].pair.omega_i;
+        let place = places.entry(text_angles(light).map(f64::to_bits));
+        let place = *place.or_insert(lights.len());
+        if place == lights.len() {
+            lights.push(Vec::new());
         }
+        lights[place].push(pose as u32);
     }
     lights
 }
@@ -276,17 +260,13 @@ pub fn write(
     };
     let material = about.material.as_deref().unwrap_or("unknown");
     let material = printable(material).replace('"', "'");
-    let poses = PoseRows::new(&measurement.schedule, sequence, false);
-    let row = |row: usize| {
-        let i = poses.pose(row);
-        let pair = &measurement.schedule.poses[i].pair;
-        Some((
-            text_angles(pair.omega_i),
-            text_angles(pair.omega_o),
-            measurement.value(i)?,
-        ))
+    let row = |pose: usize| {
+        let pair = &measurement.schedule.poses[pose].pair;
+        let [light, sensor] = [pair.omega_i, pair.omega_o].map(text_angles);
+        Some((light, sensor, measurement.value(pose)?))
     };
-    let rows: Vec<_> = (0..poses.len()).filter_map(row).collect();
+    let read = measurement.read_poses(sequence).into_iter();
+    let rows: Vec<_> = read.filter_map(row).collect();
     for rows in rows.chunk_by(|a, b| a.0 == b.0) {
         let [theta, phi] = rows[0].0;
         let points = rows.len();

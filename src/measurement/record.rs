@@ -2,7 +2,7 @@
 
 use super::columns::{ENDS, TYPE_A, TYPE_B, UNCERTAINTY, VALUE};
 use super::file::ATTEMPT;
-use crate::schedule::record::{Column, POSITIVE, line_schema, row_schema};
+use crate::schedule::record::{Bounds, Column, POSITIVE, line_schema, row_schema};
 use crate::schedule::table::WORDS;
 use serde_json::{Value, json};
 
@@ -22,46 +22,46 @@ const UNCERTAINTIES: [(&str, &str); 3] = [
     ),
 ];
 
-/// Names and summaries of the columns of values, then those of uncertainties: of luminance and of each colour.
-fn quantities() -> [Vec<(String, String)>; 2] {
-    let channels = [("", "Luminance"), (ENDS[0], "Red"), (ENDS[1], "Green")];
-    let channels = channels.into_iter().chain([(ENDS[2], "Blue")]);
-    let (mut values, mut uncertainties) = (Vec::new(), Vec::new());
-    for (end, channel) in channels {
+/// The JSON Schema of one line of a measurement in JSON Lines: a row, or the header in front.
+pub fn measurement_schema() -> Value {
+    let [red, green, blue] = ENDS;
+    let ends = [
+        ("", "Luminance"),
+        (red, "Red"),
+        (green, "Green"),
+        (blue, "Blue"),
+    ];
+    let values = ends.map(|(end, channel)| {
         let summary = format!("{channel} of f_r, sr⁻¹, without the cosine.");
-        values.push((format!("{VALUE}{end}"), summary));
-        for (family, summary) in UNCERTAINTIES {
-            let summary = match end {
+        (format!("{VALUE}{end}"), &[][..], summary)
+    });
+    let uncertainties = ends.iter().flat_map(|(end, channel)| {
+        UNCERTAINTIES.map(|(family, summary)| {
+            let summary = match *end {
                 "" => summary.to_owned(),
                 _ => format!("`{family}` of {}.", channel.to_lowercase()),
             };
-            uncertainties.push((format!("{family}{end}"), summary));
-        }
-    }
-    [values, uncertainties]
-}
-
-/// The JSON Schema of one line of a measurement in JSON Lines: a row, or the header in front.
-pub fn measurement_schema() -> Value {
-    let quantities = quantities();
-    let mut columns = Vec::new();
-    for (quantities, bounds) in quantities.iter().zip([&[], POSITIVE]) {
-        columns.extend(quantities.iter().map(|(name, summary)| Column {
-            name,
-            summary,
-            bounds,
-        }));
-    }
-    columns.push(Column {
-        name: WORDS,
-        summary: "What is odd about the reading, or why there is none; several joined by `;`.",
-        bounds: &[],
+            (format!("{family}{end}"), POSITIVE, summary)
+        })
     });
-    columns.push(Column {
-        name: ATTEMPT,
-        summary: "Number of the try, from 1; a later one replaces an earlier one.",
-        bounds: &[("minimum", 1.0)],
-    });
+    let quantities: Vec<(String, Bounds, String)> =
+        values.into_iter().chain(uncertainties).collect();
+    let quantities = quantities.iter();
+    let mut columns: Vec<Column<'_>> = quantities
+        .map(|(name, of, what)| (&**name, *of, &**what))
+        .collect();
+    columns.extend([
+        (
+            WORDS,
+            &[][..],
+            "What is odd about the reading, or why there is none; several joined by `;`.",
+        ),
+        (
+            ATTEMPT,
+            &[("minimum", 1.0)][..],
+            "Number of the try, from 1; a later one replaces an earlier one.",
+        ),
+    ]);
     let mut row = row_schema(
         "MeasurementRow",
         "A row of a measurement: that of its schedule, and what was read there. Values are empty where\nthere is no reading; `flags` says why. Values by wavelength have columns such as `value_450nm`.",

@@ -1,10 +1,10 @@
 //! Readings at poses of no lattice, as tables by others have them.
 
-use super::{About, Details, Flags, Folded, Measurement, Negative, Outcome, Place, reading_of};
+use super::{About, Details, Folded, Measurement, Negative, Outcome, Place, reading_of};
 use crate::brdf::Channels;
 use crate::brdf::marks::{Marks, marks_among};
 use crate::error::excerpt;
-use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::GRAZING_COS;
 use crate::schedule::import::form;
 use crate::schedule::table::Table;
@@ -39,6 +39,7 @@ impl Scattered {
 }
 
 /// Rows of a table while it is read.
+#[derive(Default)]
 pub(super) struct Rows<'a> {
     /// The file, in messages.
     name: &'a str,
@@ -58,18 +59,11 @@ impl<'a> Rows<'a> {
     pub fn new(name: &'a str) -> Self {
         Self {
             name,
-            pairs: Vec::new(),
-            values: Vec::new(),
-            radii: Vec::new(),
-            places: Vec::new(),
-            below_horizon: 0,
-            negative: Negative::default(),
             about: About {
                 is_bare: true,
                 ..About::default()
             },
-            unread: Vec::new(),
-            raw: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -161,11 +155,7 @@ impl<'a> Rows<'a> {
             ));
         }
         let mut assume = assume.clone();
-        let otherwise = &mut assume.otherwise;
-        *otherwise = Symmetry {
-            isotropic: otherwise.isotropic || !fixes_sample,
-            ..*otherwise
-        };
+        assume.otherwise.isotropic |= !fixes_sample;
         let parametrization = form(&Table::named(self.name), &assume)?;
         let schedule = Schedule::of_pairs(parametrization, self.pairs);
         let rows = schedule.poses.len();
@@ -178,18 +168,14 @@ impl<'a> Rows<'a> {
             true => Outcome::NoData,
             false => Outcome::Reading,
         };
-        let outcomes = self
-            .raw
-            .chunks_exact(channels.count())
-            .map(outcome)
-            .collect();
+        let outcomes = self.raw.chunks_exact(channels.count()).map(outcome);
+        let outcomes = outcomes.collect();
         let measurement = Measurement {
             channels,
             outcomes,
             details: (!self.radii.is_empty()).then(|| Details {
-                type_a: vec![0.0; self.values.len()],
                 type_b: self.radii,
-                flags: vec![Flags::NONE; rows],
+                ..Details::unknown(self.values.len(), rows)
             }),
             values: self.values,
             places: self.places,
@@ -244,8 +230,7 @@ pub(super) fn numbers<'t>(
     let parse = |word: &str| match word.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => {
-            let word = crate::error::excerpt(word);
-            let message = format!("{word}: allowed is a finite number");
+            let message = format!("{}: allowed is a finite number", excerpt(word));
             Err(FileError::at(name, line, message))
         }
     };

@@ -47,40 +47,38 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Scale of θ_h (rad) below which nodes are uniform, 0.29°: half the narrowest lobe aimed at.
 const CORE: f64 = 0.005;
-/// Nodes in θ_h on full circles.
-const CIRCLES: usize = 24;
-/// Nodes in θ_h on arcs, where lobes are wide but a BRDF may have kinks.
-const ARCS: usize = 48;
-/// Nodes in φ_h for each θ_h.
-const PHI_NODES: usize = 56;
-
 /// Nodes along the axes of a rule.
 #[derive(Clone, Copy, Debug)]
 struct Nodes {
+    /// In θ_h on full circles.
     circles: usize,
+    /// In θ_h on arcs, where lobes are wide but a BRDF may have kinks.
     arcs: usize,
+    /// In φ_h for each θ_h.
     phi: usize,
 }
 
 /// What albedos are taken with, and what says how near they are.
-const RULES: [Nodes; 2] = [
-    Nodes {
-        circles: CIRCLES,
-        arcs: ARCS,
-        phi: PHI_NODES,
-    },
-    Nodes {
-        circles: CIRCLES / 2,
-        arcs: ARCS / 2,
-        phi: PHI_NODES / 2,
-    },
-];
-
+const RULES: [Nodes; 2] = [Nodes::FINE.over(1), Nodes::FINE.over(2)];
 /// Numbers of the two.
 const FINE: usize = 0;
 const COARSE: usize = 1;
 
 impl Nodes {
+    const FINE: Self = Self {
+        circles: 24,
+        arcs: 48,
+        phi: 56,
+    };
+
+    const fn over(self, divisor: usize) -> Self {
+        Self {
+            circles: self.circles / divisor,
+            arcs: self.arcs / divisor,
+            phi: self.phi / divisor,
+        }
+    }
+
     /// Pairs of a view.
     const fn per_view(self) -> usize {
         (self.circles + self.arcs) * self.phi

@@ -1,6 +1,6 @@
 //! Errors that a reconstruction expects of itself.
 
-use super::{Judged, Level, Quantity, Uncovered};
+use super::{Judged, Level, Uncovered, quantity::quantities};
 use crate::geometry::DirectionPair;
 use crate::reconstruct::{EPSILON, LogNormal, Predictive};
 use std::f64::consts::PI;
@@ -52,30 +52,14 @@ fn factors(readings: f64) -> [f64; 2] {
 
 impl Expected {
     /// Both errors, in the order of columns.
-    pub const QUANTITIES: [Judged<Expected>; 4] = [
-        (
-            Quantity::real(
-                "expected_nrmse",
-                "nrmse that the reconstruction expects of itself, if `quantities` asks for it and it knows",
-            ),
-            |e| e.nrmse,
-        ),
-        (
-            Quantity::real("expected_log_relative", "the same of log_relative"),
-            |e| e.log_relative,
-        ),
-        (
-            Quantity::real(
-                "expected_nrmse_shared",
-                "the part of expected_nrmse that is of errors which all readings share; squares add up",
-            ),
-            |e| e.shared[0],
-        ),
-        (
-            Quantity::real("expected_log_relative_shared", "the same of log_relative"),
-            |e| e.shared[1],
-        ),
-    ];
+    pub const QUANTITIES: [Judged<Expected>; 4] = quantities! {
+        "expected_nrmse": nrmse,
+            "nrmse that the reconstruction expects of itself, if `quantities` asks for it and it knows";
+        "expected_log_relative": log_relative, "the same of log_relative";
+        "expected_nrmse_shared": shared[0],
+            "the part of expected_nrmse that is of errors which all readings share; squares add up";
+        "expected_log_relative_shared": shared[1], "the same of log_relative";
+    };
 
     /// What errors under the cosine measure of nine of ten materials are below, with so many readings.
     pub fn bound(&self, readings: usize) -> Self {

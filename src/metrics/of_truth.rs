@@ -1,7 +1,7 @@
 //! What a truth that is followed along paths may be off by, in the terms of the errors.
 
 use super::expected::of_means;
-use super::{Judged, Level, Quantity, Uncovered, Values};
+use super::{Judged, Level, Uncovered, Values, quantity::quantities};
 use crate::brdf::SplitBrdf;
 use crate::reconstruct::EPSILON;
 use rayon::prelude::*;
@@ -25,19 +25,11 @@ pub struct TruthErrors {
 
 impl TruthErrors {
     /// Both errors, in the order of columns; the name of each begins with `truth_`.
-    pub const QUANTITIES: [Judged<TruthErrors>; 2] = [
-        (
-            Quantity::real(
-                "truth_nrmse",
-                "nrmse that the standard error of a truth from random paths makes (at 2000 pairs), at most; empty where none is known",
-            ),
-            |e| e.nrmse,
-        ),
-        (
-            Quantity::real("truth_log_relative", "the same of log_relative"),
-            |e| e.log_relative,
-        ),
-    ];
+    pub const QUANTITIES: [Judged<TruthErrors>; 2] = quantities! {
+        "truth_nrmse": nrmse,
+            "nrmse that the standard error of a truth from random paths makes (at 2000 pairs), at most; empty where none is known";
+        "truth_log_relative": log_relative, "the same of log_relative";
+    };
 
     /// The errors under each measure of a level of test pairs, by some of these, where the truth has these `values`.
     pub fn at(level: &Level, truth: &dyn SplitBrdf, values: &Values) -> Vec<Self> {

@@ -16,13 +16,12 @@
 //! do (a cone is convex), so its distribution is cut there too. What is left is the same
 //! conditional distribution that rejection alone would give.
 
+use super::part::{LOBE_ALPHAS, MIXTURE, Part, Window};
 use crate::error::{ParameterError, in_left_open, in_whole};
-use crate::geometry::{Direction, DirectionPair};
-use crate::sampling::{Sobol, cosine_hemisphere, ggx_half_vector};
+use crate::geometry::DirectionPair;
+use crate::registry::{keys, named};
+use crate::sampling::Sobol;
 use serde::{Deserialize, Serialize};
-
-/// Roughnesses of the lobes in [`Measure::Lobe`], equally often.
-pub(super) const LOBE_ALPHAS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
 
 /// cos 65°: below, coordinates that are wide apart at the horizon show it.
 const COS_GRAZING: f64 = 0.422_618_261_740_699_44;
@@ -31,47 +30,31 @@ const COS_GRAZING: f64 = 0.422_618_261_740_699_44;
 const MAX_PAIRS: usize = 10_000_000;
 
 /// Candidates a population may spend before its acceptance is judged: one block of Sobol points.
-const TRIAL: u64 = Sobol::BLOCK;
+pub(super) const TRIAL: u64 = Sobol::BLOCK;
 
 /// A window that keeps less than one candidate in this many is refused.
 const MIN_ACCEPTANCE_INVERSE: u64 = 1000;
 
-/// Distribution of test pairs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Measure {
-    /// Both directions cosine-distributed: density cos θ_i cos θ_o / π².
-    Cosine,
-    /// Half as `Cosine`; half with omega_o cosine-distributed and the half vector drawn from GGX,
-    /// alpha 0.3, 0.1, 0.03, 0.01 equally, pairs below the horizon dropped.
-    Lobe,
-    /// The part of `Cosine` where both polar angles are up to 65°.
-    Steep,
-    /// The part of `Cosine` where one polar angle or both are above 65°.
-    Grazing,
+named! {
+    /// Distribution of test pairs.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Measure {
+        /// Both directions cosine-distributed: density cos θ_i cos θ_o / π².
+        Cosine = "cosine",
+        /// Half as `Cosine`; half with omega_o cosine-distributed and the half vector drawn from GGX,
+        /// alpha 0.3, 0.1, 0.03, 0.01 equally, pairs below the horizon dropped.
+        Lobe = "lobe",
+        /// The part of `Cosine` where both polar angles are up to 65°.
+        Steep = "steep",
+        /// The part of `Cosine` where one polar angle or both are above 65°.
+        Grazing = "grazing",
+    }
 }
 
 impl Measure {
-    /// Every measure.
-    pub const ALL: [Measure; 4] = [
-        Measure::Cosine,
-        Measure::Lobe,
-        Measure::Steep,
-        Measure::Grazing,
-    ];
-
     /// Those that are used where none are named.
     pub const USUAL: [Measure; 2] = [Measure::Cosine, Measure::Lobe];
-
-    /// Name in configs and result files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Measure::Cosine => "cosine",
-            Measure::Lobe => "lobe",
-            Measure::Steep => "steep",
-            Measure::Grazing => "grazing",
-        }
-    }
 
     /// True if its pairs are some of another's.
     pub(super) fn is_part_of(self, other: Measure) -> bool {
@@ -89,35 +72,23 @@ impl Measure {
     }
 }
 
-/// Number, range and seed of the test pairs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct MetricsSpec {
-    /// Pairs to begin with, 1 to 10 000 000; of [`TestSet`](super::TestSet) the next multiple of 512, of which
-    /// those outside the window are left out.
-    pub pairs: usize,
-    /// Pairs that are not exceeded where more are added, up to 10 000 000.
-    pub max_pairs: usize,
-    /// Largest standard error of an average, as a share of it, at which no more pairs are added; in (0, 1].
-    pub tolerance: f64,
-    /// Both elevations stay below it, degrees in (0, 90].
-    pub mask_deg: f64,
-    /// Smallest angle between light and sensor, degrees in [0, 180) and below twice the mask.
-    pub min_separation_deg: f64,
-    /// Seed of the fixed set of pairs.
-    pub seed: u64,
-}
-
-impl Default for MetricsSpec {
-    fn default() -> Self {
-        Self {
-            pairs: 1 << 13,
-            max_pairs: 1 << 18,
-            tolerance: 0.02,
-            mask_deg: 80.0,
-            min_separation_deg: 0.0,
-            seed: 0,
-        }
+keys! {
+    /// Number, range and seed of the test pairs.
+    #[derive(PartialEq)]
+    pub struct MetricsSpec {
+        /// Pairs to begin with, 1 to 10 000 000; of [`TestSet`](super::TestSet) the next multiple of 512, of which
+        /// those outside the window are left out.
+        pairs: usize = 1 << 13;
+        /// Pairs that are not exceeded where more are added, up to 10 000 000.
+        max_pairs: usize = 1 << 18;
+        /// Largest standard error of an average, as a share of it, at which no more pairs are added; in (0, 1].
+        tolerance: f64 = 0.02;
+        /// Both elevations stay below it, degrees in (0, 90].
+        mask_deg: f64 = 80.0;
+        /// Smallest angle between light and sensor, degrees in [0, 180) and below twice the mask.
+        min_separation_deg: f64 = 0.0;
+        /// Seed of the fixed set of pairs.
+        seed: u64 = 0;
     }
 }
 
@@ -175,102 +146,57 @@ pub fn test_pairs(
     spec: &MetricsSpec,
 ) -> Result<Vec<DirectionPair>, ParameterError> {
     spec.check()?;
-    let window = Window::new(spec);
-    let mut cosine = Population::new(spec.seed, 0, None);
-    let mut lobes = [0, 1, 2, 3].map(|i| Population::new(spec.seed, i + 1, Some(LOBE_ALPHAS[i])));
+    let window = Window::new(spec.mask_deg, spec.min_separation_deg);
+    let population = |i: usize| Population::new(spec.seed, i, MIXTURE[i]);
+    let mut cosine = population(0);
+    let mut lobes = [1, 2, 3, 4].map(population);
     (0..spec.pairs)
         .map(|i| {
             let population = match measure {
                 Measure::Lobe if i % 2 == 1 => &mut lobes[i / 2 % LOBE_ALPHAS.len()],
                 _ => &mut cosine,
             };
-            population
-                .draw(
-                    |pair| window.keeps(pair) && measure.has(pair),
-                    window.sin2_mask,
-                )
-                .ok_or_else(|| spec.hopeless())
+            let pair = population.draw(&window, |pair| measure.has(pair));
+            pair.ok_or_else(|| spec.hopeless())
         })
         .collect()
-}
-
-/// Condition on the pairs that are kept.
-pub(super) struct Window {
-    /// Both cosines are above this.
-    pub cos_mask: f64,
-    pub sin2_mask: f64,
-    /// Smallest angle between light and sensor, rad.
-    min_separation: f64,
-}
-
-impl Window {
-    pub fn new(spec: &MetricsSpec) -> Self {
-        let (sin, cos) = spec.mask_deg.to_radians().sin_cos();
-        Self {
-            // cos 90° is 6e-17 in `f64`; a mask of 90° means the horizon itself.
-            cos_mask: if spec.mask_deg == 90.0 { 0.0 } else { cos },
-            sin2_mask: sin * sin,
-            min_separation: spec.min_separation_deg.to_radians(),
-        }
-    }
-
-    pub fn keeps(&self, pair: &DirectionPair) -> bool {
-        pair.omega_i.cos_theta() > self.cos_mask
-            && pair.omega_o.cos_theta() > self.cos_mask
-            && (self.min_separation == 0.0 || pair.separation() >= self.min_separation)
-    }
 }
 
 /// A distribution that a measure is mixed from, with its own Sobol points.
 struct Population {
     sobol: Sobol,
-    /// Roughness of the lobe; `None` for two cosine-distributed directions.
-    alpha: Option<f64>,
+    part: Part,
     tried: u64,
     kept: u64,
 }
 
 impl Population {
-    fn new(seed: u64, stream: usize, alpha: Option<f64>) -> Self {
+    fn new(seed: u64, stream: usize, part: Part) -> Self {
         // Any odd constant keeps the five seeds apart; `Sobol` hashes what it is given.
         let seed = seed.wrapping_add((stream as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         Self {
             sobol: Sobol::new(seed),
-            alpha,
+            part,
             tried: 0,
             kept: 0,
         }
     }
 
-    /// The next pair inside the window, `None` if there are next to none.
+    /// The next pair inside the window that passes a filter, `None` if there are next to none.
     fn draw(
         &mut self,
-        keeps: impl Fn(&DirectionPair) -> bool,
-        sin2_mask: f64,
+        window: &Window,
+        passes: impl Fn(&DirectionPair) -> bool,
     ) -> Option<DirectionPair> {
-        loop {
-            if self.tried >= TRIAL && self.kept * MIN_ACCEPTANCE_INVERSE < self.tried {
-                return None;
-            }
-            let u = self.sobol.point(self.tried);
+        while self.tried < TRIAL || self.kept * MIN_ACCEPTANCE_INVERSE >= self.tried {
+            let pair = self.part.candidate(self.sobol.point(self.tried), window);
             self.tried += 1;
-            let pair = self.candidate(u, sin2_mask);
-            if keeps(&pair) {
+            let kept = pair.filter(|pair| window.keeps(pair) && passes(pair));
+            if kept.is_some() {
                 self.kept += 1;
-                return Some(pair);
+                return kept;
             }
         }
-    }
-
-    fn candidate(&self, u: [f64; 4], sin2_mask: f64) -> DirectionPair {
-        let omega_o = cosine_hemisphere([u[0] * sin2_mask, u[1]]);
-        let Some(alpha) = self.alpha else {
-            return DirectionPair::new(cosine_hemisphere([u[2] * sin2_mask, u[3]]), omega_o);
-        };
-        // The share of half vectors inside the mask: tan²θ_h = α² u/(1 − u), solved for u.
-        let share = sin2_mask / (sin2_mask + alpha * alpha * (1.0 - sin2_mask));
-        let h = ggx_half_vector(alpha, [u[2] * share, u[3]]).vector();
-        let omega_i = 2.0 * omega_o.vector().dot(h) * h - omega_o.vector();
-        DirectionPair::new(Direction::from_unit(omega_i), omega_o)
+        None
     }
 }

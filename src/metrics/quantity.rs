@@ -14,6 +14,14 @@ pub struct Quantity {
 /// A quantity, and its value in a struct `T` of several; `None` where it is not defined.
 pub type Judged<T> = (Quantity, fn(&T) -> Option<f64>);
 
+/// Rows of [`Judged`]: the name of a column, the field of the struct, and the summary of each.
+macro_rules! quantities {
+    ($( $name:literal: $($field:ident).+ $([$i:literal])?, $summary:literal; )+) => {
+        [$( ($crate::metrics::Quantity::real($name, $summary), |of| of.$($field).+ $([$i])?) ),+]
+    };
+}
+pub(crate) use quantities;
+
 impl Quantity {
     /// A real number.
     pub const fn real(name: &'static str, summary: &'static str) -> Self {

@@ -83,11 +83,7 @@ impl Replicate {
             if n == 0 {
                 break;
             }
-            Arch::new().dispatch(Add {
-                block: &mut block,
-                weights: &mut weights,
-                sums: &mut self.sums,
-            });
+            Arch::new().dispatch(Add(&mut block, &mut weights, &mut self.sums));
             for j in 0..n {
                 let weights = weights.iter().map(|weights| weights[j]);
                 self.relative.add(block.steps[j], weights);

@@ -90,20 +90,19 @@ impl Block {
     }
 }
 
-/// Adds the terms of a block to sums, one for each list of weights.
-pub(super) struct Add<'a> {
-    pub block: &'a mut Block,
-    /// Weights of the pairs; what is not compared becomes 0.
-    pub weights: &'a mut [[f64; BLOCK]],
-    pub sums: &'a mut [Sums],
-}
+/// Adds the terms of a block to sums, one for each list of weights of its pairs; weights of what is not compared become 0.
+pub(super) struct Add<'a>(
+    pub &'a mut Block,
+    pub &'a mut [[f64; BLOCK]],
+    pub &'a mut [Sums],
+);
 
 impl NullaryFnOnce for Add<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let block = self.block;
+        let Self(block, weights, sums) = self;
         let mut of = [[0.0; BLOCK]; TERMS];
         {
             let [a, b, c, d, e, relative, g, h] = &mut of;
@@ -115,7 +114,7 @@ impl NullaryFnOnce for Add<'_> {
         for (step, x) in block.steps.iter_mut().zip(&of[RELATIVE]) {
             *step = Histogram::step(*x);
         }
-        for (weights, sums) in self.weights.iter_mut().zip(self.sums) {
+        for (weights, sums) in weights.iter_mut().zip(sums) {
             for (weight, known) in weights.iter_mut().zip(&block.known) {
                 *weight *= known;
             }

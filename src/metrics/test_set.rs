@@ -20,157 +20,24 @@
 //! Candidates outside the window (below the horizon, beyond the mask, too close) are left out and not replaced, so
 //! that q is known. The parts of [`Measure::Lobe`] are weighed by their shares inside the window.
 
-use super::pairs::{LOBE_ALPHAS, Window, test_pairs};
-use super::{Measure, MetricsSpec, Replicate, Tally, Values};
+use super::pairs::{TRIAL, test_pairs};
+use super::part::{Facts, LOBE_ALPHAS, MIXTURE, Window};
+use super::{Measure, MetricsSpec, Replicate, Tally, Values, evaluate};
+use crate::brdf::Brdf;
 use crate::error::ParameterError;
-use crate::geometry::{Direction, DirectionPair};
-use crate::sampling::{Sobol, cosine_hemisphere, ggx_half_vector, ggx_half_vector_pdf};
-use glam::DVec2;
+use crate::geometry::DirectionPair;
+use crate::sampling::Sobol;
 use rayon::prelude::*;
-use std::f64::consts::{FRAC_1_PI, TAU};
 use std::ops::Range;
 
 /// Sets of pairs that are scrambled independently.
 pub const REPLICATES: usize = 16;
-
-/// The parts of the mixture: the first has half of it, the others have equal shares.
-const MIXTURE: [Part; 17] = [
-    Part::Cosine,
-    // These four are the lobes of `Measure::Lobe`.
-    Part::HalfVector(LOBE_ALPHAS[0]),
-    Part::HalfVector(LOBE_ALPHAS[1]),
-    Part::HalfVector(LOBE_ALPHAS[2]),
-    Part::HalfVector(LOBE_ALPHAS[3]),
-    Part::HalfVector(0.003),
-    Part::HalfVector(0.001),
-    Part::Half(0.1),
-    Part::Half(0.03),
-    Part::Half(0.01),
-    Part::Half(0.003),
-    Part::Half(0.001),
-    Part::Back(0.1),
-    Part::Back(0.03),
-    Part::Back(0.01),
-    Part::Back(0.003),
-    Part::Uniform,
-];
 
 /// Parts beside the cosine distribution, equally often.
 const PARTS: usize = MIXTURE.len() - 1;
 
 /// Candidates after which every part has had its share.
 const CYCLE: usize = 2 * PARTS;
-
-/// Candidates that tell which share of a part is inside the window: to 0.1 % or better.
-const TRIAL: u64 = Sobol::BLOCK;
-
-/// A part of the mixture.
-#[derive(Clone, Copy)]
-enum Part {
-    Cosine,
-    HalfVector(f64),
-    Half(f64),
-    Back(f64),
-    Uniform,
-}
-
-impl Part {
-    /// A candidate from a point of the unit cube; `None` if there is no such pair.
-    fn candidate(self, u: [f64; 4], cut: &Cut) -> Option<DirectionPair> {
-        let cosine = |u: [f64; 2]| cosine_hemisphere([u[0] * cut.sin2, u[1]]);
-        let omega_o = cosine([u[0], u[1]]);
-        // omega_i at the point of the unit disc that the sensor's is taken to.
-        let offset = |scale: f64, sign: f64| {
-            let (sin, cos) = (TAU * u[3]).sin_cos();
-            let v = u[2] * cut.sin2 / (scale * scale + cut.sin2);
-            let radius = scale * (v / (1.0 - v)).sqrt();
-            let at = 2.0 * radius * DVec2::new(cos, sin) + sign * omega_o.vector().truncate();
-            let sin2 = at.length_squared();
-            (sin2 < 1.0).then(|| Direction::from_unit(at.extend((1.0 - sin2).sqrt())))
-        };
-        let omega_i = match self {
-            Part::Cosine => cosine([u[2], u[3]]),
-            Part::HalfVector(alpha) => {
-                // The share of half vectors inside the mask: tan²θ_h = α² u/(1 − u), solved for u.
-                let h = ggx_half_vector(alpha, [u[2] * cut.share(alpha), u[3]]).vector();
-                Direction::from_unit(2.0 * omega_o.vector().dot(h) * h - omega_o.vector())
-            }
-            Part::Half(scale) => offset(scale, -1.0)?,
-            Part::Back(scale) => offset(scale, 1.0)?,
-            Part::Uniform => {
-                let uniform = |u: [f64; 2]| {
-                    let cos = 1.0 - u[0] * (1.0 - cut.cos);
-                    let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
-                    let (s, c) = (TAU * u[1]).sin_cos();
-                    Direction::from_unit(glam::DVec3::new(sin * c, sin * s, cos))
-                };
-                let [a, b] = [[u[0], u[1]], [u[2], u[3]]].map(uniform);
-                return Some(DirectionPair::new(a, b));
-            }
-        };
-        Some(DirectionPair::new(omega_i, omega_o))
-    }
-
-    /// Density of the candidates inside the mask, sr⁻².
-    fn density(self, facts: &Facts, cut: &Cut) -> f64 {
-        let cosine = |cos: f64| cos * FRAC_1_PI / cut.sin2;
-        let [cos_i, cos_o] = facts.cos;
-        // Of a point of the disc; a point of omega_i's disc is four of them, and cos θ_i of a steradian.
-        let offset = |scale: f64, r2: f64| {
-            let s2 = scale * scale;
-            let share = cut.sin2 / (s2 + cut.sin2);
-            s2 * FRAC_1_PI / ((s2 + r2) * (s2 + r2)) / share * 0.25 * cos_i
-        };
-        match self {
-            Part::Cosine => cosine(cos_i) * cosine(cos_o),
-            Part::HalfVector(alpha) => {
-                let normals = ggx_half_vector_pdf(alpha, facts.half) / cut.share(alpha);
-                cosine(cos_o) * normals / (4.0 * facts.cos_d)
-            }
-            Part::Half(scale) => cosine(cos_o) * offset(scale, facts.half2),
-            Part::Back(scale) => cosine(cos_o) * offset(scale, facts.back2),
-            Part::Uniform => (TAU * (1.0 - cut.cos)).powi(-2),
-        }
-    }
-}
-
-/// The mask, as parts are cut at it.
-struct Cut {
-    cos: f64,
-    sin2: f64,
-}
-
-impl Cut {
-    /// The share of half vectors within it.
-    fn share(&self, alpha: f64) -> f64 {
-        self.sin2 / (self.sin2 + alpha * alpha * (1.0 - self.sin2))
-    }
-}
-
-/// What densities need of a pair.
-struct Facts {
-    /// cos θ_i, cos θ_o.
-    cos: [f64; 2],
-    half: Direction,
-    /// cos θ_d.
-    cos_d: f64,
-    /// |h_bar|² and |k_bar|².
-    half2: f64,
-    back2: f64,
-}
-
-impl Facts {
-    fn of(pair: &DirectionPair) -> Self {
-        let (h, k) = pair.half_and_back();
-        Self {
-            cos: [pair.omega_i.cos_theta(), pair.omega_o.cos_theta()],
-            half: Direction::from_unit(h / h.length()),
-            cos_d: h.length(),
-            half2: h.truncate().length_squared(),
-            back2: k.truncate().length_squared(),
-        }
-    }
-}
 
 /// Pairs of all replicates, and their weights.
 #[derive(Clone, Debug, Default)]
@@ -230,16 +97,23 @@ impl Level {
     }
 }
 
+/// A truth and a reconstruction at as many test pairs as it takes.
+pub struct Compared {
+    /// The sums over all pairs.
+    pub tally: Tally,
+    /// The first pairs.
+    pub first: Level,
+    /// The values of both at the first pairs.
+    pub values: [Values; 2],
+}
+
 /// The test pairs of some measures, without end.
 pub struct TestSet {
     window: Window,
-    cut: Cut,
-    seed: u64,
+    spec: MetricsSpec,
     measures: Vec<Measure>,
     /// Candidates of a replicate in the first level.
     first: usize,
-    max_pairs: usize,
-    tolerance: f64,
     /// Shares of [`Part::Cosine`] and of each lobe of [`LOBE_ALPHAS`] inside the window.
     inside: [f64; 1 + LOBE_ALPHAS.len()],
 }
@@ -252,18 +126,14 @@ impl TestSet {
     /// a thousand.
     pub fn new(measures: &[Measure], spec: &MetricsSpec) -> Result<Self, ParameterError> {
         spec.check()?;
-        let window = Window::new(spec);
-        let cut = Cut {
-            cos: window.cos_mask,
-            sin2: window.sin2_mask,
-        };
+        let window = Window::new(spec.mask_deg, spec.min_separation_deg);
         let mut inside = [0.0; 1 + LOBE_ALPHAS.len()];
         let lobes = measures.contains(&Measure::Lobe);
         let asked = if lobes { inside.len() } else { 1 };
         for (inside, part) in inside.iter_mut().zip(MIXTURE).take(asked) {
             let mut sobol = Sobol::new(spec.seed);
             let kept = (0..TRIAL).filter(|&i| {
-                let pair = part.candidate(sobol.point(i), &cut);
+                let pair = part.candidate(sobol.point(i), &window);
                 pair.is_some_and(|pair| window.keeps(&pair))
             });
             *inside = kept.count() as f64 / TRIAL as f64;
@@ -281,12 +151,9 @@ impl TestSet {
         }
         Ok(Self {
             window,
-            cut,
-            seed: spec.seed,
+            spec: spec.clone(),
             measures: measures.to_vec(),
             first: spec.pairs.div_ceil(REPLICATES * CYCLE) * CYCLE,
-            max_pairs: spec.max_pairs,
-            tolerance: spec.tolerance,
             inside,
         })
     }
@@ -308,12 +175,12 @@ impl TestSet {
 
     /// True if the pairs of another level would be more than `max_pairs`.
     pub fn is_last(&self, level: usize) -> bool {
-        self.candidates(level + 1) > self.max_pairs
+        self.candidates(level + 1) > self.spec.max_pairs
     }
 
     /// True if the standard error of every average under a measure, by number, is below the tolerance.
     pub fn has_converged(&self, tally: &Tally, measure: usize) -> bool {
-        tally.has_converged(measure, self.tolerance)
+        tally.has_converged(measure, self.spec.tolerance)
     }
 
     /// True if all that is waited for has converged: every measure but parts of others that are asked for too.
@@ -321,6 +188,27 @@ impl TestSet {
         let is_part = |m: &Measure| self.measures.iter().any(|other| m.is_part_of(*other));
         let mut all = self.measures.iter().enumerate();
         all.all(|(at, m)| is_part(m) || self.has_converged(tally, at))
+    }
+
+    /// Compares a reconstruction with a truth, level after level until it [is enough](Self::is_enough).
+    pub fn compare(&self, truth: &dyn Brdf, reconstruction: &dyn Brdf) -> Compared {
+        let values = |level: &Level| [truth, reconstruction].map(|b| evaluate(b, &level.pairs));
+        let first = self.level(0);
+        let mut compared = Compared {
+            tally: self.tally(),
+            values: values(&first),
+            first,
+        };
+        let [f, g] = &compared.values;
+        compared.first.add_to(&mut compared.tally, f, g);
+        let mut n = 0;
+        while !self.is_enough(&compared.tally) && !self.is_last(n) {
+            n += 1;
+            let level = self.level(n);
+            let [f, g] = values(&level);
+            level.add_to(&mut compared.tally, &f, &g);
+        }
+        compared
     }
 
     /// The pairs of a level: those of level 0 are the beginning, each further one has as many as all before it.
@@ -352,10 +240,8 @@ impl TestSet {
             .map(|part| {
                 // Any odd constant keeps the seeds apart; `Sobol` hashes what it is given.
                 let stream = (replicate * MIXTURE.len() + part + 1) as u64;
-                let seed = self
-                    .seed
-                    .wrapping_add(stream.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-                Sobol::new(seed)
+                let stream = stream.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+                Sobol::new(self.spec.seed.wrapping_add(stream))
             })
             .collect();
         let mut pairs = Vec::new();
@@ -365,7 +251,7 @@ impl TestSet {
                 _ => (1 + i / 2 % PARTS, i / CYCLE),
             };
             let point = sobol[part].point(number as u64);
-            let candidate = MIXTURE[part].candidate(point, &self.cut);
+            let candidate = MIXTURE[part].candidate(point, &self.window);
             pairs.extend(candidate.filter(|pair| self.window.keeps(pair)));
         }
         pairs.sort_by_cached_key(place);
@@ -388,7 +274,7 @@ impl TestSet {
     /// The densities of all parts at a pair.
     fn densities(&self, pair: &DirectionPair) -> [f64; MIXTURE.len()] {
         let facts = Facts::of(pair);
-        MIXTURE.map(|part| part.density(&facts, &self.cut))
+        MIXTURE.map(|part| part.density(&facts, &self.window))
     }
 
     /// The density of a measure inside the window, from those of the parts.

@@ -8,7 +8,7 @@
 //! neighbours for each would take twice the time of a run that interpolates on grids. The standard error of a
 //! share is at most 0.015.
 
-use super::{Judged, Quantity, Values};
+use super::{Judged, Values, quantity::quantities};
 use crate::reconstruct::Coverage;
 
 /// Pairs at which shares are counted, at most.
@@ -26,22 +26,11 @@ pub struct Uncovered {
 
 impl Uncovered {
     /// Both shares, in the order of columns.
-    pub const QUANTITIES: [Judged<Uncovered>; 2] = [
-        (
-            Quantity::real(
-                "extrapolated",
-                "share of the pairs (of 2000 of them) on one side of the readings; interpolated is what this and unknown leave",
-            ),
-            |u| u.extrapolated,
-        ),
-        (
-            Quantity::real(
-                "unknown",
-                "share of these pairs farther than 30° from every reading",
-            ),
-            |u| u.unknown,
-        ),
-    ];
+    pub const QUANTITIES: [Judged<Uncovered>; 2] = quantities! {
+        "extrapolated": extrapolated,
+            "share of the pairs (of 2000 of them) on one side of the readings; interpolated is what this and unknown leave";
+        "unknown": unknown, "share of these pairs farther than 30° from every reading";
+    };
 
     /// Numbers of the pairs whose coverage is counted, of so many: evenly spread over all.
     pub fn counted(pairs: usize) -> impl Iterator<Item = usize> {

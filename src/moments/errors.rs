@@ -1,6 +1,6 @@
 //! Errors of the moments of a reconstruction.
 
-use crate::metrics::{Judged, Quantity};
+use crate::metrics::{Judged, Quantity, quantities};
 
 use super::component::{Component, Moments};
 use super::profile::Profile;
@@ -26,47 +26,18 @@ pub struct MomentErrors {
 
 impl MomentErrors {
     /// Every error, in the order of columns, with its field.
-    pub const QUANTITIES: [Judged<MomentErrors>; 6] = [
-        (
-            Quantity::real(
-                "moment_energy",
-                "mean over the views of the relative error of the energy of slices; this and the next six with quantities = [\"moments\"], the same for every measure",
-            ),
-            |e| e.energy,
-        ),
-        (
-            Quantity::real(
-                "moment_mean_rad",
-                "mean over the views of the error of the mean direction of slices, the larger of both angles, in radians",
-            ),
-            |e| e.mean,
-        ),
-        (
-            Quantity::real("moment_mean", "the same, each angle relative to its sigma"),
-            |e| e.mean_relative,
-        ),
-        (
-            Quantity::real(
-                "moment_covariance",
-                "mean over the views of the largest error of a covariance relative to sigma²",
-            ),
-            |e| e.covariance,
-        ),
-        (
-            Quantity::real(
-                "moment_skewness",
-                "mean over the views of the largest error of a co-skewness",
-            ),
-            |e| e.skewness,
-        ),
-        (
-            Quantity::real(
-                "moment_kurtosis",
-                "mean over the views of the largest error of an excess co-kurtosis",
-            ),
-            |e| e.kurtosis,
-        ),
-    ];
+    pub const QUANTITIES: [Judged<MomentErrors>; 6] = quantities! {
+        "moment_energy": energy,
+            "mean over the views of the relative error of the energy of slices; this and the next six with quantities = [\"moments\"], the same for every measure";
+        "moment_mean_rad": mean,
+            "mean over the views of the error of the mean direction of slices, the larger of both angles, in radians";
+        "moment_mean": mean_relative, "the same, each angle relative to its sigma";
+        "moment_covariance": covariance,
+            "mean over the views of the largest error of a covariance relative to sigma²";
+        "moment_skewness": skewness, "mean over the views of the largest error of a co-skewness";
+        "moment_kurtosis": kurtosis,
+            "mean over the views of the largest error of an excess co-kurtosis";
+    };
 
     /// Number of slices of truth and reconstruction that are not resolved.
     pub const UNRESOLVED: Quantity = Quantity::count(

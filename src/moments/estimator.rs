@@ -1,8 +1,9 @@
 //! Estimators of the moments of a slice: the trait and its registry.
 
 use super::component::{Moments, Order};
+use super::peak::PeakResolving;
+use super::sampled::{MonteCarlo, ScrambledSobol};
 use super::slice::Slice;
-use super::{peak, sampled};
 use crate::error::ParameterError;
 use crate::registry::{self, Entry, ReadError, Table};
 use serde::{Deserialize, Serialize};
@@ -25,7 +26,7 @@ pub trait Estimator: fmt::Debug + Send + Sync {
     /// Largest relative uncertainty of an energy, (0, 0.1]; that of the default estimator for
     /// estimators without one.
     fn tolerance(&self) -> f64 {
-        peak::PeakResolving::default().tolerance
+        PeakResolving::default().tolerance
     }
 
     /// The moments up to `order`, and nothing of higher orders. `seed` matters to random
@@ -87,7 +88,11 @@ impl fmt::Display for Unresolved {
 
 /// Every estimator a config can name.
 pub fn all() -> Vec<Entry<dyn Estimator>> {
-    vec![sampled::MONTE_CARLO, sampled::SOBOL, peak::ENTRY]
+    vec![
+        MonteCarlo::ENTRY,
+        ScrambledSobol::ENTRY,
+        PeakResolving::ENTRY,
+    ]
 }
 
 /// Reads an estimator from its config table.

@@ -92,30 +92,6 @@ impl SliceShape {
     }
 }
 
-/// Parameters of a Gaussian over the view.
-#[derive(Clone, Debug)]
-struct Lobe {
-    /// Anchor, scale, tilt, curvature.
-    curves: [Curve; 4],
-}
-
-impl Lobe {
-    fn new(views: &[f64], lobes: &[TruncatedGaussian]) -> Option<Self> {
-        let curve = |i: usize| {
-            let values = lobes.iter().map(|l| l.parameters()[i]);
-            Curve::new(views.iter().copied().zip(values))
-        };
-        Some(Self {
-            curves: [curve(0)?, curve(1)?, curve(2)?, curve(3)?],
-        })
-    }
-
-    fn at(&self, theta_o: f64) -> TruncatedGaussian {
-        let [anchor, scale, tilt, curvature] = self.curves.each_ref().map(|c| c.at(theta_o));
-        TruncatedGaussian::raw(anchor, scale, tilt, curvature)
-    }
-}
-
 /// The slice model as a BRDF of one channel.
 ///
 /// Energy and the parameters of both Gaussians are interpolated over the view elevation by
@@ -123,9 +99,8 @@ impl Lobe {
 /// Gaussians, mean and variance are met at the nodes and nearly so between.
 #[derive(Clone, Debug)]
 pub struct SliceModel {
-    energy: Curve,
-    theta: Lobe,
-    phi: Lobe,
+    /// Energy; then anchor, scale, tilt and curvature over θ, and over φ.
+    curves: Vec<Curve>,
 }
 
 impl SliceModel {
@@ -134,7 +109,7 @@ impl SliceModel {
     /// # Errors
     /// If there are none, one is out of range, or their views do not ascend.
     pub fn new(nodes: &[SliceNode], gaussians: SliceGaussians) -> Result<Self, ParameterError> {
-        let mut lobes = [Vec::new(), Vec::new()];
+        let mut rows = Vec::new();
         let mut last = f64::NEG_INFINITY;
         for node in nodes {
             if !(0.0..FRAC_PI_2).contains(&node.theta_o) || node.theta_o <= last {
@@ -146,23 +121,25 @@ impl SliceModel {
                 let allowed = "a finite number, at least 0";
                 return Err(ParameterError::new("energy", node.energy, allowed));
             }
+            let mut row = vec![node.energy];
             for (axis, mean) in [node.mean, 0.0].into_iter().enumerate() {
                 let variance = node.variance[axis];
-                lobes[axis].push(match gaussians {
+                let lobe = match gaussians {
                     SliceGaussians::Matched => TruncatedGaussian::matched(mean, variance)?,
                     SliceGaussians::Parameters => TruncatedGaussian::new(mean, variance.sqrt())?,
-                });
+                };
+                row.extend(lobe.parameters());
             }
+            rows.push(row);
         }
-        let views: Vec<f64> = nodes.iter().map(|n| n.theta_o).collect();
-        let model = || {
-            Some(Self {
-                energy: Curve::new(nodes.iter().map(|n| (n.theta_o, n.energy)))?,
-                theta: Lobe::new(&views, &lobes[0])?,
-                phi: Lobe::new(&views, &lobes[1])?,
-            })
+        let curve = |i: usize| {
+            let points = nodes.iter().zip(&rows);
+            Curve::new(points.map(|(node, row)| (node.theta_o, row[i])))
         };
-        model().ok_or_else(|| ParameterError::new("nodes", 0, "at least one view with moments"))
+        let curves: Option<Vec<Curve>> = (0..9).map(curve).collect();
+        let allowed = "at least one view with moments";
+        let curves = curves.ok_or_else(|| ParameterError::new("nodes", 0, allowed))?;
+        Ok(Self { curves })
     }
 
     /// The model of a profile of order 2 or more; views whose moments are undefined are left out. A
@@ -180,10 +157,12 @@ impl SliceModel {
 
     /// The slice at a view elevation (rad).
     pub fn at(&self, theta_o: f64) -> SliceShape {
+        let at: Vec<f64> = self.curves.iter().map(|c| c.at(theta_o)).collect();
+        let lobe = |i: usize| TruncatedGaussian::raw(at[i], at[i + 1], at[i + 2], at[i + 3]);
         SliceShape {
-            energy: self.energy.at(theta_o),
-            theta: self.theta.at(theta_o),
-            phi: self.phi.at(theta_o),
+            energy: at[0],
+            theta: lobe(1),
+            phi: lobe(5),
         }
     }
 }

@@ -15,43 +15,29 @@ use super::slice::{Batch, Slice};
 use super::tally::{Tally, powers, shifted};
 use crate::error::{ParameterError, in_left_open};
 use crate::parametrization::{VIEW_CENTERED_AREA, view_centered};
-use crate::registry::{self, Entry};
-use serde::{Deserialize, Serialize};
+use crate::registry::{self, declare};
 use std::f64::consts::FRAC_PI_2;
 
-/// The registry entry.
-pub const ENTRY: Entry<dyn Estimator> = Entry {
-    kind: PeakResolving::KIND,
-    summary: "adaptive cubature that finds the peak first and keeps a tolerance",
-    examples: &["", "tolerance = 1e-6"],
-    read: |table| Ok(Box::new(registry::parse::<PeakResolving>(table)?)),
-};
-
-/// Adaptive cubature around the peak.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PeakResolving {
-    /// Largest uncertainty: of the energy relative to it, of means relative to σ (to π/2 if no
-    /// covariance is asked for), of covariances relative to σ², of standardised moments relative to
-    /// the larger of 1 and the absolute moment of the same degrees, before anything is subtracted.
-    pub tolerance: f64,
-    /// Most evaluations of the BRDF per slice.
-    pub max_evaluations: usize,
+declare! {
+    impl dyn Estimator, "peak-resolving": "adaptive cubature that finds the peak first and keeps a tolerance", [
+        "",
+        "tolerance = 1e-6",
+    ]
+    /// Adaptive cubature around the peak.
+    #[derive(Copy, PartialEq)]
+    pub struct PeakResolving {
+        /// Largest uncertainty: of the energy relative to it, of means relative to σ (to π/2 if no
+        /// covariance is asked for), of covariances relative to σ², of standardised moments relative to
+        /// the larger of 1 and the absolute moment of the same degrees, before anything is subtracted.
+        tolerance: f64 = 1e-4;
+        /// Most evaluations of the BRDF per slice.
+        max_evaluations: usize = 1_000_000;
+    }
 }
 
 impl PeakResolving {
-    const KIND: &'static str = "peak-resolving";
     /// Most evaluations of the first mesh of a slice.
     const LEAST_EVALUATIONS: usize = 300_000;
-}
-
-impl Default for PeakResolving {
-    fn default() -> Self {
-        Self {
-            tolerance: 1e-4,
-            max_evaluations: 1_000_000,
-        }
-    }
 }
 
 impl Estimator for PeakResolving {

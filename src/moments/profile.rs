@@ -7,6 +7,7 @@ use super::slice::{Channel, Slice};
 use super::split::lambertian_part;
 use crate::brdf::{Brdf, Channels};
 use crate::error::ParameterError;
+use crate::registry::keys;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -22,31 +23,20 @@ pub enum Split {
     Minimum,
 }
 
-/// The keys of a config about profiles, but for the estimator.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct MomentsSpec {
-    /// Channels of the BRDF, one profile each.
-    pub channels: Vec<Channel>,
-    /// Number of view elevations, equally spaced from 0 to `max_view_deg`.
-    pub views: usize,
-    /// The last view elevation, degrees, in (0, 90).
-    pub max_view_deg: f64,
-    /// Highest order of the moments.
-    pub order: Order,
-    /// The part of the BRDF.
-    pub split: Split,
-}
-
-impl Default for MomentsSpec {
-    fn default() -> Self {
-        Self {
-            channels: vec![Channel::Luminance],
-            views: 90,
-            max_view_deg: 89.0,
-            order: Order::MAX,
-            split: Split::None,
-        }
+keys! {
+    /// The keys of a config about profiles, but for the estimator.
+    #[derive(PartialEq)]
+    pub struct MomentsSpec {
+        /// Channels of the BRDF, one profile each.
+        channels: Vec<Channel> = vec![Channel::Luminance];
+        /// Number of view elevations, equally spaced from 0 to `max_view_deg`.
+        views: usize = 90;
+        /// The last view elevation, degrees, in (0, 90).
+        max_view_deg: f64 = 89.0;
+        /// Highest order of the moments.
+        order: Order = Order::MAX;
+        /// The part of the BRDF.
+        split: Split = Split::None;
     }
 }
 

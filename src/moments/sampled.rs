@@ -12,10 +12,9 @@ use super::slice::{Batch, Kind, Slice};
 use super::tally::Tally;
 use crate::error::ParameterError;
 use crate::parametrization::{VIEW_CENTERED_AREA, view_centered};
-use crate::registry::{self, Entry};
+use crate::registry::{self, declare};
 use crate::sampling::{Random, Sobol};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Independent sets of points.
@@ -24,60 +23,30 @@ pub const REPLICATES: usize = 32;
 /// Points that are evaluated together.
 const CHUNK: usize = 1024;
 
-/// The registry entry of [`MonteCarlo`].
-pub const MONTE_CARLO: Entry<dyn Estimator> = Entry {
-    kind: MonteCarlo::KIND,
-    summary: "random points over the square (theta, phi) (Zubiaga et al. 2015, Eq. 6)",
-    examples: &["samples = 100000"],
-    read: |table| Ok(Box::new(registry::parse::<MonteCarlo>(table)?)),
-};
-
-/// The registry entry of [`ScrambledSobol`].
-pub const SOBOL: Entry<dyn Estimator> = Entry {
-    kind: ScrambledSobol::KIND,
-    summary: "32 scramblings of a Sobol set over the square (theta, phi)",
-    examples: &["samples = 131072"],
-    read: |table| Ok(Box::new(registry::parse::<ScrambledSobol>(table)?)),
-};
-
-/// The estimator of the paper: independent, uniformly distributed points.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct MonteCarlo {
-    /// Points per slice, a multiple of 32.
-    pub samples: usize,
+declare! {
+    impl dyn Estimator, "monte-carlo": "random points over the square (theta, phi) (Zubiaga et al. 2015, Eq. 6)", [
+        "samples = 100000",
+    ]
+    /// The estimator of the paper: independent, uniformly distributed points.
+    #[derive(Copy, PartialEq)]
+    pub struct MonteCarlo {
+        /// Points per slice, a multiple of 32.
+        samples: usize = 100_000;
+    }
 }
 
-/// The estimator with scrambled Sobol points.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ScrambledSobol {
-    /// Points per slice, 32 times a power of two.
-    pub samples: usize,
+declare! {
+    impl dyn Estimator, "sobol": "32 scramblings of a Sobol set over the square (theta, phi)", ["samples = 131072"]
+    /// The estimator with scrambled Sobol points.
+    #[derive(Copy, PartialEq)]
+    pub struct ScrambledSobol {
+        /// Points per slice, 32 times a power of two.
+        samples: usize = 1 << 17;
+    }
 }
 
 /// Most points per slice.
 const MAX_SAMPLES: usize = 1 << 36;
-
-impl MonteCarlo {
-    const KIND: &'static str = "monte-carlo";
-}
-
-impl ScrambledSobol {
-    const KIND: &'static str = "sobol";
-}
-
-impl Default for MonteCarlo {
-    fn default() -> Self {
-        Self { samples: 100_000 }
-    }
-}
-
-impl Default for ScrambledSobol {
-    fn default() -> Self {
-        Self { samples: 1 << 17 }
-    }
-}
 
 impl Estimator for MonteCarlo {
     fn resolved(&self) -> registry::Keys {
@@ -163,10 +132,7 @@ where
     let per_set = (samples / REPLICATES).max(1);
     let sets: Vec<Set> = (0..REPLICATES as u64)
         .into_par_iter()
-        .map_init(
-            || (Batch::default(), Vec::with_capacity(CHUNK)),
-            |(batch, angles), set| Set::draw(slice, order, per_set, points(set), batch, angles),
-        )
+        .map(|set| Set::draw(slice, order, per_set, points(set)))
         .collect();
     let area = VIEW_CENTERED_AREA / (per_set * REPLICATES) as f64;
     let weight: f64 = sets.iter().map(|s| s.tally.weight()).sum();
@@ -211,9 +177,8 @@ impl Set {
         order: Order,
         n: usize,
         mut point: impl FnMut(u64) -> [f64; 2],
-        batch: &mut Batch,
-        angles: &mut Vec<[f64; 2]>,
     ) -> Self {
+        let (mut batch, mut angles) = (Batch::default(), Vec::with_capacity(CHUNK));
         let mut set = Self {
             tally: Tally::new(order),
             squares: 0.0,
@@ -231,8 +196,8 @@ impl Set {
                 angles.push([theta, phi]);
                 batch.push(slice, view_centered(theta, phi));
             }
-            slice.evaluate(batch);
-            set.tally.merge(&Tally::of(order, angles, batch.values()));
+            slice.evaluate(&mut batch);
+            set.tally.merge(&Tally::of(order, &angles, batch.values()));
             let largest = batch.values().iter().copied().fold(set.largest, f64::max);
             if largest > set.largest {
                 set.squares *= (set.largest / largest).powi(2);

@@ -4,47 +4,30 @@ use crate::brdf::{Brdf, ChannelValues, Channels, Presence};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair};
 use crate::parametrization::view_centered;
+use crate::registry::named;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
-/// The number of a BRDF that a slice shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Channel {
-    /// Rec. 709 luminance, or the mean over the wavelengths ([`Channels::luminance`]).
-    #[default]
-    Luminance,
-    /// (R + G + B)/3.
-    Average,
-    /// Linear R.
-    Red,
-    /// Linear G.
-    Green,
-    /// Linear B.
-    Blue,
+named! {
+    /// The number of a BRDF that a slice shows.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Channel {
+        /// Rec. 709 luminance, or the mean over the wavelengths ([`Channels::luminance`]).
+        #[default]
+        Luminance = "luminance",
+        /// (R + G + B)/3.
+        Average = "average",
+        /// Linear R.
+        Red = "red",
+        /// Linear G.
+        Green = "green",
+        /// Linear B.
+        Blue = "blue",
+    }
 }
 
 impl Channel {
-    /// Every channel.
-    pub const ALL: [Channel; 5] = [
-        Channel::Luminance,
-        Channel::Average,
-        Channel::Red,
-        Channel::Green,
-        Channel::Blue,
-    ];
-
-    /// Name in configs and files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Channel::Luminance => "luminance",
-            Channel::Average => "average",
-            Channel::Red => "red",
-            Channel::Green => "green",
-            Channel::Blue => "blue",
-        }
-    }
-
     /// Every name, for messages.
     pub fn names() -> String {
         Self::ALL.map(Self::name).join(", ")
@@ -60,7 +43,7 @@ impl Channel {
 
     /// The channel's number from the values of one evaluation.
     #[inline]
-    fn of(self, channels: &Channels, values: &[f64]) -> f64 {
+    pub(super) fn of(self, channels: &Channels, values: &[f64]) -> f64 {
         match self {
             Channel::Luminance => channels.luminance(values),
             Channel::Average => (values[0] + values[1] + values[2]) / 3.0,

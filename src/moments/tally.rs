@@ -185,11 +185,7 @@ impl Tally {
             return out;
         }
         let covariance = [3, 4, 5].map(|i| self.sums[i] / w);
-        (out[3], out[4], out[5]) = (
-            Some(covariance[0]),
-            Some(covariance[1]),
-            Some(covariance[2]),
-        );
+        out[3..6].copy_from_slice(&covariance.map(Some));
         if covariance[0] <= 0.0 || covariance[2] <= 0.0 {
             return out;
         }

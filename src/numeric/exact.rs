@@ -2,7 +2,6 @@
 
 use astro_float_num::{BigFloat, Consts, RoundingMode, Sign};
 use std::cell::RefCell;
-use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Bits of a number: 57 digits.
@@ -16,7 +15,7 @@ thread_local! {
 }
 
 /// A real number, rounded to 192 bits after every operation.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, PartialOrd)]
 pub(crate) struct Exact(BigFloat);
 
 impl From<f64> for Exact {
@@ -173,18 +172,6 @@ impl Neg for Exact {
     type Output = Exact;
     fn neg(self) -> Exact {
         Exact(self.0.neg())
-    }
-}
-
-impl PartialEq for Exact {
-    fn eq(&self, other: &Self) -> bool {
-        self.partial_cmp(other) == Some(Ordering::Equal)
-    }
-}
-
-impl PartialOrd for Exact {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.0.cmp(&other.0)?.cmp(&0))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{Quantity, Unit};
 use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
 
 /// A radial coordinate of a [`Chart`], from 0 on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +19,30 @@ pub struct Radial {
     pub quantity: Quantity,
 }
 
+impl Radial {
+    /// An elevation, or an angle between directions, up to a right angle.
+    pub const fn angle(symbol: &'static str, label: &'static str, quantity: Quantity) -> Self {
+        Self {
+            symbol,
+            label,
+            unit: Unit::Radian,
+            max: FRAC_PI_2,
+            quantity,
+        }
+    }
+
+    /// A length without unit, or the square of one, up to 1.
+    pub const fn length(symbol: &'static str, label: &'static str, quantity: Quantity) -> Self {
+        Self {
+            symbol,
+            label,
+            unit: Unit::One,
+            max: 1.0,
+            quantity,
+        }
+    }
+}
+
 /// An azimuth of a [`Chart`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Azimuth {
@@ -25,6 +50,13 @@ pub struct Azimuth {
     pub symbol: &'static str,
     /// The symbol as it is printed, e.g. `φ_h`.
     pub label: &'static str,
+}
+
+impl Azimuth {
+    /// An azimuth of that symbol, and as it is printed.
+    pub const fn new(symbol: &'static str, label: &'static str) -> Self {
+        Self { symbol, label }
+    }
 }
 
 /// One parametrization in its four coordinates `[r1, a1, r2, a2]`: two radial coordinates and two

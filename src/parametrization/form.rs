@@ -15,7 +15,7 @@ use super::{
     Axis, AxisKind, Azimuth, Chart, Coords, Facts, Images, Layout, Parametrization,
     ParametrizationKind, Quantity, Unit,
 };
-use crate::geometry::{BLOCK, Direction, DirectionPair, FEW, PairBlock, Symmetry};
+use crate::geometry::{BLOCK, DirectionPair, FEW, PairBlock, Symmetry};
 use crate::numeric::angles::LARGEST_ANGLE;
 use crate::numeric::wrap_angle;
 use glam::DVec3;
@@ -23,6 +23,18 @@ use pulp::{Arch, NullaryFnOnce};
 use smallvec::smallvec;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::marker::PhantomData;
+
+/// Calls the [`Fold`] of a chart and a symmetry.
+macro_rules! folded {
+    ($chart:ident, $symmetry:expr, $call:ident($($argument:expr),*)) => {
+        match ($symmetry.reciprocal, $symmetry.bilateral) {
+            (false, false) => Fold::<$chart, false, false>::$call($($argument),*),
+            (true, false) => Fold::<$chart, true, false>::$call($($argument),*),
+            (false, true) => Fold::<$chart, false, true>::$call($($argument),*),
+            (true, true) => Fold::<$chart, true, true>::$call($($argument),*),
+        }
+    };
+}
 
 /// A [`Chart`] under given symmetries.
 #[derive(Clone, Debug)]
@@ -98,23 +110,13 @@ impl<C: Chart> Form<C> {
     /// Folds the azimuth of the 3-D form; `a` is in [−π, π].
     #[inline]
     fn fold_relative(&self, c: [f64; 3]) -> [f64; 3] {
-        match (self.symmetry.reciprocal, self.symmetry.bilateral) {
-            (false, false) => Fold::<C, false, false>::relative(c),
-            (true, false) => Fold::<C, true, false>::relative(c),
-            (false, true) => Fold::<C, false, true>::relative(c),
-            (true, true) => Fold::<C, true, true>::relative(c),
-        }
+        folded!(C, self.symmetry, relative(c))
     }
 
     /// Folds the 4-D form; azimuths are in [−π, π].
     #[inline]
     fn fold_absolute(&self, c: Coords) -> Coords {
-        match (self.symmetry.reciprocal, self.symmetry.bilateral) {
-            (false, false) => Fold::<C, false, false>::absolute(c),
-            (true, false) => Fold::<C, true, false>::absolute(c),
-            (false, true) => Fold::<C, false, true>::absolute(c),
-            (true, true) => Fold::<C, true, true>::absolute(c),
-        }
+        folded!(C, self.symmetry, absolute(c))
     }
 }
 
@@ -277,11 +279,6 @@ impl<C: Chart> Form<C> {
     }
 }
 
-#[inline(always)]
-fn pair([i, o]: [DVec3; 2]) -> DirectionPair {
-    DirectionPair::new(Direction::from_unit(i), Direction::from_unit(o))
-}
-
 /// Coordinates of many pairs.
 struct Forward<'a, C> {
     form: &'a Form<C>,
@@ -295,11 +292,7 @@ impl<C: Chart> NullaryFnOnce for Forward<'_, C> {
     #[inline(always)]
     fn call(self) {
         let form = self.form;
-        let Symmetry {
-            isotropic,
-            reciprocal,
-            bilateral,
-        } = form.symmetry;
+        let isotropic = form.symmetry.isotropic;
         let mut block = PairBlock::new();
         let mut c = [[0.0; BLOCK]; 4];
         let blocks = self.pairs.chunks(BLOCK).zip(self.out.chunks_mut(BLOCK));
@@ -322,12 +315,7 @@ impl<C: Chart> NullaryFnOnce for Forward<'_, C> {
                     [r1[j], a1[j], r2[j], a2[j]] = C::absolute(block.vectors(j));
                 }
             }
-            match (reciprocal, bilateral) {
-                (false, false) => Fold::<C, false, false>::block(&mut c, isotropic),
-                (true, false) => Fold::<C, true, false>::block(&mut c, isotropic),
-                (false, true) => Fold::<C, false, true>::block(&mut c, isotropic),
-                (true, true) => Fold::<C, true, true>::block(&mut c, isotropic),
-            }
+            folded!(C, form.symmetry, block(&mut c, isotropic));
             for (j, out) in out.iter_mut().enumerate() {
                 *out = [c[0][j], c[1][j], c[2][j], c[3][j]];
             }
@@ -377,7 +365,7 @@ impl<C: Chart> NullaryFnOnce for Inverse<'_, C> {
             }
             for (j, out) in out.iter_mut().enumerate() {
                 let at = |c: usize| DVec3::new(v[c][j], v[c + 1][j], v[c + 2][j]);
-                *out = (valid[j] != 0.0).then(|| pair([at(0), at(3)]));
+                *out = (valid[j] != 0.0).then(|| DirectionPair::from_unit([at(0), at(3)]));
             }
         }
     }
@@ -435,7 +423,7 @@ impl<C: Chart> Parametrization for Form<C> {
             }
         };
         let (directions, valid) = Self::directions([r1, near(a1), r2, near(a2)]);
-        (valid && finite).then(|| pair(directions))
+        (valid && finite).then(|| DirectionPair::from_unit(directions))
     }
 
     fn inverse_batch(&self, coords: &[Coords], out: &mut [Option<DirectionPair>]) {

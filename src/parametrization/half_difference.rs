@@ -9,13 +9,12 @@
 //! Degenerate: phi_h at theta_h = 0, phi_d at theta_d = 0; theta_d = 90° exactly has h = 0, where
 //! the half vector is taken as the one closest to n.
 
-use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
+use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, entry};
 use crate::geometry::half_and_back;
 use crate::numeric::HORIZON_SLACK;
 use crate::numeric::angles::{atan2, scale, sin_cos};
 use crate::registry::Entry;
 use glam::DVec3;
-use std::f64::consts::FRAC_PI_2;
 
 /// The half/difference chart.
 #[derive(Clone, Copy, Debug, Default)]
@@ -85,35 +84,11 @@ impl Frame {
 impl Chart for HalfDifference {
     const NAME: &'static str = "half-difference";
     const RADIAL: [Radial; 2] = [
-        Radial {
-            symbol: "theta_h",
-            label: "θ_h",
-            unit: Unit::Radian,
-            max: FRAC_PI_2,
-            quantity: Quantity::HalfAngle,
-        },
-        Radial {
-            symbol: "theta_d",
-            label: "θ_d",
-            unit: Unit::Radian,
-            max: FRAC_PI_2,
-            quantity: Quantity::Angle,
-        },
+        Radial::angle("theta_h", "θ_h", Quantity::HalfAngle),
+        Radial::angle("theta_d", "θ_d", Quantity::Angle),
     ];
-    const AZIMUTH: [Azimuth; 2] = [
-        Azimuth {
-            symbol: "phi_h",
-            label: "φ_h",
-        },
-        Azimuth {
-            symbol: "phi_d",
-            label: "φ_d",
-        },
-    ];
-    const RELATIVE: Azimuth = Azimuth {
-        symbol: "phi_d",
-        label: "φ_d",
-    };
+    const AZIMUTH: [Azimuth; 2] = [Azimuth::new("phi_h", "φ_h"), Azimuth::new("phi_d", "φ_d")];
+    const RELATIVE: Azimuth = Azimuth::new("phi_d", "φ_d");
     const EXCHANGE: bool = false;
     const NESTED: bool = true;
     const PEAK_AT_START: bool = true;

@@ -10,7 +10,7 @@
 //! Degenerate: phi_h at h_bar = 0, phi_k at k = 0.
 
 use super::orthographic::{Orthographic, length, lengths_and_delta, polar};
-use super::{Azimuth, Chart, Form, ParametrizationSpec, Radial, entry};
+use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, entry};
 use crate::geometry::half_and_back;
 use crate::numeric::angles::{atan2, hypot, scale, sin_cos};
 use crate::numeric::safe_sqrt;
@@ -35,11 +35,7 @@ impl Chart for Hybrid {
     const NAME: &'static str = "hybrid";
     const RADIAL: [Radial; 2] = [
         Orthographic::RADIAL[0],
-        Radial {
-            symbol: "k",
-            label: "|k|",
-            ..Orthographic::RADIAL[1]
-        },
+        Radial::length("k", "|k|", Quantity::Length),
     ];
     const AZIMUTH: [Azimuth; 2] = Orthographic::AZIMUTH;
     const RELATIVE: Azimuth = Orthographic::RELATIVE;

@@ -37,7 +37,7 @@ pub use warp::{Warp, WarpSpec, Warps, warps};
 pub use warped::Warped;
 
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
+use crate::registry::{Entry, family};
 use smallvec::SmallVec;
 
 /// Coordinates of a pair: the first `axes().len()` entries count, the rest are 0.
@@ -263,10 +263,9 @@ pub enum WarpProblem {
     },
 }
 
-static JOINED: Joined<ParametrizationSpec> = Joined::new();
-
-fn built_in() -> Vec<Entry<ParametrizationSpec>> {
-    vec![
+family! {
+    /// [`entry`] makes one of its type.
+    "parametrization": ParametrizationSpec = [
         spherical::ENTRY,
         half_difference::ENTRY,
         orthographic::ENTRY,
@@ -275,25 +274,7 @@ fn built_in() -> Vec<Entry<ParametrizationSpec>> {
     ]
 }
 
-/// Every parametrization a config can name.
-pub fn all() -> Vec<Entry<ParametrizationSpec>> {
-    JOINED.after(built_in())
-}
-
-/// Adds a parametrization of a program's own to [`all`]; [`entry`] makes one of its type.
-///
-/// # Errors
-/// If one of that kind is there.
-pub fn join(entry: Entry<ParametrizationSpec>) -> Result<(), Taken> {
-    JOINED.add(built_in(), entry)
-}
-
 /// Finds a member of [`all`] by name.
 pub fn find(name: &str) -> Option<Entry<ParametrizationSpec>> {
     all().into_iter().find(|e| e.kind == name)
-}
-
-/// Reads a parametrization and its warps from its config table.
-pub fn read(table: Table<'_>) -> Result<Box<ParametrizationSpec>, ReadError> {
-    registry::read("parametrization", &all(), table)
 }

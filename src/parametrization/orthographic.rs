@@ -7,7 +7,7 @@
 //! root also makes the inverse ill-conditioned by definition (floor about 3e-8 rad).
 //! Degenerate: phi_h at h_bar = 0, phi_k at k_bar = 0.
 
-use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
+use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, entry};
 use crate::numeric::angles::{atan2, hypot, scale, sin_cos};
 use crate::numeric::{HORIZON_SLACK, safe_sqrt};
 use crate::registry::Entry;
@@ -47,35 +47,11 @@ pub(super) fn lengths_and_delta(h: DVec2, k: DVec2, k_norm: f64) -> [f64; 3] {
 impl Chart for Orthographic {
     const NAME: &'static str = "orthographic";
     const RADIAL: [Radial; 2] = [
-        Radial {
-            symbol: "h_bar",
-            label: "|h\u{304}|",
-            unit: Unit::One,
-            max: 1.0,
-            quantity: Quantity::Length,
-        },
-        Radial {
-            symbol: "k_bar",
-            label: "|k\u{304}|",
-            unit: Unit::One,
-            max: 1.0,
-            quantity: Quantity::Length,
-        },
+        Radial::length("h_bar", "|h\u{304}|", Quantity::Length),
+        Radial::length("k_bar", "|k\u{304}|", Quantity::Length),
     ];
-    const AZIMUTH: [Azimuth; 2] = [
-        Azimuth {
-            symbol: "phi_h",
-            label: "φ_h",
-        },
-        Azimuth {
-            symbol: "phi_k",
-            label: "φ_k",
-        },
-    ];
-    const RELATIVE: Azimuth = Azimuth {
-        symbol: "delta",
-        label: "δ",
-    };
+    const AZIMUTH: [Azimuth; 2] = [Azimuth::new("phi_h", "φ_h"), Azimuth::new("phi_k", "φ_k")];
+    const RELATIVE: Azimuth = Azimuth::new("delta", "δ");
     const EXCHANGE: bool = false;
     const NESTED: bool = false;
     const PEAK_AT_START: bool = true;

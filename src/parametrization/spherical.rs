@@ -4,11 +4,10 @@
 //! delta_phi = phi_i − phi_o. Elevations in [0, π/2]. J = sin theta_i sin theta_o.
 //! Degenerate: phi at theta = 0. Every point of the box is above the horizon.
 
-use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
+use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, entry};
 use crate::numeric::angles::{atan2, hypot, scale, sin_cos};
 use crate::registry::Entry;
 use glam::{DVec3, Vec3Swizzles};
-use std::f64::consts::FRAC_PI_2;
 
 /// The spherical chart.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,35 +25,11 @@ pub(super) const ENTRY: Entry<ParametrizationSpec> = entry::<Form<Spherical>>(
 impl Chart for Spherical {
     const NAME: &'static str = "spherical";
     const RADIAL: [Radial; 2] = [
-        Radial {
-            symbol: "theta_i",
-            label: "θ_i",
-            unit: Unit::Radian,
-            max: FRAC_PI_2,
-            quantity: Quantity::Angle,
-        },
-        Radial {
-            symbol: "theta_o",
-            label: "θ_o",
-            unit: Unit::Radian,
-            max: FRAC_PI_2,
-            quantity: Quantity::Angle,
-        },
+        Radial::angle("theta_i", "θ_i", Quantity::Angle),
+        Radial::angle("theta_o", "θ_o", Quantity::Angle),
     ];
-    const AZIMUTH: [Azimuth; 2] = [
-        Azimuth {
-            symbol: "phi_i",
-            label: "φ_i",
-        },
-        Azimuth {
-            symbol: "phi_o",
-            label: "φ_o",
-        },
-    ];
-    const RELATIVE: Azimuth = Azimuth {
-        symbol: "delta_phi",
-        label: "Δφ",
-    };
+    const AZIMUTH: [Azimuth; 2] = [Azimuth::new("phi_i", "φ_i"), Azimuth::new("phi_o", "φ_o")];
+    const RELATIVE: Azimuth = Azimuth::new("delta_phi", "Δφ");
     const LIFTED: [&'static str; 2] = ["Δφ", "φ_o"];
     const EXCHANGE: bool = true;
     const NESTED: bool = false;

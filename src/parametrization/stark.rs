@@ -5,7 +5,7 @@
 //! with half the relative error of their squares.
 
 use super::hybrid::{Hybrid, inverse_height};
-use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, Unit, entry};
+use super::{Azimuth, Chart, Form, ParametrizationSpec, Quantity, Radial, entry};
 use crate::registry::Entry;
 use glam::DVec3;
 
@@ -25,20 +25,8 @@ pub(super) const ENTRY: Entry<ParametrizationSpec> = entry::<Form<Stark>>(
 impl Chart for Stark {
     const NAME: &'static str = "stark";
     const RADIAL: [Radial; 2] = [
-        Radial {
-            symbol: "sigma",
-            label: "σ = |h\u{304}|²",
-            unit: Unit::One,
-            max: 1.0,
-            quantity: Quantity::Other,
-        },
-        Radial {
-            symbol: "alpha",
-            label: "α = |k|²",
-            unit: Unit::One,
-            max: 1.0,
-            quantity: Quantity::Other,
-        },
+        Radial::length("sigma", "σ = |h\u{304}|²", Quantity::Other),
+        Radial::length("alpha", "α = |k|²", Quantity::Other),
     ];
     const AZIMUTH: [Azimuth; 2] = Hybrid::AZIMUTH;
     const RELATIVE: Azimuth = Hybrid::RELATIVE;

@@ -2,7 +2,7 @@
 
 use super::{Axis, AxisKind, Quantity, Unit, WarpProblem};
 use crate::error::{ParameterError, in_closed};
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, NoKeys, ReadError, Table};
 use serde::de::{self, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -35,11 +35,6 @@ pub enum WarpSpec {
         scale: f64,
     },
 }
-
-/// The keys of a warp that has none.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoKeys {}
 
 /// The keys of `power`.
 #[derive(Serialize, Deserialize)]

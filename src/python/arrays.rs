@@ -1,5 +1,6 @@
 //! Arrays in and out: directions, numbers, columns.
 
+use crate::errors::refused;
 use gonio::brdf::{Brdf, Presence};
 use gonio::geometry::{Direction, DirectionPair};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -8,10 +9,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
-/// A `ValueError` with a sentence.
-pub fn refused(sentence: impl std::fmt::Display) -> PyErr {
-    PyValueError::new_err(sentence.to_string())
-}
+/// A new array of one number a row, (n,).
+pub type Column<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
+
+/// A new array of rows of numbers, (n, width).
+pub type Matrix<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
 
 /// Rows of a task: its cost is far below theirs, and their values stay in a core's own cache.
 const CHUNK: usize = 1024;
@@ -200,10 +202,24 @@ pub struct Pairs<'a> {
     count: usize,
 }
 
-impl<'a> Pairs<'a> {
+/// Light and sensor directions as Python gives them.
+pub struct Sides<'py> {
+    light: Directions<'py>,
+    sensor: Directions<'py>,
+}
+
+impl<'py> Sides<'py> {
+    /// The arguments `omega_i` and `omega_o` of a function.
+    pub fn of(omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> PyResult<Self> {
+        Ok(Self {
+            light: Directions::of(omega_i, "omega_i")?,
+            sensor: Directions::of(omega_o, "omega_o")?,
+        })
+    }
+
     /// As many of one as of the other, or one for all.
-    pub fn new(light: &'a Directions<'_>, sensor: &'a Directions<'_>) -> PyResult<Self> {
-        let (light, sensor) = (light.rows()?, sensor.rows()?);
+    pub fn pairs(&self) -> PyResult<Pairs<'_>> {
+        let (light, sensor) = (self.light.rows()?, self.sensor.rows()?);
         let count = match (light.len(), sensor.len()) {
             (a, b) if a == b => a,
             (1, n) | (n, 1) => n,
@@ -214,13 +230,15 @@ impl<'a> Pairs<'a> {
                 )));
             }
         };
-        Ok(Self {
+        Ok(Pairs {
             light,
             sensor,
             count,
         })
     }
+}
 
+impl<'a> Pairs<'a> {
     /// The pairs from a row on, into a buffer; the row that is none.
     fn read(&self, first: usize, count: usize, out: &mut Vec<DirectionPair>) -> Result<(), usize> {
         out.clear();
@@ -337,20 +355,13 @@ impl<'a> Pairs<'a> {
 }
 
 /// A new array of rows.
-pub fn rows<'py>(
-    py: Python<'py>,
-    values: Vec<f64>,
-    width: usize,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+pub fn rows<'py>(py: Python<'py>, values: Vec<f64>, width: usize) -> Matrix<'py> {
     let n = values.len() / width.max(1);
     PyArray1::from_vec(py, values).reshape([n, width])
 }
 
 /// A new array of vectors.
-pub fn vectors<'py>(
-    py: Python<'py>,
-    directions: impl Iterator<Item = Direction>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+pub fn vectors<'py>(py: Python<'py>, directions: impl Iterator<Item = Direction>) -> Matrix<'py> {
     rows(
         py,
         directions.flat_map(|d| d.vector().to_array()).collect(),
@@ -366,7 +377,7 @@ pub fn direction<'py>(
     py: Python<'py>,
     theta: &Bound<'py, PyAny>,
     phi: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+) -> Matrix<'py> {
     let (theta, phi) = (list(theta, "theta")?, list(phi, "phi")?);
     let n = match (theta.len(), phi.len()) {
         (a, b) if a == b => a,
@@ -386,10 +397,7 @@ pub fn direction<'py>(
 
 /// Polar angles from the normal and azimuths of directions, (n, 2), in radians.
 #[pyfunction]
-pub fn angles<'py>(
-    py: Python<'py>,
-    omega: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+pub fn angles<'py>(py: Python<'py>, omega: &Bound<'py, PyAny>) -> Matrix<'py> {
     let directions = Directions::of(omega, "omega")?;
     let all = directions.rows()?.all()?;
     let values = all.iter().flat_map(|d| [d.theta(), d.phi()]);

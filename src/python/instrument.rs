@@ -1,9 +1,9 @@
 //! Instruments, and measuring with them.
 
-use crate::arrays::refused;
-use crate::keys::{self, of_files, of_keys, parsed, source, table};
+use crate::errors::{of_files, of_keys, other_type, refused, warn};
+use crate::keys::{self, parsed, source, table};
 use crate::material::PyMaterial;
-use crate::measurement::{PyMeasurement, warn};
+use crate::measurement::PyMeasurement;
 use crate::schedule::PySchedule;
 use gonio::experiment::{IDEAL, PlannedInstrument, Use, load_instrument};
 use gonio::geometry::Symmetry;
@@ -53,11 +53,9 @@ impl PyInstrument {
                     instrument::read_table(table).map_err(|e| of_keys(source.error(e)))?
                 }
                 Err(_) => {
-                    let name: PathBuf = spec.extract().map_err(|_| {
-                        refused(format!(
-                            "spec = {spec}: allowed is a name, a path or a dictionary"
-                        ))
-                    })?;
+                    let name: PathBuf = spec
+                        .extract()
+                        .map_err(|_| other_type("spec", spec, "a name, a path or a dictionary"))?;
                     load_instrument(&name.to_string_lossy()).map_err(of_files)?
                 }
             },

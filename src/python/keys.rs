@@ -1,8 +1,7 @@
 //! Keys of configs from Python's keyword arguments and dictionaries, and the library's sentences.
 
-use crate::arrays::refused;
-use gonio::Error;
-use gonio::brdf::{BuildError, Channels};
+use crate::errors::{of_keys, other_type, refused};
+use gonio::brdf::Channels;
 use gonio::error::ParameterError;
 use gonio::experiment::{MAX_BUDGET, Source};
 use gonio::geometry::Symmetry;
@@ -16,25 +15,6 @@ use toml::{Table, Value};
 
 /// Dictionaries in dictionaries, at most: as the reader of configs.
 const DEEPEST: usize = 80;
-
-/// The sentence of an error about keys that have no line: without the place.
-pub fn of_keys(e: Error) -> PyErr {
-    match e {
-        Error::Config { message, .. } | Error::Infeasible { message, .. } => refused(message),
-        e => of_files(e),
-    }
-}
-
-/// The sentence of an error about files, with its place, and with its reason.
-pub fn of_files(e: Error) -> PyErr {
-    let reason = std::error::Error::source(&e).map_or(String::new(), |why| format!(": {why}"));
-    refused(format!("{e}{reason}"))
-}
-
-/// The sentence of a material that cannot be built.
-pub fn of_build(e: BuildError) -> PyErr {
-    refused(e)
-}
 
 /// A dictionary as keys; what is `None` is left out.
 pub fn table(keys: Option<&Bound<'_, PyDict>>) -> PyResult<Table> {
@@ -139,27 +119,14 @@ pub fn symmetry(value: &Bound<'_, PyAny>) -> PyResult<Symmetry> {
     let names: Vec<String> = match value.extract::<String>() {
         Ok(text) => text.split(',').map(|name| name.trim().to_owned()).collect(),
         Err(_) => value.extract().map_err(|_| {
-            refused(format!(
-                "symmetry = {value}: allowed is a text or a list of isotropic, reciprocal, bilateral, or none"
-            ))
+            let allowed = "a text or a list of isotropic, reciprocal, bilateral, or none";
+            other_type("symmetry", value, allowed)
         })?,
     };
-    let mut symmetry = Symmetry::NONE;
-    if names == ["none"] {
-        return Ok(symmetry);
+    match names.as_slice() {
+        [none] if none == "none" => Ok(Symmetry::NONE),
+        names => Symmetry::named(names).map_err(refused),
     }
-    for name in &names {
-        match name.as_str() {
-            "isotropic" => symmetry.isotropic = true,
-            "reciprocal" => symmetry.reciprocal = true,
-            "bilateral" => symmetry.bilateral = true,
-            name => {
-                let allowed = "isotropic, reciprocal, bilateral, or none";
-                return Err(refused(ParameterError::new("symmetry", name, allowed)));
-            }
-        }
-    }
-    Ok(symmetry)
 }
 
 /// The key `channels` of a config.

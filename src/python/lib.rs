@@ -5,6 +5,8 @@
 //! with types and units stand in `gonio/__init__.pyi`; a test compares them with the module.
 
 mod arrays;
+mod errors;
+mod files;
 mod instrument;
 mod keys;
 mod lists;

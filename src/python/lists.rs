@@ -3,7 +3,6 @@
 use gonio::experiment;
 use gonio::formats as files;
 use gonio::metrics::Measure;
-use gonio::registry::Entry;
 use gonio::{acquisition, instrument, parametrization, reconstruct, schedule};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -20,44 +19,32 @@ fn dictionary<'py, K: AsRef<str>, V: AsRef<str>>(
     Ok(names)
 }
 
-fn family<T: ?Sized>(py: Python<'_>, all: Vec<Entry<T>>) -> PyResult<Bound<'_, PyDict>> {
-    dictionary(py, all.iter().map(|e| (e.kind, e.summary)))
+/// Functions that list the families of registries.
+macro_rules! families {
+    ($($(#[$doc:meta])* $name:ident: $all:path;)*) => {
+        $(
+            $(#[$doc])*
+            #[pyfunction]
+            pub fn $name(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+                dictionary(py, $all().iter().map(|e| (e.kind, e.summary)))
+            }
+        )*
+    };
 }
 
-/// Kinds of materials, with what they are.
-#[pyfunction]
-pub fn materials(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    family(py, experiment::materials())
-}
-
-/// Names of parametrizations, with what they are.
-#[pyfunction]
-pub fn parametrizations(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    family(py, parametrization::all())
-}
-
-/// Kinds of warps of an axis, with what they are.
-#[pyfunction]
-pub fn warps(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    family(py, parametrization::warps())
-}
-
-/// Kinds of sample sets, with what they are.
-#[pyfunction]
-pub fn sample_sets(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    family(py, schedule::all())
-}
-
-/// Kinds of planners, with what they are.
-#[pyfunction]
-pub fn planners(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    family(py, acquisition::all())
-}
-
-/// Kinds of reconstructions, with what they are.
-#[pyfunction]
-pub fn reconstructions(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    family(py, reconstruct::all())
+families! {
+    /// Kinds of materials, with what they are.
+    materials: experiment::materials;
+    /// Names of parametrizations, with what they are.
+    parametrizations: parametrization::all;
+    /// Kinds of warps of an axis, with what they are.
+    warps: parametrization::warps;
+    /// Kinds of sample sets, with what they are.
+    sample_sets: schedule::all;
+    /// Kinds of planners, with what they are.
+    planners: acquisition::all;
+    /// Kinds of reconstructions, with what they are.
+    reconstructions: reconstruct::all;
 }
 
 /// Names of instruments that come with the program, each with the text of its file (TOML).

@@ -1,22 +1,22 @@
 //! Materials: models, tables, and reconstructions.
 
-use crate::arrays::{Directions, Pairs, numbers, refused, rows, shape, slice};
-use crate::keys::{self, channels, named, of_build, of_files, read, table};
-use crate::measurement::warn;
+use crate::arrays::{Column, Directions, Matrix, Sides, numbers, rows, shape, slice};
+use crate::errors::{of_files, refused, warn};
+use crate::files::{refuse_existing, unwritable, writer};
+use crate::keys::{self, channels, named, read, table};
 use crate::moments;
 use crate::table::columns;
 use gonio::Error;
 use gonio::brdf::laws::max_albedo;
 use gonio::brdf::{Brdf, Channels, SampleBrdf};
-use gonio::experiment::{ReadingsSpec, materials};
-use gonio::files::destination;
-use gonio::formats::{self, READ_READINGS, READ_TABLE, TableError, Tabulation, WRITE_TABLE};
+use gonio::experiment::{keys_of_file, materials};
+use gonio::formats::{READ_READINGS, READ_TABLE, TableError, Tabulation, WRITE_TABLE};
 use gonio::geometry::Direction;
-use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A BRDF: a model by its kind and keys, or a table. `channels` are "luminance", "rgb" or wavelengths in nm.
@@ -37,7 +37,7 @@ impl PyMaterial {
             spec.build(channels)
         });
         Ok(Self {
-            brdf: Arc::from(built.map_err(of_build)?),
+            brdf: Arc::from(built.map_err(refused)?),
             label: spec.label(),
         })
     }
@@ -75,33 +75,24 @@ impl PyMaterial {
         channels: Option<&Bound<'_, PyAny>>,
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let format = formats::of_name(&path);
-        let mut all = match format.and_then(|f| f.read_table) {
-            Some(read) => read(path).resolved(),
-            None if format.is_some_and(|f| f.read_readings.is_some()) => ReadingsSpec::of(path),
-            None => {
-                let allowed = [READ_TABLE.extensions("."), READ_READINGS.extensions(".")];
-                let message = format!(
-                    "no format of tables or readings is known by this name; allowed: {}",
-                    allowed.join(", ")
-                );
-                return Err(of_files(Error::data(path, message)));
-            }
-        };
+        let mut all = keys_of_file(&path).ok_or_else(|| {
+            let allowed = [READ_TABLE.extensions("."), READ_READINGS.extensions(".")];
+            let message = format!(
+                "no format of tables or readings is known by this name; allowed: {}",
+                allowed.join(", ")
+            );
+            of_files(Error::data(path, message))
+        })?;
         all.extend(table(keys)?);
         Self::build(py, all, self::channels(channels)?)
     }
 
     /// f_r in 1/sr without the cosine, (n, channels); NaN where there is no data, 0 below the horizon.
-    fn eval<'py>(
-        &self,
-        py: Python<'py>,
-        omega_i: &Bound<'py, PyAny>,
-        omega_o: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let light = Directions::of(omega_i, "omega_i")?;
-        let sensor = Directions::of(omega_o, "omega_o")?;
-        let values = Pairs::new(&light, &sensor)?.values(py, &*self.brdf)?;
+    fn eval<'py>(&self, omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> Matrix<'py> {
+        let py = omega_i.py();
+        let values = Sides::of(omega_i, omega_o)?
+            .pairs()?
+            .values(py, &*self.brdf)?;
         rows(py, values, self.brdf.channels().count())
     }
 
@@ -111,7 +102,7 @@ impl PyMaterial {
         py: Python<'py>,
         omega_o: &Bound<'py, PyAny>,
         u: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    ) -> Matrix<'py> {
         let sampler = self.sampler()?;
         let sensor = Directions::of(omega_o, "omega_o")?;
         let sensor = sensor.rows()?.all()?;
@@ -142,20 +133,16 @@ impl PyMaterial {
     }
 
     /// Density of `sample` at pairs, per steradian of omega_i, (n,).
-    fn pdf<'py>(
-        &self,
-        py: Python<'py>,
-        omega_i: &Bound<'py, PyAny>,
-        omega_o: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn pdf<'py>(&self, omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> Column<'py> {
+        let py = omega_i.py();
         let sampler = self.sampler()?;
-        let light = Directions::of(omega_i, "omega_i")?;
-        let sensor = Directions::of(omega_o, "omega_o")?;
-        let values = Pairs::new(&light, &sensor)?.map(py, 1, |pairs, out| {
-            for (pair, out) in pairs.iter().zip(out) {
-                *out = sampler.pdf(pair);
-            }
-        })?;
+        let values = Sides::of(omega_i, omega_o)?
+            .pairs()?
+            .map(py, 1, |pairs, out| {
+                for (pair, out) in pairs.iter().zip(out) {
+                    *out = sampler.pdf(pair);
+                }
+            })?;
         Ok(PyArray1::from_vec(py, values))
     }
 
@@ -197,11 +184,7 @@ impl PyMaterial {
         size: i64,
         force: bool,
     ) -> PyResult<()> {
-        let unwritable = |e: &dyn std::fmt::Display| of_files(Error::output(&path, e));
-        let named = format.map(|name| WRITE_TABLE.named(name)).transpose();
-        let format = named.and_then(|named| WRITE_TABLE.format(named, &path));
-        let format = format.map_err(|e| unwritable(&e))?;
-        let write = WRITE_TABLE.function(&format).map_err(|e| unwritable(&e))?;
+        let (format, write) = writer(&WRITE_TABLE, format, &path)?;
         let sizes = format.table_sizes;
         let size = usize::try_from(size).ok().filter(|s| *s < sizes);
         let size = size.ok_or_else(|| {
@@ -221,7 +204,7 @@ impl PyMaterial {
         };
         let filled = py.detach(|| write(&*self.brdf, tabulation, &path));
         let filled = filled.map_err(|e| match e {
-            TableError::Io(_) => unwritable(&e),
+            TableError::Io(_) => unwritable(&path, e),
             e => refused(e),
         })?;
         match filled {
@@ -305,15 +288,4 @@ pub fn channel_names(channels: &Channels) -> Vec<String> {
         Channels::Rgb => ["r", "g", "b"].map(String::from).to_vec(),
         Channels::Wavelengths(w) => w.nm().iter().map(|nm| format!("{nm}nm")).collect(),
     }
-}
-
-/// Refuses to replace a file unless `force`.
-pub fn refuse_existing(path: &Path, force: bool) -> PyResult<()> {
-    let there = destination(path)
-        .map_err(|e| of_files(Error::output(path, format!("cannot write this file: {e}"))))?;
-    if force || !there.exists() {
-        return Ok(());
-    }
-    let message = "this file exists; allowed: another, or force=True to replace it";
-    Err(of_files(Error::output(path, message)))
 }

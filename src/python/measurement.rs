@@ -1,27 +1,22 @@
 //! Measurements: readings with uncertainties and flags.
 
-use crate::arrays::{Directions, Pairs, numbers, refused, rows, shape, slice};
-use crate::keys::{of_files, parsed, symmetry, table};
-use crate::material::{channel_names, refuse_existing};
+use crate::arrays::{Matrix, Sides, numbers, rows, shape, slice};
+use crate::errors::{of_files, other_type, refused, warn};
+use crate::files::{self, refuse_existing, unwritable, writer};
+use crate::keys::{parsed, symmetry, table};
+use crate::material::channel_names;
 use crate::schedule::{PySchedule, form};
-use gonio::Error;
 use gonio::brdf::{Channels, Wavelengths};
-use gonio::files::write_atomically;
 use gonio::formats::{Readings, WRITE_READINGS, load_all_readings};
 use gonio::geometry::Symmetry;
 use gonio::instrument::axis_names;
 use gonio::measurement::pab::by_light;
 use gonio::measurement::{About, Details, Flags, Measurement, Outcome};
 use gonio::numeric::LARGEST_READING;
-use gonio::schedule::{
-    AngleUnit, Assume, Azimuth, Conventions, Itinerary, Quantity, Schedule, Sequence,
-    UncertaintyUnit,
-};
+use gonio::schedule::{Assume, Conventions, Itinerary, Schedule, Sequence};
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
-use serde::Deserialize;
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -39,25 +34,6 @@ pub struct PyMeasurement {
     pub measurement: Arc<Measurement>,
     about: About,
     itinerary: Option<Itinerary>,
-}
-
-/// How a file by others says what ours say.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Keys {
-    #[serde(default)]
-    columns: BTreeMap<String, String>,
-    angles: Option<AngleUnit>,
-    #[serde(default)]
-    elevation: bool,
-    azimuth: Option<Azimuth>,
-    quantity: Option<Quantity>,
-    uncertainties: Option<UncertaintyUnit>,
-    #[serde(default)]
-    partial: bool,
-    #[serde(default)]
-    mixed: bool,
-    no_reading: Option<f64>,
 }
 
 /// Numbers of readings: as wide as there are channels, or one for all.
@@ -103,7 +79,7 @@ impl PyMeasurement {
     }
 
     /// Numbers laid out as the values, NaN where there is no reading.
-    fn laid_out<'py>(&self, py: Python<'py>, of: &[f64]) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn laid_out<'py>(&self, py: Python<'py>, of: &[f64]) -> Matrix<'py> {
         let n = self.measurement.channels.count();
         let mut values = of.to_vec();
         for (row, outcome) in values.chunks_exact_mut(n).zip(&self.measurement.outcomes) {
@@ -113,12 +89,18 @@ impl PyMeasurement {
         }
         rows(py, values, n)
     }
-}
 
-/// Uncertainties, NaN in place of those that are not known.
-fn known(uncertainties: &[f64]) -> Vec<f64> {
-    let of = |&u: &f64| if u == 0.0 { f64::NAN } else { u };
-    uncertainties.iter().map(of).collect()
+    /// Uncertainties of a type, NaN where they are not known; `None` without any.
+    fn uncertainties<'py>(
+        &self,
+        py: Python<'py>,
+        of: fn(&Details) -> &Vec<f64>,
+    ) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let known = |&u: &f64| if u == 0.0 { f64::NAN } else { u };
+        let all = self.measurement.details.as_ref().map(of);
+        let all = all.map(|all| all.iter().map(known).collect::<Vec<_>>());
+        all.map(|all| self.laid_out(py, &all)).transpose()
+    }
 }
 
 #[pymethods]
@@ -138,9 +120,7 @@ impl PyMeasurement {
         parametrization: Option<&Bound<'_, PyAny>>,
         symmetry: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let light = Directions::of(omega_i, "omega_i")?;
-        let sensor = Directions::of(omega_o, "omega_o")?;
-        let pairs = Pairs::new(&light, &sensor)?.visible()?;
+        let pairs = Sides::of(omega_i, omega_o)?.pairs()?.visible()?;
         let array = numbers(values, "values")?;
         let width = match *array.shape() {
             [_] => 1,
@@ -251,29 +231,17 @@ impl PyMeasurement {
     ) -> PyResult<Self> {
         let paths = match paths.extract::<PathBuf>() {
             Ok(path) => vec![path],
-            Err(_) => paths.extract::<Vec<PathBuf>>().map_err(|_| {
-                refused(format!(
-                    "paths = {paths}: allowed is a path, or a list of paths"
-                ))
-            })?,
+            Err(_) => paths
+                .extract::<Vec<PathBuf>>()
+                .map_err(|_| other_type("paths", paths, "a path, or a list of paths"))?,
         };
-        let keys: Keys = parsed("readings", table(keys)?)?;
+        let conventions: Conventions = parsed("readings", table(keys)?)?;
         let assume = Assume {
             parametrization,
             symmetry: symmetry.map(self::symmetry).transpose()?,
             otherwise: Symmetry::FULL,
             axes: axis_names(),
-            conventions: Conventions {
-                columns: keys.columns.into_iter().collect(),
-                angles: keys.angles,
-                elevation: keys.elevation,
-                azimuth: keys.azimuth,
-                quantity: keys.quantity,
-                uncertainties: keys.uncertainties,
-                partial: keys.partial,
-                mixed: keys.mixed,
-                no_reading: keys.no_reading,
-            },
+            conventions,
         };
         if paths.is_empty() {
             return Err(refused(
@@ -304,20 +272,14 @@ impl PyMeasurement {
         format: Option<&str>,
         force: bool,
     ) -> PyResult<()> {
-        let unwritable = |e: &dyn std::fmt::Display| of_files(Error::output(&path, e));
-        let named = format.map(|name| WRITE_READINGS.named(name)).transpose();
-        let format = named.and_then(|named| WRITE_READINGS.format(named, &path));
-        let format = format.map_err(|e| unwritable(&e))?;
-        let write = WRITE_READINGS.function(&format);
-        let write = write.map_err(|e| unwritable(&e))?;
+        let (format, write) = writer(&WRITE_READINGS, format, &path)?;
         refuse_existing(&path, force)?;
         let lights = by_light(&self.measurement, Sequence::Generated).len();
         let several = Some(lights).filter(|n| format.one_light && *n > 1);
         if let Some(n) = several {
             let name = format.name;
-            return Err(unwritable(&format_args!(
-                "{n} directions of the light; allowed: one in a file of {name}"
-            )));
+            let message = format!("{n} directions of the light; allowed: one in a file of {name}");
+            return Err(unwritable(&path, message));
         }
         let holes = self.measurement.readings() < self.measurement.outcomes.len();
         if format.bare_readings && (holes || self.measurement.details.is_some()) {
@@ -328,12 +290,8 @@ impl PyMeasurement {
             warn(py, &sentence)?;
         }
         let sequence = Sequence::from(self.itinerary.as_ref());
-        let written = py.detach(|| {
-            write_atomically(&path, |out| {
-                write(&self.measurement, &self.about, sequence, out)
-            })
-        });
-        written.map_err(|e| unwritable(&format_args!("cannot write this file: {e}")))
+        let (measurement, about) = (&self.measurement, &self.about);
+        files::write(py, &path, |out| write(measurement, about, sequence, out))
     }
 
     fn __len__(&self) -> usize {
@@ -342,7 +300,7 @@ impl PyMeasurement {
 
     /// f_r in 1/sr, without the cosine, (n, channels); NaN where there is no reading.
     #[getter]
-    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn values<'py>(&self, py: Python<'py>) -> Matrix<'py> {
         self.laid_out(py, &self.measurement.values)
     }
 
@@ -350,20 +308,14 @@ impl PyMeasurement {
     /// measurement without any.
     #[getter]
     fn type_a<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        let details = self.measurement.details.as_ref();
-        details
-            .map(|d| self.laid_out(py, &known(&d.type_a)))
-            .transpose()
+        self.uncertainties(py, |details| &details.type_a)
     }
 
     /// Standard uncertainty (k = 1) of what readings share, (n, channels), NaN where it is not known; None of a measurement
     /// without any.
     #[getter]
     fn type_b<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        let details = self.measurement.details.as_ref();
-        details
-            .map(|d| self.laid_out(py, &known(&d.type_b)))
-            .transpose()
+        self.uncertainties(py, |details| &details.type_b)
     }
 
     /// What is odd about readings: for each flag (saturated, below-noise, clipped) an array (n,) of bool.
@@ -419,10 +371,4 @@ impl PyMeasurement {
         let poses = gonio::error::count(self.measurement.outcomes.len(), "pose");
         format!("<gonio.Measurement {readings} at {poses}>")
     }
-}
-
-/// A sentence for whoever looks, as Python's warnings.
-pub fn warn(py: Python<'_>, sentence: &str) -> PyResult<()> {
-    py.import("warnings")?.call_method1("warn", (sentence,))?;
-    Ok(())
 }

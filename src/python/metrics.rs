@@ -1,12 +1,22 @@
 //! How far two materials are apart.
 
-use crate::arrays::refused;
+use crate::errors::refused;
 use crate::keys::{parsed, table};
 use crate::material::PyMaterial;
 use gonio::error::ParameterError;
-use gonio::metrics::{self, Errors, Measure, MetricsSpec, TestSet};
+use gonio::metrics::{Errors, Measure, MetricsSpec, Quantity, TestSet};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+/// Adds quantities under their names, NaN where they are not defined.
+pub fn quantities<T>(
+    to: &Bound<'_, PyDict>,
+    all: &[(Quantity, fn(&T) -> Option<f64>)],
+    of: &T,
+) -> PyResult<()> {
+    all.iter()
+        .try_for_each(|(quantity, get)| to.set_item(quantity.name, get(of).unwrap_or(f64::NAN)))
+}
 
 /// Measures by their names.
 fn measures(names: Option<Vec<String>>) -> PyResult<Vec<Measure>> {
@@ -42,15 +52,7 @@ pub fn compare<'py>(
     let spec: MetricsSpec = parsed("metrics", table(keys)?)?;
     let compared = py.detach(|| {
         let set = TestSet::new(&measures, &spec)?;
-        let mut tally = set.tally();
-        for n in 0.. {
-            let level = set.level(n);
-            let [f, g] = [&truth.brdf, &copy.brdf].map(|b| metrics::evaluate(&**b, &level.pairs));
-            level.add_to(&mut tally, &f, &g);
-            if set.is_enough(&tally) || set.is_last(n) {
-                break;
-            }
-        }
+        let tally = set.compare(&*truth.brdf, &*copy.brdf).tally;
         Ok::<_, ParameterError>((set, tally))
     });
     let (set, tally) = compared.map_err(refused)?;
@@ -58,12 +60,8 @@ pub fn compare<'py>(
     for (at, measure) in measures.iter().enumerate() {
         let (errors, standard) = (tally.errors(at), tally.standard_errors(at));
         let of = PyDict::new(py);
-        for (quantity, get) in Errors::QUANTITIES {
-            of.set_item(quantity.name, get(&errors).unwrap_or(f64::NAN))?;
-        }
-        for (quantity, get) in Errors::STANDARD_ERRORS {
-            of.set_item(quantity.name, get(&standard).unwrap_or(f64::NAN))?;
-        }
+        quantities(&of, &Errors::QUANTITIES, &errors)?;
+        quantities(&of, &Errors::STANDARD_ERRORS, &standard)?;
         of.set_item("pairs", errors.pairs)?;
         of.set_item("pairs_missing", errors.pairs_missing)?;
         of.set_item("pairs_unreconstructed", errors.pairs_unreconstructed)?;

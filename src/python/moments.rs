@@ -1,14 +1,17 @@
 //! Moments of slices, and their profiles over the view.
 
-use crate::arrays::{list, refused};
+use crate::arrays::list;
+use crate::errors::refused;
 use crate::keys::{self, parsed, read, table};
 use crate::material::PyMaterial;
+use crate::metrics::quantities;
 use gonio::brdf::Brdf;
 use gonio::error::ParameterError;
 use gonio::experiment::moments::ProfileRow;
 use gonio::moments::{
     self, Channel, Estimator, MomentErrors, MomentsSpec, Order, PeakResolving, Profile, Slice,
 };
+use gonio::report::profile_objects;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
@@ -89,20 +92,8 @@ pub fn profiles(
 
 /// Rows of profiles by the names of their columns.
 pub fn objects(material: &str, profiles: &[Profile]) -> Vec<Map<String, Value>> {
-    let rows = profiles.iter().flat_map(|profile| {
-        let views = profile.views.iter().zip(&profile.slices);
-        views.map(move |(&theta_o, slice)| ProfileRow {
-            material,
-            channel: profile.channel,
-            theta_o,
-            slice,
-        })
-    });
-    let objects = rows.map(|row| match row.json() {
-        Value::Object(object) => object,
-        _ => Map::new(),
-    });
-    objects.collect()
+    let rows = profiles.iter().flat_map(|p| ProfileRow::of(material, p));
+    profile_objects(&rows.collect::<Vec<_>>())
 }
 
 /// Errors of the moments of a copy: means over the views, NaN where undefined. Keys are those of `[moments]` in a config,
@@ -129,8 +120,6 @@ pub fn moment_errors<'py>(
     let (f, g) = (f?, g?);
     let errors = MomentErrors::between(&f[0], &g[0]);
     let all = PyDict::new(py);
-    for (quantity, get) in MomentErrors::QUANTITIES {
-        all.set_item(quantity.name, get(&errors).unwrap_or(f64::NAN))?;
-    }
+    quantities(&all, &MomentErrors::QUANTITIES, &errors)?;
     Ok(all)
 }

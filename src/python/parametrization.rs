@@ -1,6 +1,7 @@
 //! Coordinates of pairs of directions.
 
-use crate::arrays::{Directions, Pairs, numbers, refused, rows, shape, slice};
+use crate::arrays::{Column, Matrix, Sides, numbers, rows, shape, slice};
+use crate::errors::{other_type, refused};
 use crate::keys::{named, read, symmetry, table};
 use gonio::geometry::{Direction, Symmetry};
 use gonio::parametrization::{Coords, Parametrization, all};
@@ -34,9 +35,11 @@ impl PyParametrization {
             return Ok(Self { form });
         }
         let name: String = value.extract().map_err(|_| {
-            refused(format!(
-                "parametrization = {value}: allowed is a name, or a gonio.Parametrization"
-            ))
+            other_type(
+                "parametrization",
+                value,
+                "a name, or a gonio.Parametrization",
+            )
         })?;
         Self::new(&name, folded, None)
     }
@@ -88,29 +91,26 @@ impl PyParametrization {
     /// Coordinates of pairs above the horizon, (n, axes).
     fn forward<'py>(
         &self,
-        py: Python<'py>,
         omega_i: &Bound<'py, PyAny>,
         omega_o: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let light = Directions::of(omega_i, "omega_i")?;
-        let sensor = Directions::of(omega_o, "omega_o")?;
+    ) -> Matrix<'py> {
+        let py = omega_i.py();
         let n = self.form.axes().len();
-        let values = Pairs::new(&light, &sensor)?.map(py, n, |pairs, out| {
-            let mut all = vec![[0.0; 4]; pairs.len()];
-            self.form.forward_batch(pairs, &mut all);
-            for (row, coords) in out.chunks_exact_mut(n).zip(all) {
-                row.copy_from_slice(&coords[..n]);
-            }
-        })?;
+        let values = Sides::of(omega_i, omega_o)?
+            .pairs()?
+            .map(py, n, |pairs, out| {
+                let mut all = vec![[0.0; 4]; pairs.len()];
+                self.form.forward_batch(pairs, &mut all);
+                for (row, coords) in out.chunks_exact_mut(n).zip(all) {
+                    row.copy_from_slice(&coords[..n]);
+                }
+            })?;
         rows(py, values, n)
     }
 
     /// Light and sensor directions at coordinates, two arrays (n, 3); NaN where there is no pair above the horizon.
-    fn inverse<'py>(
-        &self,
-        py: Python<'py>,
-        coordinates: &Bound<'py, PyAny>,
-    ) -> PyResult<Arrays<'py>> {
+    fn inverse<'py>(&self, coordinates: &Bound<'py, PyAny>) -> PyResult<Arrays<'py>> {
+        let py = coordinates.py();
         let coords = self.coordinates(coordinates)?;
         let pairs = py.detach(|| {
             let all = coords.par_iter().map(|c| self.form.inverse(c));
@@ -127,11 +127,8 @@ impl PyParametrization {
     }
 
     /// d omega_i d omega_o = J d(coordinates of the form with 4 axes), steradians², (n,); NaN where there is no pair.
-    fn jacobian<'py>(
-        &self,
-        py: Python<'py>,
-        coordinates: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn jacobian<'py>(&self, coordinates: &Bound<'py, PyAny>) -> Column<'py> {
+        let py = coordinates.py();
         let coords = self.coordinates(coordinates)?;
         let values = py.detach(|| {
             let at = |c: &Coords| match self.form.inverse(c) {
@@ -144,11 +141,8 @@ impl PyParametrization {
     }
 
     /// The representative, inside the ranges of the axes, of the configuration at coordinates, (n, axes); NaN if there is none.
-    fn canonical<'py>(
-        &self,
-        py: Python<'py>,
-        coordinates: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn canonical<'py>(&self, coordinates: &Bound<'py, PyAny>) -> Matrix<'py> {
+        let py = coordinates.py();
         let coords = self.coordinates(coordinates)?;
         let n = self.form.axes().len();
         let at = |c: &Coords| self.form.canonical(c).unwrap_or([f64::NAN; 4]);
@@ -175,7 +169,7 @@ impl PyParametrization {
 
     /// Smallest and largest value of each axis, (axes, 2): radians, or no unit.
     #[getter]
-    fn ranges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn ranges<'py>(&self, py: Python<'py>) -> Matrix<'py> {
         let ranges = self.form.axes().iter().flat_map(|a| a.range);
         rows(py, ranges.collect(), 2)
     }

@@ -1,15 +1,13 @@
 //! Planners: which poses to read next.
 
-use crate::arrays::refused;
+use crate::errors::{goes_on, refused};
 use crate::instrument::{PyInstrument, check};
 use crate::keys::{self, named, read, symmetry};
 use crate::measurement::PyMeasurement;
 use crate::schedule::PySchedule;
-use gonio::acquisition::{self, Task};
+use gonio::acquisition::{self, Request};
 use gonio::geometry::Symmetry;
 use gonio::metrics::Expected;
-use gonio::parametrization::usual_form;
-use gonio::schedule::PlanError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Mutex, PoisonError};
@@ -114,56 +112,25 @@ pub fn suggest(
         None => None,
     };
     let stopped = Mutex::new(None);
-    let measured = so_far.map(|m| &m.measurement);
-    let made = py.detach(|| {
-        let go_on = || match Python::attach(|py| py.check_signals()) {
-            Ok(()) => true,
-            Err(e) => {
-                *stopped.lock().unwrap_or_else(PoisonError::into_inner) = Some(e);
-                false
-            }
-        };
-        let asked = measured.map_or(0, |m| m.schedule.poses.len());
-        let task = Task {
-            form: usual_form(symmetry),
-            budget: asked + batch,
+    let batch = py.detach(|| {
+        let request = Request {
+            batch,
+            symmetry,
             seed,
             machine: bench.as_ref().map(|bench| bench.machine()),
-            go_on: &go_on,
-            truth: None,
+            go_on: &|| goes_on(&mut stopped.lock().unwrap_or_else(PoisonError::into_inner)),
         };
-        let nothing;
-        let so_far = match measured {
-            Some(measured) => &**measured,
-            None => {
-                nothing = acquisition::nothing(&task);
-                &nothing
-            }
-        };
-        let enough = planner.is_enough(&task, so_far);
-        let poses = match enough {
-            true => Vec::new(),
-            false => planner.next(&task, so_far, batch)?,
-        };
-        let readings = so_far.readings();
-        let forecast = planner.forecast(&task, so_far, &poses);
-        let count = readings + poses.len();
-        let schedule = acquisition::scheduled(&task, &*planner, poses);
-        Ok::<_, PlanError>((
-            schedule,
-            enough,
-            forecast.as_ref().map(|f| (f.now, readings)),
-            forecast.map(|f| (f.then, count)),
-        ))
+        request.ask(&*planner, so_far.map(|m| &*m.measurement))
     });
     if let Some(e) = stopped.into_inner().unwrap_or_else(PoisonError::into_inner) {
         return Err(e);
     }
-    let (schedule, enough, now, then) = made.map_err(refused)?;
+    let batch = batch.map_err(refused)?;
+    let all = batch.readings + batch.schedule.poses.len();
     Ok(PySuggestion {
-        schedule: Py::new(py, PySchedule::from(schedule))?,
-        enough,
-        now,
-        then,
+        enough: batch.is_enough,
+        now: batch.forecast.as_ref().map(|f| (f.now, batch.readings)),
+        then: batch.forecast.map(|f| (f.then, all)),
+        schedule: Py::new(py, PySchedule::from(batch.schedule))?,
     })
 }

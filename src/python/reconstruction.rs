@@ -1,39 +1,32 @@
 //! Reconstructions: a BRDF of readings, and how uncertain it is.
 
-use crate::arrays::{Directions, Pairs, refused, rows};
+use crate::arrays::{Sides, rows};
+use crate::errors::refused;
 use crate::keys::{named, read};
 use crate::material::PyMaterial;
 use crate::measurement::PyMeasurement;
-use gonio::measurement::Measurement;
-use gonio::reconstruct::{
-    Cover, Coverage, Reconstruct, ReconstructError, Replicated, Uncertain, all,
-};
-use gonio::validation::chosen;
+use gonio::reconstruct::{Coverage, Replicated, Uncertain, all};
+use gonio::validation::Reconstruction;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// A BRDF made of readings: a material that knows what it was made of.
 #[pyclass(frozen, extends = PyMaterial, name = "Reconstruction", module = "gonio")]
 pub struct PyReconstruction {
-    measurement: Arc<Measurement>,
-    method: Arc<dyn Reconstruct>,
-    /// With the readings that erred otherwise, or why there is none; made when it is first asked.
-    replicated: OnceLock<Result<Replicated, String>>,
+    made: Reconstruction,
 }
 
 type Types<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 
 impl PyReconstruction {
     fn replicated(&self) -> Result<&Replicated, String> {
-        let made = self.replicated.get_or_init(|| {
-            let made = Replicated::of(&self.measurement, &*self.method);
-            made.map_err(|e| e.to_string())?.ok_or_else(|| {
-                "most readings have no uncertainty; allowed: readings with type_a or type_b, or kriging".into()
-            })
-        });
-        made.as_ref().map_err(Clone::clone)
+        let made = self.made.replicated().map_err(|e| e.to_string())?;
+        made.ok_or_else(|| {
+            "most readings have no uncertainty; allowed: readings with type_a or type_b, or kriging"
+                .into()
+        })
     }
 }
 
@@ -49,9 +42,7 @@ impl PyReconstruction {
         omega_o: &Bound<'py, PyAny>,
         channels: bool,
     ) -> PyResult<Types<'py>> {
-        let light = Directions::of(omega_i, "omega_i")?;
-        let sensor = Directions::of(omega_o, "omega_o")?;
-        let pairs = Pairs::new(&light, &sensor)?.all()?;
+        let pairs = Sides::of(omega_i, omega_o)?.pairs()?.all()?;
         let known = py.detach(|| {
             self.replicated().map(|r| match channels {
                 true => r.channels_at(&pairs),
@@ -62,7 +53,7 @@ impl PyReconstruction {
         let of = |u: fn(&Uncertain) -> f64| {
             let all: Vec<f64> = known.iter().map(u).collect();
             PyResult::Ok(match channels {
-                true => rows(py, all, self.measurement.channels.count())?.into_any(),
+                true => rows(py, all, self.made.measurement.channels.count())?.into_any(),
                 false => PyArray1::from_vec(py, all).into_any(),
             })
         };
@@ -72,14 +63,12 @@ impl PyReconstruction {
     /// How pairs lie to the readings, a name each: interpolated, extrapolated or unknown.
     fn coverage<'py>(
         &self,
-        py: Python<'py>,
         omega_i: &Bound<'py, PyAny>,
         omega_o: &Bound<'py, PyAny>,
     ) -> PyResult<Vec<&'static str>> {
-        let light = Directions::of(omega_i, "omega_i")?;
-        let sensor = Directions::of(omega_o, "omega_o")?;
-        let pairs = Pairs::new(&light, &sensor)?.all()?;
-        let found = py.detach(|| Cover::of(&self.measurement).map(|c| c.coverages(&pairs)));
+        let py = omega_i.py();
+        let pairs = Sides::of(omega_i, omega_o)?.pairs()?.all()?;
+        let found = py.detach(|| self.made.cover().map(|c| c.coverages(&pairs)));
         let name = |coverage: Coverage| {
             let all = Coverage::ALL.into_iter();
             let named = all.filter(|(c, _)| *c == coverage);
@@ -91,11 +80,11 @@ impl PyReconstruction {
     /// The method, with the keys that are not at their defaults.
     #[getter]
     fn method(&self) -> String {
-        self.method.label()
+        self.made.method.label()
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> String {
-        let readings = gonio::error::count(slf.get().measurement.readings(), "reading");
+        let readings = gonio::error::count(slf.get().made.measurement.readings(), "reading");
         format!(
             "<gonio.Reconstruction {} of {readings}>",
             slf.get().method()
@@ -129,20 +118,12 @@ pub fn reconstruct(
         None => None,
     };
     let measurement = Arc::clone(&measurement.measurement);
-    let made = py.detach(|| {
-        let method = method.unwrap_or_else(|| chosen(&measurement));
-        let brdf = method.reconstruct(&measurement)?;
-        Ok::<_, ReconstructError>((method, brdf))
-    });
-    let (method, brdf) = made.map_err(refused)?;
+    let made = py.detach(|| Reconstruction::new(measurement, method));
+    let made = made.map_err(refused)?;
     let material = PyMaterial {
-        brdf: Arc::from(brdf),
-        label: method.label(),
+        brdf: Arc::clone(&made.brdf),
+        label: made.method.label(),
     };
-    let of = PyReconstruction {
-        measurement,
-        method,
-        replicated: OnceLock::new(),
-    };
-    Py::new(py, PyClassInitializer::from(material).add_subclass(of))
+    let of = PyClassInitializer::from(material).add_subclass(PyReconstruction { made });
+    Py::new(py, of)
 }

@@ -1,15 +1,14 @@
 //! Whole experiments: a config in, a table out.
 
-use crate::arrays::refused;
-use crate::keys::{of_files, of_keys, source, table};
-use crate::measurement::warn;
+use crate::errors::{goes_on, of_files, of_keys, other_type, refused, warn};
+use crate::keys::{source, table};
 use crate::table::{columns, of_csv};
 use gonio::Error;
-use gonio::experiment::moments::{MaterialProfiles, ProfileRow};
+use gonio::experiment::moments::MaterialProfiles;
 use gonio::experiment::{
     AnyPlan, Event, Experiment, Extent, Failure, Known, Observer, Row, Source,
 };
-use gonio::report::relations_csv;
+use gonio::report::{profile_objects, relations_csv};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Map, Value};
@@ -25,16 +24,10 @@ struct Keep<R> {
 
 impl<R: Clone> Observer<R> for Keep<R> {
     fn cancelled(&self) -> bool {
-        match Python::attach(|py| py.check_signals()) {
-            Ok(()) => self.stopped.borrow().is_some(),
-            Err(e) => {
-                *self.stopped.borrow_mut() = Some(e);
-                true
-            }
-        }
+        !goes_on(&mut self.stopped.borrow_mut())
     }
 
-    fn tell(&mut self, event: &Event<'_, R>) -> Result<(), Error> {
+    fn observe(&mut self, event: &Event<'_, R>) -> Result<(), Error> {
         match event {
             Event::Made(records) => self.records.extend_from_slice(records),
             Event::Failed(failure) => self.failures.push((*failure).clone()),
@@ -100,11 +93,9 @@ pub fn run<'py>(
     let mut source = match config.cast::<PyDict>() {
         Ok(keys) => source("config", &table(Some(keys))?),
         Err(_) => {
-            let path: PathBuf = config.extract().map_err(|_| {
-                refused(format!(
-                    "config = {config}: allowed is a path or a dictionary"
-                ))
-            })?;
+            let path: PathBuf = config
+                .extract()
+                .map_err(|_| other_type("config", config, "a path or a dictionary"))?;
             Source::read(&path).map_err(of_files)?
         }
     };
@@ -122,8 +113,7 @@ pub fn run<'py>(
         AnyPlan::Moments(plan) => {
             let found = records(py, &*plan)?;
             let rows = found.iter().flat_map(MaterialProfiles::rows);
-            let rows: Vec<Value> = rows.map(|row: ProfileRow<'_>| row.json()).collect();
-            rows.into_iter().map(object).collect::<PyResult<_>>()?
+            profile_objects(&rows.collect::<Vec<_>>())
         }
         AnyPlan::Relations(plan) => {
             let rows: Vec<_> = records(py, &*plan)?.iter().flat_map(|r| r.rows()).collect();

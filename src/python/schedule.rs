@@ -1,16 +1,16 @@
 //! Schedules: which poses are visited.
 
-use crate::arrays::{Directions, Pairs, refused, rows, vectors};
-use crate::keys::{self, named, of_files, read, symmetry};
-use crate::material::refuse_existing;
+use crate::arrays::{Matrix, Sides, rows, vectors};
+use crate::errors::{of_files, refused};
+use crate::files::{self, refuse_existing, writer};
+use crate::keys::{self, named, read, symmetry};
 use crate::parametrization::PyParametrization;
 use gonio::Error;
-use gonio::files::write_atomically;
 use gonio::formats::{READ_SCHEDULE, WRITE_SCHEDULE};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::axis_names;
 use gonio::schedule::{self, Assume, Schedule, Sequence, Unreachable};
-use numpy::{PyArray1, PyArray2};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use std::path::PathBuf;
@@ -56,9 +56,7 @@ impl PySchedule {
         parametrization: Option<&Bound<'_, PyAny>>,
         symmetry: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let light = Directions::of(omega_i, "omega_i")?;
-        let sensor = Directions::of(omega_o, "omega_o")?;
-        let pairs = Pairs::new(&light, &sensor)?.visible()?;
+        let pairs = Sides::of(omega_i, omega_o)?.pairs()?.visible()?;
         let form = form(omega_i.py(), parametrization, symmetry)?.form;
         Ok(Schedule::of_pairs(form, pairs).into())
     }
@@ -101,18 +99,13 @@ impl PySchedule {
         format: Option<&str>,
         force: bool,
     ) -> PyResult<()> {
-        let unwritable = |e: &dyn std::fmt::Display| of_files(Error::output(&path, e));
-        let named = format.map(|name| WRITE_SCHEDULE.named(name)).transpose();
-        let write = named.and_then(|named| WRITE_SCHEDULE.choose(named, &path));
-        let write = write.map_err(|e| unwritable(&e))?;
+        let (_, write) = writer(&WRITE_SCHEDULE, format, &path)?;
         refuse_existing(&path, force)?;
         let sequence = match &self.order {
             Some(order) => Sequence::Order(order),
             None => Sequence::Generated,
         };
-        let written =
-            py.detach(|| write_atomically(&path, |out| write(&self.schedule, sequence, out)));
-        written.map_err(|e| unwritable(&format_args!("cannot write this file: {e}")))
+        files::write(py, &path, |out| write(&self.schedule, sequence, out))
     }
 
     fn __len__(&self) -> usize {
@@ -121,19 +114,19 @@ impl PySchedule {
 
     /// Directions towards the light, (n, 3).
     #[getter]
-    fn omega_i<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn omega_i<'py>(&self, py: Python<'py>) -> Matrix<'py> {
         vectors(py, self.pairs().map(|p| p.omega_i))
     }
 
     /// Directions towards the sensor, (n, 3).
     #[getter]
-    fn omega_o<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn omega_o<'py>(&self, py: Python<'py>) -> Matrix<'py> {
         vectors(py, self.pairs().map(|p| p.omega_o))
     }
 
     /// Coordinates of the poses, (n, axes).
     #[getter]
-    fn coordinates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn coordinates<'py>(&self, py: Python<'py>) -> Matrix<'py> {
         let n = self.schedule.parametrization.axes().len();
         let poses = self.schedule.poses.iter();
         rows(

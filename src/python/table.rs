@@ -1,6 +1,6 @@
 //! Tables as dictionaries of columns, ready for pandas and polars.
 
-use crate::arrays::refused;
+use crate::errors::refused;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -7,6 +7,7 @@
 //! evenly never needs a copy.
 
 use crate::numeric::tree::{Near, Squared, Tree};
+use crate::numeric::upper_median;
 use rustc_hash::FxHashSet;
 use std::num::NonZeroUsize;
 use std::sync::OnceLock;
@@ -120,24 +121,25 @@ impl Found {
 }
 
 impl<const K: usize> Cloud<K> {
-    /// Of at least one point, finite; `values` is point-major.
-    pub fn new(points: Vec<[f64; K]>, values: Vec<f64>, channels: usize) -> Self {
+    /// Of at least one point, finite; `values` is point-major, and `noise` a relative uncertainty per point, or nothing.
+    pub fn new(
+        points: Vec<[f64; K]>,
+        values: Vec<f64>,
+        channels: usize,
+        mut noise: Vec<f64>,
+    ) -> Self {
+        if noise.iter().all(|&u| u == 0.0) {
+            noise = Vec::new();
+        }
         Self {
             tree: Tree::new(Squared, &points),
             points,
             values,
             channels,
-            noise: Vec::new(),
+            noise,
             copies: OnceLock::new(),
             in_sheets: OnceLock::new(),
         }
-    }
-
-    /// The same cloud with a relative uncertainty per point.
-    pub fn with_noise(self, noise: Vec<f64>) -> Self {
-        let is_exact = noise.iter().all(|&u| u == 0.0);
-        let noise = if is_exact { Vec::new() } else { noise };
-        Self { noise, ..self }
     }
 
     /// The relative uncertainty of point `i`.
@@ -235,7 +237,17 @@ impl<const K: usize> Cloud<K> {
 
     /// True if many points lie in sheets, lines or clusters: of a quarter the neighbours do not fill space.
     pub fn is_in_sheets(&self) -> bool {
-        *self.in_sheets.get_or_init(|| self.lies_in_sheets())
+        *self.in_sheets.get_or_init(|| {
+            let points = &self.points;
+            let step = points.len().div_ceil(PROBES);
+            let is_flat = |x: &&[f64; K]| {
+                let near = nearest_in(&self.tree, x, PER_COPY).into_iter();
+                let near: Vec<usize> = near.map(|near| near.number as usize).collect();
+                !fills_space(points, &near)
+            };
+            let flat = points.iter().step_by(step).filter(is_flat).count();
+            4 * flat > points.len().div_ceil(step)
+        })
     }
 
     /// The same cloud, which is known to lie in sheets.
@@ -244,18 +256,6 @@ impl<const K: usize> Cloud<K> {
             in_sheets: OnceLock::from(true),
             ..self
         }
-    }
-
-    fn lies_in_sheets(&self) -> bool {
-        let points = &self.points;
-        let step = points.len().div_ceil(PROBES);
-        let is_flat = |x: &&[f64; K]| {
-            let near = nearest_in(&self.tree, x, PER_COPY).into_iter();
-            let near: Vec<usize> = near.map(|near| near.number as usize).collect();
-            !fills_space(points, &near)
-        };
-        let flat = points.iter().step_by(step).filter(is_flat).count();
-        4 * flat > points.len().div_ceil(step)
     }
 
     /// Copies of the cloud, each with cubes twice as large as the one before.
@@ -270,9 +270,8 @@ impl<const K: usize> Cloud<K> {
                     .map(|near| near.distance.sqrt()),
             );
         }
-        gaps.sort_by(f64::total_cmp);
-        let gap = gaps.get(gaps.len() / 2).copied();
-        let mut edge = gap.unwrap_or(SMALLEST).max(SMALLEST);
+        let gap = upper_median(&mut gaps).unwrap_or(SMALLEST);
+        let mut edge = gap.max(SMALLEST);
         let mut copies: Vec<Copy<K>> = Vec::new();
         let mut index: Vec<usize> = (0..points.len()).collect();
         while index.len() > FEWEST {

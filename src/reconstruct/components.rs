@@ -10,42 +10,26 @@
 use super::interpolant::{Interpolant, Readings};
 use super::kriging::{Mean, Prior, PriorFile};
 use super::transform::{EPSILON, Transform};
-use super::{Reconstruct, ReconstructError};
+use super::{Reconstruct, ReconstructError, admit};
 use crate::error::{ParameterError, in_left_open};
 use crate::geometry::DirectionPair;
-use crate::registry::{self, Entry};
+use crate::registry::{self, declare};
 use nalgebra::DMatrix;
-use serde::{Deserialize, Serialize};
-
-pub(crate) const KIND: &str = "components";
 
 /// The ridge by default: of materials that a prior was not made of, about the best.
 pub(crate) const RIDGE: f64 = 0.01;
 
-/// The registry entry.
-pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
-    kind: KIND,
-    summary: "ridge regression of ln f on the functions of a prior; isotropic materials",
-    examples: &["", "ridge = 0.13"],
-    read: |table| Ok(Box::new(registry::parse::<Components>(table)?)),
-};
-
-/// Ridge regression on the functions of a prior, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Components {
-    /// The materials whose functions these are: `built-in` (materials of formulas), or a file of `gonio train`.
-    pub prior: PriorFile,
-    /// Variance of a reading of ln f about the functions as a share of that of their coefficients: finite, above 0.
-    pub ridge: f64,
-}
-
-impl Default for Components {
-    fn default() -> Self {
-        Self {
-            prior: PriorFile::default(),
-            ridge: RIDGE,
-        }
+declare! {
+    dyn Reconstruct, "components": "ridge regression of ln f on the functions of a prior; isotropic materials", [
+        "",
+        "ridge = 0.13",
+    ]
+    /// Ridge regression on the functions of a prior, as a config writes it.
+    pub struct Components {
+        /// The materials whose functions these are: `built-in` (materials of formulas), or a file of `gonio train`.
+        prior: PriorFile = PriorFile::default();
+        /// Variance of a reading of ln f about the functions as a share of that of their coefficients: finite, above 0.
+        ridge: f64 = RIDGE;
     }
 }
 
@@ -86,10 +70,6 @@ impl Reconstruct for Components {
         }
     }
 
-    fn needs_grid(&self) -> bool {
-        false
-    }
-
     fn prior(&self) -> Option<&PriorFile> {
         Some(&self.prior)
     }
@@ -105,13 +85,7 @@ impl Reconstruct for Components {
             return Err(ReconstructError::Symmetry { method: KIND });
         }
         let present: Vec<usize> = (0..r.present.len()).filter(|&i| r.present[i]).collect();
-        if present.is_empty() {
-            return Err(ReconstructError::TooFew {
-                method: KIND,
-                readings: 0,
-                needed: 1,
-            });
-        }
+        admit(KIND, present.len(), usize::MAX)?;
         let pairs = present.iter().map(|&i| r.schedule.poses[i].pair);
         let pairs: Vec<DirectionPair> = pairs.collect();
         let prior = self.prior.load()?;
@@ -149,12 +123,7 @@ impl Interpolant for Sum {
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
         out.fill(0.0);
         self.mean.add(pairs, out);
-        for (pair, out) in pairs.iter().zip(out.chunks_exact_mut(self.width)) {
-            let above = pair.is_above_horizon();
-            for z in out {
-                *z = if above { TRANSFORM.inverse(*z) } else { 0.0 };
-            }
-        }
+        TRANSFORM.inverse_above(pairs, self.width, out);
     }
 }
 

@@ -57,7 +57,15 @@ pub(super) struct ReconstructionCoordinates<'a> {
     pub stretch: Option<f64>,
 }
 
-impl ReconstructionCoordinates<'_> {
+impl<'a> ReconstructionCoordinates<'a> {
+    /// Those of a method's keys.
+    pub fn new(coordinates: &'a Option<Coordinates>, stretch: Option<f64>) -> Self {
+        Self {
+            coordinates: coordinates.as_ref(),
+            stretch,
+        }
+    }
+
     /// Checks what can be checked without a schedule.
     pub fn check(&self) -> Result<(), ParameterError> {
         // Smaller or larger, neighbours collapse into clusters or sheets thinner than rounding.

@@ -10,8 +10,8 @@ use super::coordinates::ReconstructionCoordinates;
 use super::interpolant::{Readings, present};
 use super::scattered::Embedded;
 use super::transform::Transform;
-use crate::brdf::{Brdf, Channels, Presence};
-use crate::geometry::{DirectionPair, Symmetry};
+use crate::brdf::{Brdf, Presence, of_wrapped};
+use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use rayon::prelude::*;
 use std::num::NonZeroUsize;
@@ -71,14 +71,36 @@ const NEAR: f64 = 0.1;
 /// Pairs of a parallel task, at least.
 const CHUNK: usize = 256;
 
-/// The poses of some readings, in as many dimensions as their coordinates have.
-enum Places {
-    Three(Embedded<3>),
-    Four(Embedded<4>),
+/// The poses of some readings.
+trait Places: Send + Sync {
+    fn coverage(&self, pair: &DirectionPair, found: &mut Found) -> Coverage;
+
+    /// The value of the reading nearest to a pair.
+    fn nearest_value(&self, pair: &DirectionPair) -> &[f64];
+}
+
+impl<const K: usize> Places for Embedded<K> {
+    fn coverage(&self, pair: &DirectionPair, found: &mut Found) -> Coverage {
+        // A few readings may be surrounded by their own images, which says nothing of what is between.
+        let surrounded =
+            self.find(pair, NEIGHBOURS, found) && found.index.len() >= NEIGHBOURS.get();
+        let nearest = found.distance2[0].sqrt();
+        if nearest > FAR {
+            Coverage::Unknown
+        } else if surrounded || nearest <= self.cloud.gap(found.index[0]).min(NEAR) {
+            Coverage::Interpolated
+        } else {
+            Coverage::Extrapolated
+        }
+    }
+
+    fn nearest_value(&self, pair: &DirectionPair) -> &[f64] {
+        self.nearest(pair)
+    }
 }
 
 /// What the readings of a measurement cover.
-pub struct Cover(Places);
+pub struct Cover(Box<dyn Places>);
 
 impl Cover {
     /// Of the poses of `measurement` that have a reading.
@@ -87,14 +109,7 @@ impl Cover {
     /// If there is none.
     pub fn of(measurement: &Measurement) -> Result<Self, ReconstructError> {
         let present = present(measurement);
-        let readings = Readings {
-            schedule: &measurement.schedule,
-            width: measurement.channels.count(),
-            values: &measurement.values,
-            present: &present,
-            noise: None,
-            half_angles_deg: [0.0; 2],
-        };
+        let readings = Readings::of(measurement, &present, None);
         // Distances are those on the bench: no axis counts more than the other.
         let own = ReconstructionCoordinates {
             coordinates: None,
@@ -103,37 +118,23 @@ impl Cover {
         let transform = Transform::Linear;
         Ok(Self(
             match measurement.schedule.parametrization.axes().len() {
-                3 => Places::Three(Embedded::new("coverage", &readings, &own, transform, 1)?),
-                _ => Places::Four(Embedded::new("coverage", &readings, &own, transform, 1)?),
+                3 => Box::new(Embedded::<3>::new("coverage", &readings, &own, transform)?),
+                _ => Box::new(Embedded::<4>::new("coverage", &readings, &own, transform)?),
             },
         ))
     }
 
     /// The coverage of a pair.
     pub fn coverage(&self, pair: &DirectionPair) -> Coverage {
-        self.found(pair, &mut Found::default())
+        self.0.coverage(pair, &mut Found::default())
     }
 
     /// The coverage of many pairs, in parallel.
     pub fn coverages(&self, pairs: &[DirectionPair]) -> Vec<Coverage> {
         let pairs = pairs.par_iter().with_min_len(CHUNK);
         pairs
-            .map_init(Found::default, |found, pair| self.found(pair, found))
+            .map_init(Found::default, |found, pair| self.0.coverage(pair, found))
             .collect()
-    }
-
-    fn found(&self, pair: &DirectionPair, found: &mut Found) -> Coverage {
-        match &self.0 {
-            Places::Three(places) => coverage(places, pair, found),
-            Places::Four(places) => coverage(places, pair, found),
-        }
-    }
-
-    fn nearest_value(&self, pair: &DirectionPair) -> &[f64] {
-        match &self.0 {
-            Places::Three(places) => places.nearest_value(pair),
-            Places::Four(places) => places.nearest_value(pair),
-        }
     }
 }
 
@@ -180,35 +181,8 @@ impl<'a> Covered<'a> {
     }
 }
 
-fn coverage<const K: usize>(
-    places: &Embedded<K>,
-    pair: &DirectionPair,
-    found: &mut Found,
-) -> Coverage {
-    // A few readings may be surrounded by their own images, which says nothing of what is between.
-    let surrounded = places.find(pair, NEIGHBOURS, found) && found.index.len() >= NEIGHBOURS.get();
-    let nearest = found.distance2[0].sqrt();
-    if nearest > FAR {
-        Coverage::Unknown
-    } else if surrounded || nearest <= places.gap(found.index[0]).min(NEAR) {
-        Coverage::Interpolated
-    } else {
-        Coverage::Extrapolated
-    }
-}
-
 impl Brdf for Covered<'_> {
-    fn channels(&self) -> &Channels {
-        self.brdf.channels()
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.brdf.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        self.brdf.conserves_energy()
-    }
+    of_wrapped!(brdf);
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let mut presence = [Presence::Present];
@@ -224,14 +198,14 @@ impl Brdf for Covered<'_> {
             if !pair.is_above_horizon() {
                 continue;
             }
-            let coverage = self.cover.found(pair, &mut found);
+            let coverage = self.cover.0.coverage(pair, &mut found);
             asked[coverage as usize] += 1;
             if coverage == Coverage::Interpolated {
                 continue;
             }
             match self.fill {
                 Fill::None => *presence = Presence::Missing,
-                Fill::Nearest => out.copy_from_slice(self.cover.nearest_value(pair)),
+                Fill::Nearest => out.copy_from_slice(self.cover.0.nearest_value(pair)),
                 Fill::Extrapolate => {}
             }
         }

@@ -7,7 +7,7 @@
 //! ends naturally (zero second derivative), [`REACH`] nodes away, where it no longer matters: each
 //! node damps the influence of what lies beyond by 2 − √3 = 0.27.
 
-use super::grid::{Continuation, GridInterpolant, Padded, Rule};
+use super::grid::{Cells, Continuation, GridInterpolant, Padded, Rule};
 use super::lattice_method::{LatticeMethod, LatticeRule};
 use super::transform::Transform;
 use super::{Interpolant, Readings, ReconstructError};
@@ -48,18 +48,13 @@ pub(super) fn spline<const D: usize>(
     let nodes = Padded::<D>::new(CubicRule::KIND, readings, transform, REACH, beyond)?;
     Ok(GridInterpolant::new(
         Spline::new(nodes),
-        readings.schedule,
+        readings,
         transform,
-        readings.width,
     ))
 }
 
 /// B-spline coefficients on the padded lattice.
-pub(super) struct Spline<const D: usize> {
-    table: Padded<D>,
-    strides: [usize; D],
-    last: [f64; D],
-}
+pub(super) struct Spline<const D: usize>(Cells<D>);
 
 impl<const D: usize> Spline<D> {
     fn new(mut nodes: Padded<D>) -> Self {
@@ -67,31 +62,25 @@ impl<const D: usize> Spline<D> {
         for d in 0..D {
             solve_lines(&mut nodes.values, nodes.shape[d], strides[d]);
         }
-        Self::of(nodes.cropped(SUPPORT))
-    }
-
-    /// The spline with these coefficients.
-    fn of(table: Padded<D>) -> Self {
-        let strides = table.strides();
-        // Largest padded index the four taps may start at.
-        let last = table.shape.map(|n| (n - 4) as f64);
-        Self {
-            table,
-            strides,
-            last,
-        }
+        Self(Cells::new(nodes.cropped(SUPPORT), 4))
     }
 
     /// Sums of the values of this spline, a column of weights for each.
     pub fn combined(&self, weights: &DMatrix<f64>) -> Self {
-        let nodes = self.table.values.len() / self.table.channels;
-        let values = DMatrixView::from_slice(&self.table.values, self.table.channels, nodes);
-        Self::of(Padded {
-            shape: self.table.shape,
-            pad: self.table.pad,
+        let Padded {
+            shape,
+            pad,
+            channels,
+            values,
+        } = &self.0.table;
+        let values = DMatrixView::from_slice(values, *channels, values.len() / channels);
+        let combined = Padded {
+            shape: *shape,
+            pad: *pad,
             channels: weights.ncols(),
             values: weights.tr_mul(&values).data.into(),
-        })
+        };
+        Self(Cells::new(combined, 4))
     }
 }
 
@@ -134,27 +123,25 @@ fn weights(t: f64) -> [f64; 4] {
 impl<const D: usize> Rule<D> for Spline<D> {
     #[inline(always)]
     fn interpolate(&self, x: &[f64; D], out: &mut [f64]) {
-        let mut base = 0;
+        let Cells { table, strides, .. } = &self.0;
+        let (base, t) = self.0.around(x);
         let mut w = [[0.0; 4]; D];
         for d in 0..D {
-            let padded = x[d] + (self.table.pad - 1) as f64;
-            let first = padded.floor().clamp(0.0, self.last[d]);
-            w[d] = weights(padded - first);
-            base += first as usize * self.strides[d];
+            w[d] = weights(t[d]);
         }
         out.fill(0.0);
         // Rows along the last axis are contiguous; the other axes count in base 4.
         let row = &w[D - 1];
-        let channels = self.table.channels;
+        let channels = table.channels;
         for line in 0..1usize << (2 * (D - 1)) {
             let mut weight = 1.0;
             let mut at = base;
             for d in 0..D - 1 {
                 let tap = line >> (2 * d) & 3;
                 weight *= w[d][tap];
-                at += tap * self.strides[d];
+                at += tap * strides[d];
             }
-            let taps = &self.table.values[at..at + 4 * channels];
+            let taps = &table.values[at..at + 4 * channels];
             for (c, out) in out.iter_mut().enumerate() {
                 *out += weight
                     * (row[0] * taps[c]

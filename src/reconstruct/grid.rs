@@ -14,7 +14,7 @@ use super::interpolant::{Interpolant, Readings};
 use super::transform::Transform;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{AxisKind, Coords, Parametrization};
-use crate::schedule::{Lattice, LatticeAxis, Schedule, for_each_node};
+use crate::schedule::{Lattice, LatticeAxis, for_each_node};
 use pulp::{Arch, NullaryFnOnce};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -82,13 +82,7 @@ impl<const D: usize> Padded<D> {
                 known[place] = true;
             }
         }
-        if !known.contains(&true) {
-            return Err(ReconstructError::TooFew {
-                method,
-                readings: 0,
-                needed: 1,
-            });
-        }
+        super::admit(method, usize::from(known.contains(&true)), usize::MAX)?;
         table.continue_outwards(&places, known, continuation);
         for (node, &place) in places.of.iter().enumerate() {
             let from = place * channels;
@@ -211,6 +205,44 @@ impl<const D: usize> Padded<D> {
             channels: self.channels,
             values,
         }
+    }
+}
+
+/// A padded lattice and what finds the nodes around a point.
+pub(super) struct Cells<const D: usize> {
+    pub table: Padded<D>,
+    /// Distance in the values between neighbours along each axis.
+    pub strides: [usize; D],
+    /// Padded index of the first node around the origin of the unpadded lattice.
+    shift: f64,
+    /// Largest padded index that the nodes around a point may start at.
+    last: [f64; D],
+}
+
+impl<const D: usize> Cells<D> {
+    /// For `taps` nodes along each axis, half of them on either side of a point.
+    pub fn new(table: Padded<D>, taps: usize) -> Self {
+        Self {
+            strides: table.strides(),
+            shift: (table.pad + 1 - taps / 2) as f64,
+            last: table.shape.map(|n| (n - taps) as f64),
+            table,
+        }
+    }
+
+    /// Where the values of the first node around a point are, and the point's distance along each axis from the last
+    /// node before it.
+    #[inline(always)]
+    pub fn around(&self, x: &[f64; D]) -> (usize, [f64; D]) {
+        let mut base = 0;
+        let mut t = [0.0; D];
+        for d in 0..D {
+            let padded = x[d] + self.shift;
+            let first = padded.floor().clamp(0.0, self.last[d]);
+            t[d] = padded - first;
+            base += first as usize * self.strides[d];
+        }
+        (base, t)
     }
 }
 
@@ -356,8 +388,9 @@ pub(super) struct GridInterpolant<R, const D: usize> {
 const BATCH: usize = 128;
 
 impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
-    /// The interpolant of `rule` on a grid schedule, with `width` values per node.
-    pub fn new(rule: R, schedule: &Schedule, transform: Transform, width: usize) -> Self {
+    /// The interpolant of `rule` on the grid of readings.
+    pub fn new(rule: R, readings: &Readings<'_>, transform: Transform) -> Self {
+        let schedule = readings.schedule;
         let axis = |d: usize| match &schedule.lattice {
             Some(lattice) => lattice.axes[d],
             None => unreachable!("Padded::new refused a schedule without a lattice"),
@@ -367,7 +400,7 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
             parametrization: Arc::clone(&schedule.parametrization),
             axes: std::array::from_fn(axis),
             transform,
-            width,
+            width: readings.width,
         }
     }
 
@@ -406,12 +439,7 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
         for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
             let coords = &mut coords[..pairs.len()];
             self.parametrization.forward_batch(pairs, coords);
-            Arch::new().dispatch(LookUp {
-                of: self,
-                coords,
-                out,
-                back,
-            });
+            Arch::new().dispatch(LookUp(self, coords, out, back));
             if back.is_some() {
                 let places = pairs.iter().zip(out.chunks_exact_mut(n));
                 let below = places.filter(|(pair, _)| !pair.is_above_horizon());
@@ -421,26 +449,25 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
     }
 }
 
-/// Look-ups of many coordinates.
-struct LookUp<'a, R, const D: usize> {
-    of: &'a GridInterpolant<R, D>,
-    coords: &'a [Coords],
-    out: &'a mut [f64],
-    /// What takes the values back; `None`: they stay transformed.
-    back: Option<Transform>,
-}
+/// Look-ups of many coordinates, and what takes their values back; `None`: they stay transformed.
+struct LookUp<'a, R, const D: usize>(
+    &'a GridInterpolant<R, D>,
+    &'a [Coords],
+    &'a mut [f64],
+    Option<Transform>,
+);
 
 impl<R: Rule<D>, const D: usize> NullaryFnOnce for LookUp<'_, R, D> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let places = self.out.chunks_exact_mut(self.of.width);
-        for (coords, out) in self.coords.iter().zip(places) {
-            self.of.transformed(coords, out);
+        let Self(of, coords, out, back) = self;
+        for (coords, out) in coords.iter().zip(out.chunks_exact_mut(of.width)) {
+            of.transformed(coords, out);
         }
-        if let Some(back) = self.back {
-            back.inverse_all(self.out);
+        if let Some(back) = back {
+            back.inverse_all(out);
         }
     }
 }

@@ -8,6 +8,7 @@ use super::transform::EPSILON;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::{Measurement, Outcome};
+use crate::numeric::upper_median;
 use crate::schedule::Schedule;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -32,6 +33,18 @@ pub struct Readings<'a> {
 }
 
 impl<'a> Readings<'a> {
+    /// Those of a measurement.
+    pub fn of(measurement: &'a Measurement, present: &'a [bool], noise: Option<&'a [f64]>) -> Self {
+        Self {
+            schedule: &measurement.schedule,
+            width: measurement.channels.count(),
+            values: &measurement.values,
+            present,
+            noise,
+            half_angles_deg: measurement.half_angles_deg,
+        }
+    }
+
     /// The values of pose `i`, `None` if there is no reading.
     #[inline]
     pub fn value(&self, i: usize) -> Option<&'a [f64]> {
@@ -76,9 +89,7 @@ pub fn noise(measurement: &Measurement) -> Option<Cow<'_, [f64]>> {
         let all = read
             .iter()
             .flat_map(|i| channels.clone().map(move |c| i * n + c));
-        let mut shares: Vec<f64> = all.filter_map(share).collect();
-        let middle = shares.len() / 2;
-        (!shares.is_empty()).then(|| *shares.select_nth_unstable_by(middle, f64::total_cmp).1)
+        upper_median(&mut all.filter_map(share).collect::<Vec<f64>>())
     };
     let all = median(0..n).unwrap_or(0.0);
     let medians: Vec<f64> = (0..n).map(|c| median(c..c + 1).unwrap_or(all)).collect();

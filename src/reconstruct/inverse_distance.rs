@@ -5,83 +5,42 @@
 
 use super::cloud::{Cloud, Found};
 use super::coordinates::{Coordinates, ReconstructionCoordinates};
-use super::scattered::{Embedded, ScatteredInterpolant, ScatteredRule};
+use super::scattered::{ScatteredRule, scattered};
 use super::transform::{EPSILON, Values};
 use super::{Interpolant, Readings, Reconstruct, ReconstructError, check_neighbours};
 use crate::error::{ParameterError, in_left_open};
-use crate::registry::{self, Entry};
-use serde::{Deserialize, Serialize};
+use crate::registry::{self, declare};
 use std::num::NonZeroUsize;
 
-const KIND: &str = "inverse-distance";
-
-/// The registry entry.
-pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
-    kind: KIND,
-    summary: "inverse-distance weights over the k nearest readings; also stretch (1.5, of sheets 3)",
-    examples: &[
+declare! {
+    dyn Reconstruct, "inverse-distance": "inverse-distance weights over the k nearest readings; also stretch (1.5, of sheets 3)", [
         "neighbours = 12\npower = 2.0",
         "coordinates = { kind = \"half-difference\", warp = { theta_h = \"square-root\" } }",
-    ],
-    read: |table| Ok(Box::new(registry::parse::<InverseDistance>(table)?)),
-};
-
-/// Inverse-distance weighting, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct InverseDistance {
-    /// Function of f_r that is interpolated.
-    pub values: Values,
-    /// Offset of the logarithm, sr⁻¹.
-    pub epsilon: f64,
-    /// Number of neighbours (readings and their mirror images).
-    pub neighbours: usize,
-    /// Exponent of the distance.
-    pub power: f64,
-    /// Coordinates to interpolate in; by default those of the schedule.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub coordinates: Option<Coordinates>,
-    /// Weight of the first radial axis against the second; by default [`super::STRETCH`], or
-    /// [`super::STRETCH_OF_SHEETS`] if the readings lie in sheets. A grid in its own coordinates has
-    /// none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stretch: Option<f64>,
-}
-
-impl Default for InverseDistance {
-    fn default() -> Self {
-        Self {
-            values: Values::Log,
-            epsilon: EPSILON,
-            neighbours: 12,
-            power: 2.0,
-            coordinates: None,
-            stretch: None,
-        }
+    ]
+    /// Inverse-distance weighting, as a config writes it.
+    pub struct InverseDistance {
+        /// Function of f_r that is interpolated.
+        values: Values = Values::Log;
+        /// Offset of the logarithm, sr⁻¹.
+        epsilon: f64 = EPSILON;
+        /// Number of neighbours (readings and their mirror images).
+        neighbours: usize = 12;
+        /// Exponent of the distance.
+        power: f64 = 2.0;
+        /// Coordinates to interpolate in; by default those of the schedule.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        coordinates: Option<Coordinates> = None;
+        /// Weight of the first radial axis against the second; by default [`super::STRETCH`], or
+        /// [`super::STRETCH_OF_SHEETS`] if the readings lie in sheets. A grid in its own coordinates has
+        /// none.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        stretch: Option<f64> = None;
     }
 }
 
 impl InverseDistance {
     fn search(&self) -> ReconstructionCoordinates<'_> {
-        ReconstructionCoordinates {
-            coordinates: self.coordinates.as_ref(),
-            stretch: self.stretch,
-        }
-    }
-
-    fn build<const K: usize>(
-        &self,
-        r: &Readings<'_>,
-    ) -> Result<Box<dyn Interpolant>, ReconstructError> {
-        let transform = self.values.with(self.epsilon);
-        let readings = Embedded::<K>::new(KIND, r, &self.search(), transform, 1)?;
-        let rule = Shepard {
-            neighbours: check_neighbours(self.neighbours, 1)?,
-            power: self.power,
-        };
-        Ok(Box::new(ScatteredInterpolant::new(
-            rule, readings, transform,
-        )))
+        ReconstructionCoordinates::new(&self.coordinates, self.stretch)
     }
 }
 
@@ -94,25 +53,23 @@ impl Reconstruct for InverseDistance {
         super::label(KIND, self.values, false, self.coordinates.as_ref())
     }
 
-    fn needs_grid(&self) -> bool {
-        false
-    }
-
     chooses_coordinates!();
 
     fn check(&self) -> Result<(), ParameterError> {
         self.values.check(self.epsilon)?;
         check_neighbours(self.neighbours, 1)?;
         in_left_open("power", self.power, 0.0, 100.0)?;
-        self.search().check()
+        ReconstructionCoordinates::new(&self.coordinates, self.stretch).check()
     }
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         self.check()?;
-        match r.schedule.parametrization.axes().len() {
-            3 => self.build::<3>(r),
-            _ => self.build::<4>(r),
-        }
+        let rule = Shepard {
+            neighbours: check_neighbours(self.neighbours, 1)?,
+            power: self.power,
+        };
+        let transform = self.values.with(self.epsilon);
+        scattered(KIND, r, &self.search(), transform, rule)
     }
 }
 

@@ -80,30 +80,10 @@ pub(super) struct Local {
     above_in_space: f64,
 }
 
-/// A kernel of the squared distance.
-trait Kernel {
-    /// φ(r) from r².
-    fn of(r2: f64) -> f64;
-}
-
-/// φ(r) = r² ln r.
-struct Biharmonic;
-
-impl Kernel for Biharmonic {
-    #[inline]
-    fn of(r2: f64) -> f64 {
-        biharmonic(r2)
-    }
-}
-
-/// φ(r) = −r.
-struct Linear;
-
-impl Kernel for Linear {
-    #[inline]
-    fn of(r2: f64) -> f64 {
-        -r2.sqrt()
-    }
+/// φ(r) = −r, from r².
+#[inline]
+fn linear(r2: f64) -> f64 {
+    -r2.sqrt()
 }
 
 #[inline]
@@ -116,12 +96,11 @@ fn distance2<const K: usize>(a: &[f64; K], b: &[f64; K]) -> f64 {
 }
 
 /// Buffers of one thread.
+#[derive(Default)]
 pub(super) struct Scratch<const K: usize> {
     found: Found,
     /// The neighbours relative to the query, in units of the farthest.
     points: Vec<[f64; K]>,
-    /// The query: 0, or its place in the plane of neighbours that are flat.
-    query: [f64; K],
     /// Largest sum of the sizes of the weights that is taken.
     largest: f64,
     /// Values of the polynomials at each neighbour; Lagrange ones after elimination.
@@ -156,25 +135,7 @@ impl<const K: usize> ScatteredRule<K> for Local {
     type Scratch = Box<Scratch<K>>;
 
     fn scratch(&self) -> Self::Scratch {
-        Box::new(Scratch {
-            query: [0.0; K],
-            found: Found::default(),
-            largest: 0.0,
-            points: Vec::new(),
-            basis: Vec::new(),
-            polynomials: [[0.0; MOST]; MOST],
-            to_lagrange: Vec::new(),
-            own: [[0.0; MOST]; MOST],
-            lagrange: Vec::new(),
-            free: Vec::new(),
-            matrix: Vec::new(),
-            of_free: Vec::new(),
-            weights: Vec::new(),
-            ranges: Default::default(),
-            values: Vec::new(),
-            noise: Vec::new(),
-            block: None,
-        })
+        Box::default()
     }
 
     fn interpolate(
@@ -185,7 +146,7 @@ impl<const K: usize> ScatteredRule<K> for Local {
         out: &mut [f64],
     ) {
         let s = &mut **scratch;
-        let mut block = s.block.take().unwrap_or_else(|| Box::new(Block::new()));
+        let mut block = s.block.take().unwrap_or_default();
         s.found.restart();
         let width = cloud.channels;
         for (slot, x) in queries.iter().enumerate() {
@@ -198,7 +159,7 @@ impl<const K: usize> ScatteredRule<K> for Local {
                 continue;
             }
             if s.found.reach != Reach::Nearest || !block.suits(s.found.index.len()) {
-                self.alone(cloud, x, s, &mut out[out_of]);
+                s.alone(self, cloud, x, &mut out[out_of]);
                 continue;
             }
             block.take(slot, cloud, x, &mut s.found);
@@ -217,21 +178,6 @@ impl Local {
             neighbours,
             above: values.rise(LARGEST_FACTOR),
             above_in_space: values.rise(LARGEST_FACTOR_IN_SPACE),
-        }
-    }
-
-    /// Interpolates by the neighbours of a scratch.
-    fn alone<const K: usize>(
-        &self,
-        cloud: &Cloud<K>,
-        x: &[f64; K],
-        s: &mut Scratch<K>,
-        out: &mut [f64],
-    ) {
-        if s.weigh(cloud, x) {
-            self.combine(cloud, x, s, out);
-        } else {
-            Shepard::mean(2.0, cloud, &s.found, out);
         }
     }
 
@@ -255,56 +201,9 @@ impl Local {
             std::mem::swap(&mut s.found, &mut block.found[lane]);
             if sizes[lane] <= largest {
                 block.weights(lane, &mut s.weights);
-                self.combine(cloud, &x[slot], s, out);
+                s.combine(self, cloud, &x[slot], out);
             } else {
-                self.alone(cloud, &x[slot], s, out);
-            }
-        }
-    }
-
-    /// Σ weight · value, kept near the range of the values.
-    fn combine<const K: usize>(
-        &self,
-        cloud: &Cloud<K>,
-        x: &[f64; K],
-        s: &mut Scratch<K>,
-        out: &mut [f64],
-    ) {
-        Arch::new().dispatch(Weighted {
-            cloud,
-            index: &s.found.index,
-            weights: &s.weights,
-            ranges: &mut s.ranges,
-            out,
-        });
-        let in_space = s.found.reach == Reach::Nearest && !cloud.is_in_sheets();
-        let mut is_inside = None;
-        let [lows, highs] = &s.ranges;
-        let ranges = lows.iter().zip(highs);
-        for (channel, (out, (&low, &high))) in out.iter_mut().zip(ranges).enumerate() {
-            let reach = match s.found.reach {
-                Reach::Flat => 0.0,
-                Reach::Nearest | Reach::Far => OVERSHOOT * (high - low),
-            };
-            *out = out.max(low - reach);
-            if *out > high {
-                let rise = if in_space {
-                    s.values.clear();
-                    let values = s.found.index.iter().map(|&i| cloud.value(i)[channel]);
-                    s.values.extend(values);
-                    let middle = (s.values.len() - 1) / 2;
-                    let (_, &mut median, _) =
-                        s.values.select_nth_unstable_by(middle, f64::total_cmp);
-                    self.above_in_space.min(RISE * (high - median))
-                } else {
-                    let index = &s.found.index;
-                    let inside = s.found.reach == Reach::Nearest;
-                    match *is_inside.get_or_insert_with(|| inside || cloud.surrounds(index, x)) {
-                        true => self.above.min(reach),
-                        false => 0.0,
-                    }
-                };
-                *out = out.min(high + rise);
+                s.alone(self, cloud, &x[slot], out);
             }
         }
     }
@@ -319,31 +218,80 @@ fn largest_weights<const K: usize>(cloud: &Cloud<K>, reach: Reach) -> f64 {
 }
 
 impl<const K: usize> Scratch<K> {
+    /// Interpolates by the neighbours that were found.
+    fn alone(&mut self, rule: &Local, cloud: &Cloud<K>, x: &[f64; K], out: &mut [f64]) {
+        if self.weigh(cloud, x) {
+            self.combine(rule, cloud, x, out);
+        } else {
+            Shepard::mean(2.0, cloud, &self.found, out);
+        }
+    }
+
+    /// Σ weight · value, kept near the range of the values.
+    fn combine(&mut self, rule: &Local, cloud: &Cloud<K>, x: &[f64; K], out: &mut [f64]) {
+        Arch::new().dispatch(Weighted {
+            cloud,
+            index: &self.found.index,
+            weights: &self.weights,
+            ranges: &mut self.ranges,
+            out,
+        });
+        let in_space = self.found.reach == Reach::Nearest && !cloud.is_in_sheets();
+        let mut is_inside = None;
+        let [lows, highs] = &self.ranges;
+        let ranges = lows.iter().zip(highs);
+        for (channel, (out, (&low, &high))) in out.iter_mut().zip(ranges).enumerate() {
+            let reach = match self.found.reach {
+                Reach::Flat => 0.0,
+                Reach::Nearest | Reach::Far => OVERSHOOT * (high - low),
+            };
+            *out = out.max(low - reach);
+            if *out > high {
+                let rise = if in_space {
+                    self.values.clear();
+                    let values = self.found.index.iter().map(|&i| cloud.value(i)[channel]);
+                    self.values.extend(values);
+                    let middle = (self.values.len() - 1) / 2;
+                    let (_, &mut median, _) =
+                        self.values.select_nth_unstable_by(middle, f64::total_cmp);
+                    rule.above_in_space.min(RISE * (high - median))
+                } else {
+                    let index = &self.found.index;
+                    let inside = self.found.reach == Reach::Nearest;
+                    match *is_inside.get_or_insert_with(|| inside || cloud.surrounds(index, x)) {
+                        true => rule.above.min(reach),
+                        false => 0.0,
+                    }
+                };
+                *out = out.min(high + rise);
+            }
+        }
+    }
+
     /// Finds the weights of the neighbours; false if there are none.
     fn weigh(&mut self, cloud: &Cloud<K>, x: &[f64; K]) -> bool {
-        self.localise(cloud, x);
+        let query = self.localise(cloud, x);
         self.eliminate();
         self.largest = largest_weights(cloud, self.found.reach);
         let found = if self.lagrange.len() == K + 1 {
-            self.solve::<Biharmonic>()
+            self.solve(biharmonic, &query)
         } else {
-            self.solve::<Linear>()
+            self.solve(linear, &query)
         };
         found && self.weights.iter().all(|w| w.is_finite())
     }
 
     /// Solves for the weights with the first nugget that keeps them small; false if none can.
-    fn solve<P: Kernel>(&mut self) -> bool {
-        let query = self.query;
+    fn solve(&mut self, phi: impl Fn(f64) -> f64 + Copy, query: &[f64; K]) -> bool {
         let mut found = false;
         for (i, &nugget) in NUGGETS.iter().enumerate() {
-            let Some(factor) = self.factor::<P>(nugget) else {
+            let Some(factor) = self.factor(phi, nugget) else {
                 continue;
             };
             found = true;
-            let is_small = self.weights_at::<P>(&query, &factor) <= self.largest;
+            let is_small = self.weights_at(phi, query, &factor) <= self.largest;
             if !is_small && i + 1 == NUGGETS.len() {
-                self.approach::<P>(&factor);
+                self.approach(phi, query, &factor);
             }
             self.matrix = factor.unpack_dirty().data.into();
             if is_small {
@@ -354,32 +302,37 @@ impl<const K: usize> Scratch<K> {
     }
 
     /// Moves the query towards its nearest neighbour until its weights are small enough.
-    fn approach<P: Kernel>(&mut self, factor: &Cholesky<f64, Dyn>) {
-        let [query, nearest] = [self.query, self.points[0]];
+    fn approach(
+        &mut self,
+        phi: impl Fn(f64) -> f64 + Copy,
+        query: &[f64; K],
+        factor: &Cholesky<f64, Dyn>,
+    ) {
+        let nearest = self.points[0];
         let between = |t: f64| -> [f64; K] {
             std::array::from_fn(|d| query[d] + t * (nearest[d] - query[d]))
         };
         let [mut outside, mut inside] = [0.0, 1.0];
         for _ in 0..STEPS {
             let t = 0.5 * (outside + inside);
-            if self.weights_at::<P>(&between(t), factor) <= self.largest {
+            if self.weights_at(phi, &between(t), factor) <= self.largest {
                 inside = t;
             } else {
                 outside = t;
             }
         }
-        self.weights_at::<P>(&between(inside), factor);
+        self.weights_at(phi, &between(inside), factor);
     }
 
-    /// Moves the query to 0 and the farthest neighbour to distance 1.
-    fn localise(&mut self, cloud: &Cloud<K>, x: &[f64; K]) {
+    /// Moves the query to 0 and the farthest neighbour to distance 1; where the query is then: elsewhere only of neighbours
+    /// that are flat, in their plane.
+    fn localise(&mut self, cloud: &Cloud<K>, x: &[f64; K]) -> [f64; K] {
         let size = self.found.size();
         self.points.clear();
         self.basis.clear();
         self.noise.clear();
         let noise = self.found.index.iter().map(|&i| cloud.noise(i).powi(2));
         self.noise.extend(noise);
-        self.query = [0.0; K];
         for &i in &self.found.index {
             let p = &cloud.points[i];
             let local: [f64; K] = std::array::from_fn(|d| (p[d] - x[d]) / size);
@@ -393,13 +346,15 @@ impl<const K: usize> Scratch<K> {
         for (i, row) in self.polynomials.iter_mut().enumerate() {
             row[i] = 1.0;
         }
-        if self.found.reach == Reach::Flat {
-            self.determine();
+        match self.found.reach {
+            Reach::Flat => self.determine(),
+            Reach::Nearest | Reach::Far => [0.0; K],
         }
     }
 
-    /// Polynomials along the directions that the neighbours determine, 0 for the others.
-    fn determine(&mut self) {
+    /// Polynomials along the directions that the neighbours determine, 0 for the others. Where the query is: from the mean
+    /// of the neighbours towards 0, along the directions that are kept.
+    fn determine(&mut self) -> [f64; K] {
         let all: Vec<usize> = (0..self.points.len()).collect();
         let c = covariance(&self.points, &all);
         let eigen = DMatrix::from_fn(K, K, |a, b| c[a][b]).symmetric_eigen();
@@ -414,17 +369,16 @@ impl<const K: usize> Scratch<K> {
                 };
             }
         }
-        // From the mean of the neighbours towards 0, along the directions that are kept.
         let n = self.points.len() as f64;
         let mean: [f64; K] =
             std::array::from_fn(|d| self.points.iter().map(|p| p[d]).sum::<f64>() / n);
-        self.query = mean;
+        let mut query = mean;
         for d in 0..K {
             let along: f64 = (0..K)
                 .map(|a| -mean[a] * self.polynomials[a + 1][d + 1])
                 .sum();
             for a in 0..K {
-                self.query[a] += along * self.polynomials[a + 1][d + 1];
+                query[a] += along * self.polynomials[a + 1][d + 1];
             }
         }
         for (row, p) in self.basis.iter_mut().zip(&self.points) {
@@ -432,6 +386,7 @@ impl<const K: usize> Scratch<K> {
                 row[d + 1] = (0..K).map(|a| p[a] * self.polynomials[a + 1][d + 1]).sum();
             }
         }
+        query
     }
 
     /// Column elimination with full pivoting: picks the Lagrange points and turns the rows of
@@ -485,8 +440,9 @@ impl<const K: usize> Scratch<K> {
 
     /// φ from a place to the Lagrange points minus half their own correction.
     #[inline]
-    fn towards_lagrange<P: Kernel>(
+    fn towards_lagrange(
         &self,
+        phi: impl Fn(f64) -> f64,
         place: &[f64; K],
         row: &[f64; MOST],
         at: impl Fn(usize) -> f64,
@@ -498,13 +454,17 @@ impl<const K: usize> Scratch<K> {
                 .iter()
                 .map(|&(_, j)| row[j] * self.own[i][j])
                 .sum();
-            t[i] = P::of(distance2(place, &self.points[b])) + at(b) - 0.5 * correction;
+            t[i] = phi(distance2(place, &self.points[b])) + at(b) - 0.5 * correction;
         }
         t
     }
 
     /// The factored reduced system; `None` if it is not positive definite.
-    fn factor<P: Kernel>(&mut self, nugget: f64) -> Option<Cholesky<f64, Dyn>> {
+    fn factor(
+        &mut self,
+        phi: impl Fn(f64) -> f64 + Copy,
+        nugget: f64,
+    ) -> Option<Cholesky<f64, Dyn>> {
         let noise = &self.noise;
         let at = |a: usize, b: usize| {
             if a == b { nugget + noise[a] } else { 0.0 }
@@ -512,13 +472,13 @@ impl<const K: usize> Scratch<K> {
         self.own = [[0.0; MOST]; MOST];
         for &(a, i) in &self.lagrange {
             for &(b, j) in &self.lagrange {
-                self.own[i][j] = P::of(distance2(&self.points[a], &self.points[b])) + at(a, b);
+                self.own[i][j] = phi(distance2(&self.points[a], &self.points[b])) + at(a, b);
             }
         }
         let mut to_lagrange = std::mem::take(&mut self.to_lagrange);
         to_lagrange.clear();
         for (a, (row, point)) in self.basis.iter().zip(&self.points).enumerate() {
-            to_lagrange.push(self.towards_lagrange::<P>(point, row, |b| at(a, b)));
+            to_lagrange.push(self.towards_lagrange(phi, point, row, |b| at(a, b)));
         }
         self.to_lagrange = to_lagrange;
         let n = self.free.len();
@@ -530,28 +490,33 @@ impl<const K: usize> Scratch<K> {
             let pa = &self.points[a];
             // Cholesky reads the lower triangle; storage is column-major.
             for (row, &b) in self.free.iter().enumerate().skip(column) {
-                let phi = P::of(distance2(pa, &self.points[b])) + at(a, b);
-                matrix[column * n + row] = Self::reduced(phi, of(a), of(b));
+                let direct = phi(distance2(pa, &self.points[b])) + at(a, b);
+                matrix[column * n + row] = Self::reduced(direct, of(a), of(b));
             }
         }
         Cholesky::new(DMatrix::from_vec(n, n, matrix))
     }
 
     /// Sets the weights of the neighbours at a place; the sum of their sizes, NaN if they overflow.
-    fn weights_at<P: Kernel>(&mut self, q: &[f64; K], factor: &Cholesky<f64, Dyn>) -> f64 {
+    fn weights_at(
+        &mut self,
+        phi: impl Fn(f64) -> f64 + Copy,
+        q: &[f64; K],
+        factor: &Cholesky<f64, Dyn>,
+    ) -> f64 {
         let mut p = self.polynomials[0];
         for (q, row) in q.iter().zip(&self.polynomials[1..]) {
             for (p, row) in p.iter_mut().zip(row) {
                 *p += q * row;
             }
         }
-        let t = self.towards_lagrange::<P>(q, &p, |_| 0.0);
+        let t = self.towards_lagrange(phi, q, &p, |_| 0.0);
         let mut rhs = std::mem::take(&mut self.of_free);
         rhs.clear();
         for &a in &self.free {
-            let phi = P::of(distance2(q, &self.points[a]));
+            let direct = phi(distance2(q, &self.points[a]));
             let of = [&self.basis[a], &self.to_lagrange[a]];
-            rhs.push(Self::reduced(phi, of, [&p, &t]));
+            rhs.push(Self::reduced(direct, of, [&p, &t]));
         }
         let mut rhs = DVector::from_vec(rhs);
         factor.solve_mut(&mut rhs);

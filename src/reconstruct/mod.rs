@@ -71,7 +71,7 @@ use interpolant::Interpolated;
 use crate::brdf::Brdf;
 use crate::error::{ParameterError, count_are};
 use crate::measurement::Measurement;
-use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
+use crate::registry::{self, family};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
@@ -84,7 +84,9 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
     fn label(&self) -> String;
 
     /// True if this needs readings on a grid.
-    fn needs_grid(&self) -> bool;
+    fn needs_grid(&self) -> bool {
+        false
+    }
 
     /// The coordinates it interpolates in; `None`: those of the schedule.
     fn coordinates(&self) -> Option<&Coordinates> {
@@ -135,14 +137,9 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
     /// As [`interpolate`](Self::interpolate).
     fn reconstruct(&self, measurement: &Measurement) -> Result<Box<dyn Brdf>, ReconstructError> {
         let present = interpolant::present(measurement);
-        let interpolant = self.interpolate(&Readings {
-            schedule: &measurement.schedule,
-            width: measurement.channels.count(),
-            values: &measurement.values,
-            present: &present,
-            noise: noise(measurement).as_deref(),
-            half_angles_deg: measurement.half_angles_deg,
-        })?;
+        let noise = noise(measurement);
+        let interpolant =
+            self.interpolate(&Readings::of(measurement, &present, noise.as_deref()))?;
         Ok(Box::new(Interpolated {
             interpolant,
             channels: measurement.channels.clone(),
@@ -216,10 +213,74 @@ pub enum ReconstructError {
     Parameter(#[from] ParameterError),
 }
 
-static JOINED: Joined<dyn Reconstruct> = Joined::new();
-
-fn built_in() -> Vec<Entry<dyn Reconstruct>> {
-    vec![
+family! {
+    ///
+    /// ```
+    /// use gonio::error::ParameterError;
+    /// use gonio::experiment::{Plan, Source};
+    /// use gonio::geometry::DirectionPair;
+    /// use gonio::reconstruct::{self, Interpolant, Readings, Reconstruct, ReconstructError};
+    /// use gonio::registry::{self, Entry};
+    /// use serde::{Deserialize, Serialize};
+    ///
+    /// /// Lambert's law: the mean of the readings, times a factor.
+    /// #[derive(Debug, Serialize, Deserialize)]
+    /// #[serde(deny_unknown_fields)]
+    /// struct Flat {
+    ///     factor: f64,
+    /// }
+    ///
+    /// struct Constant(Vec<f64>);
+    ///
+    /// impl Interpolant for Constant {
+    ///     fn width(&self) -> usize {
+    ///         self.0.len()
+    ///     }
+    ///     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
+    ///         let above = pair.omega_i.cos_theta() > 0.0 && pair.omega_o.cos_theta() > 0.0;
+    ///         for (out, mean) in out.iter_mut().zip(&self.0) {
+    ///             *out = if above { *mean } else { 0.0 };
+    ///         }
+    ///     }
+    /// }
+    ///
+    /// impl Reconstruct for Flat {
+    ///     fn resolved(&self) -> registry::Keys {
+    ///         registry::resolved("flat", self)
+    ///     }
+    ///     fn label(&self) -> String {
+    ///         "flat".into()
+    ///     }
+    ///     fn needs_grid(&self) -> bool {
+    ///         false
+    ///     }
+    ///     fn check(&self) -> Result<(), ParameterError> {
+    ///         Ok(())
+    ///     }
+    ///     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
+    ///         let values = (0..r.present.len()).filter_map(|i| r.value(i));
+    ///         let mut mean = vec![0.0; r.width];
+    ///         for value in values {
+    ///             for (mean, v) in mean.iter_mut().zip(value) {
+    ///                 *mean += self.factor * v / r.count() as f64;
+    ///             }
+    ///         }
+    ///         Ok(Box::new(Constant(mean)))
+    ///     }
+    /// }
+    ///
+    /// reconstruct::join(Entry {
+    ///     kind: "flat",
+    ///     summary: "the mean of the readings",
+    ///     examples: &["factor = 1"],
+    ///     read: |table| Ok(Box::new(registry::parse::<Flat>(table)?)),
+    /// })?;
+    /// let text = "[[material]]\nkind = \"lambert\"\n[[reconstruction]]\nkind = \"flat\"\nfactor = 1";
+    /// let plan = Plan::read(&Source::new("example", text))?;
+    /// assert_eq!(plan.methods[0].name, "flat");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    "reconstruction": dyn Reconstruct = [
         nearest::ENTRY,
         Multilinear::ENTRY,
         Cubic::ENTRY,
@@ -230,90 +291,6 @@ fn built_in() -> Vec<Entry<dyn Reconstruct>> {
         components::ENTRY,
         fit::ENTRY,
     ]
-}
-
-/// Every reconstruction a config can name.
-pub fn all() -> Vec<Entry<dyn Reconstruct>> {
-    JOINED.after(built_in())
-}
-
-/// Adds a reconstruction of a program's own to [`all`].
-///
-/// ```
-/// use gonio::error::ParameterError;
-/// use gonio::experiment::{Plan, Source};
-/// use gonio::geometry::DirectionPair;
-/// use gonio::reconstruct::{self, Interpolant, Readings, Reconstruct, ReconstructError};
-/// use gonio::registry::{self, Entry};
-/// use serde::{Deserialize, Serialize};
-///
-/// /// Lambert's law: the mean of the readings, times a factor.
-/// #[derive(Debug, Serialize, Deserialize)]
-/// #[serde(deny_unknown_fields)]
-/// struct Flat {
-///     factor: f64,
-/// }
-///
-/// struct Constant(Vec<f64>);
-///
-/// impl Interpolant for Constant {
-///     fn width(&self) -> usize {
-///         self.0.len()
-///     }
-///     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
-///         let above = pair.omega_i.cos_theta() > 0.0 && pair.omega_o.cos_theta() > 0.0;
-///         for (out, mean) in out.iter_mut().zip(&self.0) {
-///             *out = if above { *mean } else { 0.0 };
-///         }
-///     }
-/// }
-///
-/// impl Reconstruct for Flat {
-///     fn resolved(&self) -> registry::Keys {
-///         registry::resolved("flat", self)
-///     }
-///     fn label(&self) -> String {
-///         "flat".into()
-///     }
-///     fn needs_grid(&self) -> bool {
-///         false
-///     }
-///     fn check(&self) -> Result<(), ParameterError> {
-///         Ok(())
-///     }
-///     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
-///         let values = (0..r.present.len()).filter_map(|i| r.value(i));
-///         let mut mean = vec![0.0; r.width];
-///         for value in values {
-///             for (mean, v) in mean.iter_mut().zip(value) {
-///                 *mean += self.factor * v / r.count() as f64;
-///             }
-///         }
-///         Ok(Box::new(Constant(mean)))
-///     }
-/// }
-///
-/// reconstruct::join(Entry {
-///     kind: "flat",
-///     summary: "the mean of the readings",
-///     examples: &["factor = 1"],
-///     read: |table| Ok(Box::new(registry::parse::<Flat>(table)?)),
-/// })?;
-/// let text = "[[material]]\nkind = \"lambert\"\n[[reconstruction]]\nkind = \"flat\"\nfactor = 1";
-/// let plan = Plan::read(&Source::new("example", text))?;
-/// assert_eq!(plan.methods[0].name, "flat");
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-///
-/// # Errors
-/// If one of that kind is there.
-pub fn join(entry: Entry<dyn Reconstruct>) -> Result<(), Taken> {
-    JOINED.add(built_in(), entry)
-}
-
-/// Reads a reconstruction from its config table.
-pub fn read(table: Table<'_>) -> Result<Box<dyn Reconstruct>, ReadError> {
-    registry::read("reconstruction", &all(), table)
 }
 
 /// Readings up to which kriging takes a second or so for each of some systems of them.
@@ -352,6 +329,23 @@ fn label(kind: &str, values: Values, noise: bool, coordinates: Option<&Coordinat
         label.push_str(&format!("[{}]", coordinates.label()));
     }
     label
+}
+
+/// Refuses no reading, and more than `most`.
+fn admit(method: &'static str, readings: usize, most: usize) -> Result<(), ReconstructError> {
+    match readings {
+        0 => Err(ReconstructError::TooFew {
+            method,
+            readings,
+            needed: 1,
+        }),
+        _ if readings > most => Err(ReconstructError::TooMany {
+            method,
+            readings,
+            allowed: most,
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// Checks a number of neighbours.

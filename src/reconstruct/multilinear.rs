@@ -3,7 +3,7 @@
 //! Between the 2^d nodes around a point; second order in the spacing. Cells that straddle the
 //! horizon: see [`super::grid`].
 
-use super::grid::{Continuation, GridInterpolant, Padded, Rule};
+use super::grid::{Cells, Continuation, GridInterpolant, Padded, Rule};
 use super::lattice_method::{LatticeMethod, LatticeRule};
 use super::transform::Transform;
 use super::{Interpolant, Readings, ReconstructError};
@@ -25,47 +25,19 @@ impl LatticeRule for MultilinearRule {
         beyond: Continuation,
     ) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let nodes = Padded::<D>::new(Self::KIND, readings, transform, 2, beyond)?;
-        let rule = Linear::new(nodes.cropped(1));
-        Ok(Box::new(GridInterpolant::new(
-            rule,
-            readings.schedule,
-            transform,
-            readings.width,
-        )))
+        let rule = Linear(Cells::new(nodes.cropped(1), 2));
+        Ok(Box::new(GridInterpolant::new(rule, readings, transform)))
     }
 }
 
 /// Node values on a lattice padded by one node past each end.
-struct Linear<const D: usize> {
-    table: Padded<D>,
-    strides: [usize; D],
-    last: [f64; D],
-}
-
-impl<const D: usize> Linear<D> {
-    fn new(table: Padded<D>) -> Self {
-        let strides = table.strides();
-        // Largest padded index a cell may start at.
-        let last = table.shape.map(|n| (n - 2) as f64);
-        Self {
-            table,
-            strides,
-            last,
-        }
-    }
-}
+struct Linear<const D: usize>(Cells<D>);
 
 impl<const D: usize> Rule<D> for Linear<D> {
     #[inline(always)]
     fn interpolate(&self, x: &[f64; D], out: &mut [f64]) {
-        let mut base = 0;
-        let mut t = [0.0; D];
-        for d in 0..D {
-            let padded = x[d] + self.table.pad as f64;
-            let cell = padded.floor().clamp(0.0, self.last[d]);
-            t[d] = padded - cell;
-            base += cell as usize * self.strides[d];
-        }
+        let Cells { table, strides, .. } = &self.0;
+        let (base, t) = self.0.around(x);
         out.fill(0.0);
         for corner in 0..1usize << D {
             let mut weight = 1.0;
@@ -73,13 +45,13 @@ impl<const D: usize> Rule<D> for Linear<D> {
             for d in 0..D {
                 if corner >> d & 1 == 1 {
                     weight *= t[d];
-                    at += self.strides[d];
+                    at += strides[d];
                 } else {
                     weight *= 1.0 - t[d];
                 }
             }
             for (c, out) in out.iter_mut().enumerate() {
-                *out += weight * self.table.values[at + c];
+                *out += weight * table.values[at + c];
             }
         }
     }

@@ -4,67 +4,33 @@
 use super::cloud::Cloud;
 use super::coordinates::{Coordinates, ReconstructionCoordinates};
 use super::grid::{Continuation, GridInterpolant, Padded, Rule};
-use super::scattered::{Embedded, ScatteredInterpolant, ScatteredRule};
+use super::scattered::{ScatteredRule, scattered};
 use super::transform::{Transform, Values};
 use super::{Interpolant, Readings, Reconstruct, ReconstructError};
 use crate::error::ParameterError;
-use crate::registry::{self, Entry};
-use serde::{Deserialize, Serialize};
+use crate::registry::{self, declare};
 
-const KIND: &str = "nearest";
-
-/// The registry entry.
-pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
-    kind: KIND,
-    summary: "the nearest reading; also stretch (1.5, of sheets 3)",
-    examples: &["", "coordinates = { kind = \"half-difference\" }"],
-    read: |table| Ok(Box::new(registry::parse::<NearestReading>(table)?)),
-};
-
-/// The nearest reading, as a config writes it.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct NearestReading {
-    /// Coordinates of the search; by default those of the schedule.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub coordinates: Option<Coordinates>,
-    /// Weight of the first radial axis against the second; by default [`super::STRETCH`], or
-    /// [`super::STRETCH_OF_SHEETS`] if the readings lie in sheets. A grid in its own coordinates has
-    /// none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stretch: Option<f64>,
+declare! {
+    dyn Reconstruct, "nearest": "the nearest reading; also stretch (1.5, of sheets 3)", [
+        "",
+        "coordinates = { kind = \"half-difference\" }",
+    ]
+    /// The nearest reading, as a config writes it.
+    pub struct NearestReading {
+        /// Coordinates of the search; by default those of the schedule.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        coordinates: Option<Coordinates> = None;
+        /// Weight of the first radial axis against the second; by default [`super::STRETCH`], or
+        /// [`super::STRETCH_OF_SHEETS`] if the readings lie in sheets. A grid in its own coordinates has
+        /// none.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        stretch: Option<f64> = None;
+    }
 }
 
 impl NearestReading {
     fn search(&self) -> ReconstructionCoordinates<'_> {
-        ReconstructionCoordinates {
-            coordinates: self.coordinates.as_ref(),
-            stretch: self.stretch,
-        }
-    }
-
-    fn on_grid<const D: usize>(
-        &self,
-        r: &Readings<'_>,
-    ) -> Result<Box<dyn Interpolant>, ReconstructError> {
-        let transform = Transform::Linear;
-        let table = Padded::<D>::new(KIND, r, transform, 2, Continuation::Copy)?.cropped(1);
-        let strides = table.strides();
-        let rule = Round { table, strides };
-        Ok(Box::new(GridInterpolant::new(
-            rule, r.schedule, transform, r.width,
-        )))
-    }
-
-    fn scattered<const K: usize>(
-        &self,
-        r: &Readings<'_>,
-    ) -> Result<Box<dyn Interpolant>, ReconstructError> {
-        let transform = Transform::Linear;
-        let readings = Embedded::<K>::new(KIND, r, &self.search(), transform, 1)?;
-        Ok(Box::new(ScatteredInterpolant::new(
-            First, readings, transform,
-        )))
+        ReconstructionCoordinates::new(&self.coordinates, self.stretch)
     }
 }
 
@@ -77,27 +43,31 @@ impl Reconstruct for NearestReading {
         super::label(KIND, Values::Log, false, self.coordinates.as_ref())
     }
 
-    fn needs_grid(&self) -> bool {
-        false
-    }
-
     chooses_coordinates!();
 
     fn check(&self) -> Result<(), ParameterError> {
-        self.search().check()
+        ReconstructionCoordinates::new(&self.coordinates, self.stretch).check()
     }
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         self.check()?;
-        let three = r.schedule.parametrization.axes().len() == 3;
-        let grid = r.schedule.lattice.is_some() && self.coordinates.is_none();
-        match (grid, three) {
-            (true, true) => self.on_grid::<3>(r),
-            (true, false) => self.on_grid::<4>(r),
-            (false, true) => self.scattered::<3>(r),
-            (false, false) => self.scattered::<4>(r),
+        if r.schedule.lattice.is_none() || self.coordinates.is_some() {
+            return scattered(KIND, r, &self.search(), Transform::Linear, First);
+        }
+        match r.schedule.parametrization.axes().len() {
+            3 => on_grid::<3>(r),
+            _ => on_grid::<4>(r),
         }
     }
+}
+
+/// The readings on a grid.
+fn on_grid<const D: usize>(r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
+    let transform = Transform::Linear;
+    let table = Padded::<D>::new(KIND, r, transform, 2, Continuation::Copy)?.cropped(1);
+    let strides = table.strides();
+    let rule = Round { table, strides };
+    Ok(Box::new(GridInterpolant::new(rule, r, transform)))
 }
 
 /// Rule on a lattice: the value of the nearest node.

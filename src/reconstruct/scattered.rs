@@ -75,7 +75,7 @@ fn in_order(schedule: &Schedule) -> Vec<u32> {
 
 /// Readings and their images as points of an embedding, with transformed values.
 pub(super) struct Embedded<const K: usize> {
-    cloud: Cloud<K>,
+    pub cloud: Cloud<K>,
     embedding: Embedding,
 }
 
@@ -142,16 +142,8 @@ impl<const K: usize> Embedded<K> {
         readings: &Readings<'_>,
         coordinates: &ReconstructionCoordinates,
         transform: Transform,
-        needed: usize,
     ) -> Result<Self, ReconstructError> {
-        let count = readings.count();
-        if count < needed {
-            return Err(ReconstructError::TooFew {
-                method,
-                readings: count,
-                needed,
-            });
-        }
+        super::admit(method, readings.count(), usize::MAX)?;
         let parametrization = coordinates.resolve(&readings.schedule.parametrization)?;
         let of = |stretch| Self::stretched(readings, &parametrization, stretch, transform);
         if let Some(stretch) = coordinates.stretch {
@@ -236,13 +228,11 @@ impl<const K: usize> Embedded<K> {
             }
         }
         Self {
-            cloud: Cloud::new(points, values, channels).with_noise(noise),
+            cloud: Cloud::new(points, values, channels, noise),
             embedding,
         }
     }
-}
 
-impl<const K: usize> Embedded<K> {
     fn place(&self, pair: &DirectionPair) -> [f64; K] {
         self.embedding
             .point(&self.embedding.parametrization.forward(pair))
@@ -263,13 +253,8 @@ impl<const K: usize> Embedded<K> {
         found.reach != Reach::Flat && self.cloud.surrounds(&found.index, &x)
     }
 
-    /// Distance of reading `i` to the next one that is elsewhere; 0 if there is none near.
-    pub fn gap(&self, i: usize) -> f64 {
-        self.cloud.gap(i)
-    }
-
     /// The value of the reading nearest to a pair.
-    pub fn nearest_value(&self, pair: &DirectionPair) -> &[f64] {
+    pub fn nearest(&self, pair: &DirectionPair) -> &[f64] {
         self.cloud.value(self.cloud.nearest(&self.place(pair)))
     }
 }
@@ -293,25 +278,52 @@ pub(super) trait ScatteredRule<const K: usize>: Send + Sync {
 }
 
 /// A rule over readings.
-pub(super) struct ScatteredInterpolant<R, const K: usize> {
+struct ScatteredInterpolant<R, const K: usize> {
     rule: R,
     readings: Embedded<K>,
     transform: Transform,
+}
+
+/// The interpolant of a rule on readings, in as many dimensions as their coordinates have.
+pub(super) fn scattered<R>(
+    method: &'static str,
+    readings: &Readings<'_>,
+    coordinates: &ReconstructionCoordinates,
+    transform: Transform,
+    rule: R,
+) -> Result<Box<dyn Interpolant>, ReconstructError>
+where
+    R: ScatteredRule<3> + ScatteredRule<4> + 'static,
+{
+    fn on<R: ScatteredRule<K> + 'static, const K: usize>(
+        readings: Embedded<K>,
+        transform: Transform,
+        rule: R,
+    ) -> Box<dyn Interpolant> {
+        Box::new(ScatteredInterpolant {
+            rule,
+            readings,
+            transform,
+        })
+    }
+    Ok(match readings.schedule.parametrization.axes().len() {
+        3 => on::<R, 3>(
+            Embedded::new(method, readings, coordinates, transform)?,
+            transform,
+            rule,
+        ),
+        _ => on::<R, 4>(
+            Embedded::new(method, readings, coordinates, transform)?,
+            transform,
+            rule,
+        ),
+    })
 }
 
 /// Pairs per call of `forward_batch`.
 const BATCH: usize = 128;
 
 impl<R: ScatteredRule<K>, const K: usize> ScatteredInterpolant<R, K> {
-    /// The interpolant of `rule` on readings.
-    pub fn new(rule: R, readings: Embedded<K>, transform: Transform) -> Self {
-        Self {
-            rule,
-            readings,
-            transform,
-        }
-    }
-
     /// Values at pairs with these coordinates.
     fn values(
         &self,

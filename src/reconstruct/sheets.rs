@@ -17,47 +17,30 @@ use super::local_spline::{Local, Scratch};
 use super::scattered::ScatteredRule;
 use super::transform::{EPSILON, Transform, Values};
 use super::{
-    Coordinates, Interpolant, Readings, Reconstruct, ReconstructError, ThinPlate, check_neighbours,
+    Coordinates, Interpolant, Readings, Reconstruct, ReconstructError, ThinPlate, admit,
+    check_neighbours,
 };
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::parametrization::Warps;
-use crate::registry::{self, Entry};
+use crate::registry::{self, declare};
 use rustc_hash::FxHashSet;
-use serde::{Deserialize, Serialize};
 
-const KIND: &str = "sheets";
-
-/// The registry entry.
-pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
-    kind: KIND,
-    summary: "a spline per sheet of constant incidence, half vectors kept between sheets",
-    examples: &["neighbours = 16", "values = \"linear\""],
-    read: |table| Ok(Box::new(registry::parse::<Sheets>(table)?)),
-};
-
-/// The splines of sheets, as a config writes them.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Sheets {
-    /// Function of f_r that is interpolated.
-    pub values: Values,
-    /// Offset of the logarithm, sr⁻¹.
-    pub epsilon: f64,
-    /// Number of neighbours in a sheet (readings and their mirror images).
-    pub neighbours: usize,
-    /// True to miss readings by their uncertainty of type A, as far as the others ask for it.
-    pub noise: bool,
-}
-
-impl Default for Sheets {
-    fn default() -> Self {
-        Self {
-            values: Values::Log,
-            epsilon: EPSILON,
-            neighbours: 16,
-            noise: false,
-        }
+declare! {
+    dyn Reconstruct, "sheets": "a spline per sheet of constant incidence, half vectors kept between sheets", [
+        "neighbours = 16",
+        "values = \"linear\"",
+    ]
+    /// The splines of sheets, as a config writes them.
+    pub struct Sheets {
+        /// Function of f_r that is interpolated.
+        values: Values = Values::Log;
+        /// Offset of the logarithm, sr⁻¹.
+        epsilon: f64 = EPSILON;
+        /// Number of neighbours in a sheet (readings and their mirror images).
+        neighbours: usize = 16;
+        /// True to miss readings by their uncertainty of type A, as far as the others ask for it.
+        noise: bool = false;
     }
 }
 
@@ -97,10 +80,6 @@ impl Reconstruct for Sheets {
         super::label(KIND, self.values, self.noise, None)
     }
 
-    fn needs_grid(&self) -> bool {
-        false
-    }
-
     fn weighs_readings(&self) -> bool {
         self.noise
     }
@@ -114,13 +93,7 @@ impl Reconstruct for Sheets {
         self.check()?;
         let symmetry = r.schedule.parametrization.symmetry();
         let transform = self.values.with(self.epsilon);
-        if r.count() == 0 {
-            return Err(ReconstructError::TooFew {
-                method: KIND,
-                readings: 0,
-                needed: 1,
-            });
-        }
+        admit(KIND, r.count(), usize::MAX)?;
         let r = &Readings {
             noise: r.noise.filter(|_| self.noise),
             ..*r
@@ -282,7 +255,7 @@ fn sheets(
                 }
             }
         }
-        let cloud = Cloud::new(points, values, width).with_noise(noise);
+        let cloud = Cloud::new(points, values, width, noise);
         // A scan along a line is no sheet.
         if mean >= NORMAL && cloud.is_in_sheets() {
             continue;
@@ -351,44 +324,21 @@ impl SheetInterpolant {
         let distance = (theta - a).abs().min((theta - b).abs());
         let weight = distance.max(ON_SHEET).powi(-2);
         let [on_low, on_high] = values;
-        let on = |sheet: &Sheet, value: &mut [f64], scratch: &mut Box<Scratch<2>>| {
+        let mut on = |sheet: &Sheet, value: &mut [f64]| {
             let x = place(pair, sheet.theta);
             self.rule.interpolate(&sheet.cloud, &[x], scratch, value);
         };
-        on(&self.sheets[low], on_low, scratch);
+        on(&self.sheets[low], on_low);
         if t == 0.0 {
             on_high.copy_from_slice(on_low);
         } else {
-            on(&self.sheets[high], on_high, scratch);
+            on(&self.sheets[high], on_high);
         }
         for ((out, &a), &b) in out.iter_mut().zip(&*on_low).zip(&*on_high) {
             let y = a + t * (b - a);
             *out += weight * y.min(a.max(b) + self.rule.above);
         }
         weight
-    }
-
-    fn value(
-        &self,
-        pair: &DirectionPair,
-        scratch: &mut Box<Scratch<2>>,
-        values: &mut [Vec<f64>; 2],
-        out: &mut [f64],
-    ) {
-        out.fill(0.0);
-        if !pair.is_above_horizon() {
-            return;
-        }
-        let mut total = 0.0;
-        for swapped in [false, true] {
-            if swapped == self.swapped || self.reciprocal {
-                let pair = if swapped { pair.swapped() } else { *pair };
-                total += self.add(&pair, scratch, values, out);
-            }
-        }
-        for y in out {
-            *y = self.transform.inverse(*y / total);
-        }
     }
 }
 
@@ -404,8 +354,19 @@ impl Interpolant for SheetInterpolant {
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
         let mut scratch = self.rule.scratch();
         let mut values = [(); 2].map(|()| vec![0.0; self.width]);
-        for (pair, out) in pairs.iter().zip(out.chunks_exact_mut(self.width)) {
-            self.value(pair, &mut scratch, &mut values, out);
+        out.fill(0.0);
+        let places = pairs.iter().zip(out.chunks_exact_mut(self.width));
+        for (pair, out) in places.filter(|(pair, _)| pair.is_above_horizon()) {
+            let mut total = 0.0;
+            for swapped in [false, true] {
+                if swapped == self.swapped || self.reciprocal {
+                    let pair = if swapped { pair.swapped() } else { *pair };
+                    total += self.add(&pair, &mut scratch, &mut values, out);
+                }
+            }
+            for y in out {
+                *y = self.transform.inverse(*y / total);
+            }
         }
     }
 }

@@ -31,6 +31,7 @@ type Lane = [f64; LANES];
 const ZERO: Lane = [0.0; LANES];
 
 /// Queries with as many neighbours each.
+#[derive(Default)]
 pub(super) struct Block<const K: usize> {
     /// Queries that are taken up.
     pub taken: usize,
@@ -54,22 +55,6 @@ pub(super) struct Block<const K: usize> {
 }
 
 impl<const K: usize> Block<K> {
-    /// Without a query.
-    pub fn new() -> Self {
-        Self {
-            taken: 0,
-            slots: [0; LANES],
-            found: Default::default(),
-            order: Vec::new(),
-            points: Vec::new(),
-            noise: Vec::new(),
-            basis: Vec::new(),
-            to_lagrange: Vec::new(),
-            factor: Vec::new(),
-            weights: Vec::new(),
-        }
-    }
-
     /// True if a query with so many neighbours fits beside those that are taken up.
     pub fn suits(&self, neighbours: usize) -> bool {
         neighbours > K && (self.taken == 0 || self.order.len() == neighbours)

@@ -1,6 +1,7 @@
 //! The value that is interpolated: f itself or its logarithm.
 
 use crate::error::{ParameterError, in_left_open};
+use crate::geometry::DirectionPair;
 use crate::numeric::powers::{exp, ln};
 use serde::{Deserialize, Serialize};
 
@@ -80,6 +81,16 @@ impl Transform {
             Transform::Linear => y.clamp(0.0, f64::MAX),
             // An overshoot in y is a factor in f: kept finite, as f_r is.
             Transform::Log { epsilon } => (exp(y) - epsilon).clamp(0.0, f64::MAX),
+        }
+    }
+
+    /// [`inverse`](Self::inverse) of the values of pairs (`pairs × width`), 0 below the horizon.
+    pub(super) fn inverse_above(self, pairs: &[DirectionPair], width: usize, values: &mut [f64]) {
+        for (pair, values) in pairs.iter().zip(values.chunks_exact_mut(width)) {
+            let above = pair.is_above_horizon();
+            for y in values {
+                *y = if above { self.inverse(*y) } else { 0.0 };
+            }
         }
     }
 

@@ -104,14 +104,8 @@ impl Replicated {
         let Some(known) = method.predictive(&some)? else {
             return Ok(None);
         };
-        let interpolant = method.interpolate(&Readings {
-            schedule: &some.schedule,
-            width: some.channels.count(),
-            values: &some.values,
-            present,
-            noise: noise(&some).as_deref(),
-            half_angles_deg: some.half_angles_deg,
-        })?;
+        let noise = noise(&some);
+        let interpolant = method.interpolate(&Readings::of(&some, present, noise.as_deref()))?;
         Ok(Some(Self {
             interpolant,
             channels: some.channels,
@@ -174,12 +168,9 @@ impl Replicated {
         let noise = type_a.chunks_exact(n);
         let noise: Vec<f64> = noise.flat_map(|of| of.repeat(SETS)).collect();
         let interpolant = method.interpolate(&Readings {
-            schedule: &measurement.schedule,
             width,
             values: &values,
-            present,
-            noise: Some(&noise),
-            half_angles_deg: measurement.half_angles_deg,
+            ..Readings::of(measurement, present, Some(&noise))
         })?;
         Ok(Some(Self {
             interpolant,

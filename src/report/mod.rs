@@ -8,6 +8,7 @@ mod moments;
 #[cfg(feature = "pictures")]
 pub mod pictures;
 mod run;
+pub(crate) mod schema;
 #[cfg(feature = "stability")]
 mod stability;
 #[cfg(feature = "pictures")]
@@ -24,13 +25,13 @@ pub use analysis::{
 };
 pub use columns::Columns;
 pub use moments::{
-    correlations_csv, fits_csv, profiles_csv, profiles_json, relations_csv, relations_head,
-    relations_lines, relations_summary, study_table, summary_json,
+    correlations_csv, fits_csv, profile_columns, profile_objects, profiles_csv, profiles_json,
+    relations_csv, relations_head, relations_lines, relations_summary, study_table, summary_json,
 };
 pub use run::{
-    Below, CONFIG, CORRELATIONS, FITS, Machine, MadeBy, MadeFrom, Manifest, Outcome, PARQUET,
-    PROFILES, RANKING, RELATIONS, REPORT, RESULTS, RunFolder, SUMMARY, Status, TIMES, file_stem,
-    read_rows, schedule_stem, slice_name,
+    Below, CONFIG, CORRELATIONS, FITS, Machine, MadeFrom, Manifest, Outcome, PARQUET, PROFILES,
+    RANKING, RELATIONS, REPORT, RESULTS, RunFolder, SUMMARY, Status, TIMES, file_stem, read_rows,
+    schedule_stem, slice_name,
 };
 
 #[cfg(all(feature = "stability", feature = "pictures"))]
@@ -39,9 +40,7 @@ pub use stability::stability_html;
 pub use stability::{broken, stability_table};
 
 #[cfg(feature = "pictures")]
-pub use acquisition::{
-    MaterialPictures, Media, Picture, Studio, study_curves, study_html, study_timings,
-};
+pub use acquisition::{MaterialPictures, Picture, Studio, study_curves, study_html, study_timings};
 #[cfg(feature = "pictures")]
 pub use analysis::{BouncesReport, SubsetReport, alignment_svg};
 #[cfg(feature = "pictures")]
@@ -55,3 +54,14 @@ pub use pictures::{
 pub use svg::plot::{Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series};
 #[cfg(feature = "pictures")]
 pub use svg::{forest_svg, labelled, svg};
+
+/// Items, each once, in the order of their first appearance.
+pub(crate) fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut list = Vec::new();
+    for item in items {
+        if !list.contains(&item) {
+            list.push(item);
+        }
+    }
+    list
+}

@@ -2,7 +2,7 @@
 
 use super::Columns;
 #[cfg(feature = "pictures")]
-use super::acquisition::frame;
+use super::acquisition::{frame, html_table};
 use crate::error::count;
 use crate::stability::{Finding, Verdict};
 #[cfg(feature = "pictures")]
@@ -101,35 +101,26 @@ pub fn stability_html(findings: &[Finding]) -> String {
 
 #[cfg(feature = "pictures")]
 fn table<'a>(caption: &str, findings: impl Iterator<Item = &'a Finding>) -> maud::Markup {
-    page! {
-        div.wide {
-            table {
-                caption { (caption) }
-                thead {
-                    tr {
-                        @for name in ["member", "law", "error", "conditioning", "ratio", "allowed", "cases", "evaluations", "seconds", "verdict", "worst at"] {
-                            th scope="col" { (name) }
-                        }
-                    }
-                }
-                tbody {
-                    @for f in findings {
-                        tr {
-                            th scope="row" { (f.member) }
-                            td { (f.law) }
-                            td { (format!("{:.1e} {}", f.error, f.unit)) }
-                            td { (format!("{:.1e}", f.conditioning)) }
-                            td { (format!("{:.2}", f.ratio)) }
-                            td { (f.allowed) }
-                            td { (f.cases) }
-                            td { (f.evaluations) }
-                            td { (format!("{:.2}", f.seconds)) }
-                            td { (f.verdict.name()) }
-                            td { (f.at) }
-                        }
-                    }
+    let head =
+        "member,law,error,conditioning,ratio,allowed,cases,evaluations,seconds,verdict,worst at";
+    let rows = page! {
+        tbody {
+            @for f in findings {
+                tr {
+                    th scope="row" { (f.member) }
+                    td { (f.law) }
+                    td { (format!("{:.1e} {}", f.error, f.unit)) }
+                    td { (format!("{:.1e}", f.conditioning)) }
+                    td { (format!("{:.2}", f.ratio)) }
+                    td { (f.allowed) }
+                    td { (f.cases) }
+                    td { (f.evaluations) }
+                    td { (format!("{:.2}", f.seconds)) }
+                    td { (f.verdict.name()) }
+                    td { (f.at) }
                 }
             }
         }
-    }
+    };
+    html_table(None, caption, head.split(','), rows)
 }

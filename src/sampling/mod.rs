@@ -12,3 +12,4 @@ pub use hemisphere::{
 };
 pub use points::{Random, RandomStream, Sobol};
 pub use quadrature::{GAUSS_KRONROD, gauss_legendre};
+pub(crate) use quadrature::{cut, halve_worst, mirrored};

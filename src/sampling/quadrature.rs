@@ -28,17 +28,49 @@ pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
 /// The Gauss–Kronrod pair of 7 and 15 nodes on [−1, 1] (Kronrod 1965; digits of QUADPACK, Piessens
 /// et al. 1983): node (ascending), weight of the 15, weight of the 7 (0 where it has no node). Exact
 /// to degrees 22 and 13; the difference of both sums is the error of the 7.
-pub const GAUSS_KRONROD: [[f64; 3]; 15] = {
-    let mut pair = [[0.0; 3]; 15];
+pub const GAUSS_KRONROD: [[f64; 3]; 15] = mirrored(&OUTER_HALF);
+
+/// Both parts of ranges of two axes that are cut at a place of one of them.
+pub(crate) fn cut(range: [[f64; 2]; 2], axis: usize, at: f64) -> [[[f64; 2]; 2]; 2] {
+    let [mut below, mut above] = [range; 2];
+    (below[axis][1], above[axis][0]) = (at, at);
+    [below, above]
+}
+
+/// Share of the largest error of a cell above which a cell is halved.
+const WORST: f64 = 0.25;
+
+/// Halves the cells that err most, each along the axis that it errs along most, and appends their upper parts; their number.
+/// `errors` are those of each cell along either axis, and `halves` are both parts of a cell along one.
+pub(crate) fn halve_worst<C>(
+    cells: &mut Vec<C>,
+    errors: &[[f64; 2]],
+    mut halves: impl FnMut(&C, usize) -> [C; 2],
+) -> usize {
+    let before = cells.len();
+    let largest = errors.iter().map(|e| e[0] + e[1]).fold(0.0, f64::max);
+    for (i, [first, second]) in errors.iter().enumerate() {
+        if first + second > WORST * largest {
+            let [below, above] = halves(&cells[i], usize::from(second > first));
+            cells[i] = below;
+            cells.push(above);
+        }
+    }
+    cells.len() - before
+}
+
+/// A rule that is the same on either side of its middle, from its nodes outside of it and the middle.
+pub(crate) const fn mirrored<const N: usize>(outer_half: &[[f64; 3]]) -> [[f64; 3]; N] {
+    let mut rule = [[0.0; 3]; N];
     let mut i = 0;
-    while i < 8 {
-        let [x, kronrod, gauss] = OUTER_HALF[i];
-        pair[i] = [-x, kronrod, gauss];
-        pair[14 - i] = [x, kronrod, gauss];
+    while i < outer_half.len() {
+        let [x, kronrod, gauss] = outer_half[i];
+        rule[i] = [-x, kronrod, gauss];
+        rule[N - 1 - i] = [x, kronrod, gauss];
         i += 1;
     }
-    pair
-};
+    rule
+}
 
 /// Nodes and weights from the outermost node to the middle.
 const OUTER_HALF: [[f64; 3]; 8] = [

@@ -3,7 +3,8 @@
 
 use crate::error::{excerpt, reason};
 use crate::geometry::DirectionPair;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// One of the values of an option.
@@ -17,7 +18,8 @@ pub struct Choice<T: 'static> {
     pub meaning: &'static str,
 }
 
-const fn choice<T>(value: T, name: &'static str, meaning: &'static str) -> Choice<T> {
+/// A value with its name and what it means.
+pub const fn choice<T>(value: T, name: &'static str, meaning: &'static str) -> Choice<T> {
     Choice {
         value,
         name,
@@ -31,24 +33,43 @@ pub(crate) fn names<T>(all: &[Choice<T>]) -> String {
     names.join(", ")
 }
 
-/// Unit of angles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum AngleUnit {
-    /// Degrees.
-    #[serde(rename = "deg")]
-    Degrees,
-    /// Radians.
-    #[serde(rename = "rad")]
-    Radians,
+/// Declares an enum of the values of an option, each with its name in files and on the command line and with what it means.
+macro_rules! choices {
+    (
+        $(#[$about:meta])*
+        pub enum $Type:ident {
+            $($(#[$attribute:meta])* $Variant:ident = $name:literal: $meaning:literal,)+
+        }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+        pub enum $Type {
+            $(
+                $(#[$attribute])*
+                #[serde(rename = $name)]
+                $Variant,
+            )+
+        }
+
+        impl $Type {
+            /// Every value.
+            pub const ALL: [Choice<Self>; [$($name),+].len()] =
+                [$(choice(Self::$Variant, $name, $meaning)),+];
+        }
+    };
+}
+
+choices! {
+    /// Unit of angles. A column that ends in `_` and the name of a unit is in it.
+    pub enum AngleUnit {
+        /// Degrees.
+        Degrees = "deg": "degrees",
+        /// Radians.
+        Radians = "rad": "radians",
+    }
 }
 
 impl AngleUnit {
-    /// Every unit; a column that ends in `_` and its name is in it.
-    pub const ALL: [Choice<Self>; 2] = [
-        choice(Self::Degrees, "deg", "degrees"),
-        choice(Self::Radians, "rad", "radians"),
-    ];
-
     /// The angle in degrees.
     pub fn degrees(self, angle: f64) -> f64 {
         match self {
@@ -58,46 +79,24 @@ impl AngleUnit {
     }
 }
 
-/// Where azimuths are counted from. Counted about the normal, between directions that point away
-/// from the sample, the mirror direction is 180° from the light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Azimuth {
-    /// Both from an axis of the sample.
-    Sample,
-    /// The sensor's from the light's.
-    Light,
-    /// The sensor's from that of the mirror direction.
-    Mirror,
-    /// Both from an axis of the sample, the light's where it goes to.
-    Propagation,
+choices! {
+    /// Where azimuths are counted from. Counted about the normal, between directions that point away
+    /// from the sample, the mirror direction is 180° from the light.
+    pub enum Azimuth {
+        /// Both from an axis of the sample.
+        Sample = "sample":
+            "both from an axis of the sample: equal ones are retro, 180° apart is mirror",
+        /// The sensor's from the light's.
+        Light = "light": "the sensor's from the light's: 0 is retro, 180° mirror",
+        /// The sensor's from that of the mirror direction.
+        Mirror = "mirror": "the sensor's from the mirror direction's: 0 is mirror, 180° retro",
+        /// Both from an axis of the sample, the light's where it goes to.
+        Propagation = "propagation":
+            "both from an axis of the sample, the light's is where it goes to: equal ones are mirror",
+    }
 }
 
 impl Azimuth {
-    /// Every convention.
-    pub const ALL: [Choice<Self>; 4] = [
-        choice(
-            Self::Sample,
-            "sample",
-            "both from an axis of the sample: equal ones are retro, 180° apart is mirror",
-        ),
-        choice(
-            Self::Light,
-            "light",
-            "the sensor's from the light's: 0 is retro, 180° mirror",
-        ),
-        choice(
-            Self::Mirror,
-            "mirror",
-            "the sensor's from the mirror direction's: 0 is mirror, 180° retro",
-        ),
-        choice(
-            Self::Propagation,
-            "propagation",
-            "both from an axis of the sample, the light's is where it goes to: equal ones are mirror",
-        ),
-    ];
-
     /// Azimuths of light and sensor from an axis of the sample. `relative`: the sensor's is a
     /// difference to the light's, whatever its zero is.
     pub(crate) fn about_axis(self, relative: bool, half_turn: f64, [i, o]: [f64; 2]) -> [f64; 2] {
@@ -111,30 +110,19 @@ impl Azimuth {
     }
 }
 
-/// The unit of the uncertainties of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum UncertaintyUnit {
-    /// That of the values.
-    Value,
-    /// A share of the value.
-    Relative,
-    /// A hundred times that.
-    Percent,
+choices! {
+    /// The unit of the uncertainties of a file.
+    pub enum UncertaintyUnit {
+        /// That of the values.
+        Value = "value": "in the unit of the values",
+        /// A share of the value.
+        Relative = "relative": "a share of the value: .02 is two percent",
+        /// A hundred times that.
+        Percent = "percent": "percent of the value",
+    }
 }
 
 impl UncertaintyUnit {
-    /// Every unit.
-    pub const ALL: [Choice<Self>; 3] = [
-        choice(Self::Value, "value", "in the unit of the values"),
-        choice(
-            Self::Relative,
-            "relative",
-            "a share of the value: .02 is two percent",
-        ),
-        choice(Self::Percent, "percent", "percent of the value"),
-    ];
-
     /// What multiplies an uncertainty of a value to have the unit of the value.
     pub(crate) fn of(self, value: f64) -> f64 {
         match self {
@@ -145,49 +133,26 @@ impl UncertaintyUnit {
     }
 }
 
-/// What a value of a file is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Quantity {
-    /// f_r, sr⁻¹.
-    Brdf,
-    /// f_r cos theta_o, sr⁻¹.
-    BrdfCosine,
-    /// f_r cos theta_i, sr⁻¹.
-    BrdfCosineLight,
-    /// π f_r.
-    ReflectanceFactor,
-    /// 100 π f_r.
-    Percent,
+choices! {
+    /// What a value of a file is.
+    pub enum Quantity {
+        /// f_r, sr⁻¹.
+        Brdf = "brdf": "f_r, 1/sr, without any cosine",
+        /// f_r cos theta_o, sr⁻¹.
+        BrdfCosine = "brdf-cosine":
+            "f_r cos theta_o, 1/sr: the cosine of the sensor (ALTA's INV_STERADIAN_COSINE_FACTOR, \
+             the cosine-corrected BRDF of scatterometers)",
+        /// f_r cos theta_i, sr⁻¹.
+        BrdfCosineLight = "brdf-cosine-light":
+            "f_r cos theta_i, 1/sr: the cosine of the light (our columns value_cos)",
+        /// π f_r.
+        ReflectanceFactor = "reflectance-factor": "pi f_r: 1 is a perfect matte white",
+        /// 100 π f_r.
+        Percent = "percent": "100 pi f_r: percent of a perfect matte white",
+    }
 }
 
 impl Quantity {
-    /// Every quantity.
-    pub const ALL: [Choice<Self>; 5] = [
-        choice(Self::Brdf, "brdf", "f_r, 1/sr, without any cosine"),
-        choice(
-            Self::BrdfCosine,
-            "brdf-cosine",
-            "f_r cos theta_o, 1/sr: the cosine of the sensor (ALTA's INV_STERADIAN_COSINE_FACTOR, \
-             the cosine-corrected BRDF of scatterometers)",
-        ),
-        choice(
-            Self::BrdfCosineLight,
-            "brdf-cosine-light",
-            "f_r cos theta_i, 1/sr: the cosine of the light (our columns value_cos)",
-        ),
-        choice(
-            Self::ReflectanceFactor,
-            "reflectance-factor",
-            "pi f_r: 1 is a perfect matte white",
-        ),
-        choice(
-            Self::Percent,
-            "percent",
-            "100 pi f_r: percent of a perfect matte white",
-        ),
-    ];
-
     /// The number for a BRDF of 1 sr⁻¹.
     pub(crate) fn of_one(self, pair: &DirectionPair) -> f64 {
         match self {
@@ -201,10 +166,12 @@ impl Quantity {
 }
 
 /// How a file says what ours say. What is not said is as in ours.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Conventions {
     /// Our names of columns and those in the file. With any, columns that nobody knows are passed
     /// over.
+    #[serde(deserialize_with = "columns")]
     pub columns: Vec<(String, String)>,
     /// The unit of angles whose column does not say it.
     pub angles: Option<AngleUnit>,
@@ -222,6 +189,12 @@ pub struct Conventions {
     pub mixed: bool,
     /// A value that stands for no reading, beside the usual marks.
     pub no_reading: Option<f64>,
+}
+
+/// Columns from a table of their names.
+fn columns<'de, D: Deserializer<'de>>(table: D) -> Result<Vec<(String, String)>, D::Error> {
+    let names = BTreeMap::deserialize(table)?;
+    Ok(names.into_iter().collect())
 }
 
 /// Angles of a pose, as the names of their columns begin.

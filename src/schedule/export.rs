@@ -13,9 +13,10 @@
 //! BLAKE3 hash of the rows.
 
 use super::format::ScheduleFormat;
-use super::table::{Cell, Sheet};
-use super::{Itinerary, Schedule};
+use super::table::{Column, Part, Sheet};
+use super::{Itinerary, Schedule, Visit};
 use crate::error::count;
+use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Unit};
 use serde_json::{Map, Value, json};
 use std::io::{self, Write};
@@ -51,15 +52,12 @@ pub fn write_schedule(
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let rows = PoseRows::new(schedule, sequence, false);
-    let row = |i: usize, cells: &mut Vec<Cell>| rows.fill(i, cells);
-    rows.sheet(&row).write(format, SCHEDULE_HASH, out)
+    rows.sheet().write(format, SCHEDULE_HASH, out)
 }
 
 /// The hash that [`write_schedule`] gives the file: of the values in its rows, in either format.
 pub fn schedule_hash(schedule: &Schedule, sequence: Sequence<'_>) -> String {
-    let rows = PoseRows::new(schedule, sequence, false);
-    let row = |i: usize, cells: &mut Vec<Cell>| rows.fill(i, cells);
-    rows.sheet(&row).hash()
+    PoseRows::new(schedule, sequence, false).sheet().hash()
 }
 
 /// Name of the sample set of poses from a table.
@@ -163,86 +161,64 @@ impl<'a> PoseRows<'a> {
         }
     }
 
-    /// Names and meanings of the columns.
-    pub fn columns(&self) -> Vec<(String, String)> {
-        let mut columns: Vec<(String, String)> = Vec::new();
-        let mut add = |name: &str, meaning: &str| columns.push((name.into(), meaning.into()));
-        add("index", "number of the pose in its schedule, from 0");
-        for (_, axis) in &self.axes {
+    /// The columns.
+    pub fn columns(&self) -> Vec<Column<'_>> {
+        let pose = |row: usize| &self.schedule.poses[self.pose(row)];
+        let number = "number of the pose in its schedule, from 0";
+        let mut columns = vec![Column::new("index", number, |row| self.pose(row) as f64)];
+        for (d, axis) in &self.axes {
             let unit = match axis.unit {
                 Unit::Radian => "degrees",
                 Unit::One => "no unit",
             };
             let [lo, hi] = axis.range.map(|v| axis.file_value(v));
-            add(
-                &axis.column(),
-                &format!("coordinate in [{lo}, {hi}], {unit}"),
-            );
+            let meaning = format!("coordinate in [{lo}, {hi}], {unit}");
+            let value = move |row| axis.file_value(pose(row).coords[*d]);
+            columns.push(Column::new(axis.column(), meaning, value));
         }
-        for (column, meaning) in ARMS.into_iter().zip([
-            "angle of the light from the normal, degrees",
-            "azimuth of the light, degrees",
-            "angle of the sensor from the normal, degrees",
-            "azimuth of the sensor, degrees",
-        ]) {
-            add(column, meaning);
+        let arms: [Part<DirectionPair>; 4] = [
+            ("angle of the light from the normal", |p| p.omega_i.theta()),
+            ("azimuth of the light", |p| p.omega_i.phi()),
+            ("angle of the sensor from the normal", |p| p.omega_o.theta()),
+            ("azimuth of the sensor", |p| p.omega_o.phi()),
+        ];
+        for (name, (meaning, angle)) in ARMS.into_iter().zip(arms) {
+            let degrees = move |row| angle(&pose(row).pair).to_degrees();
+            columns.push(Column::new(name, format!("{meaning}, degrees"), degrees));
         }
         let Sequence::Visits(itinerary) = self.sequence else {
             return columns;
         };
-        let taken: Vec<_> = columns.iter().map(|(name, _)| name.clone()).collect();
-        let mut add = |name: &str, meaning: &str| columns.push((name.into(), meaning.into()));
-        add(
-            "block",
-            "number of the run of rows that share a light direction",
-        );
-        for name in &itinerary.axes {
+        let visit = |row: usize| itinerary.visits.get(row);
+        let taken: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
+        let block = "number of the run of rows that share a light direction";
+        columns.push(Column::new("block", block, move |row| {
+            Some(f64::from(visit(row)?.block))
+        }));
+        for (k, name) in itinerary.axes.iter().enumerate() {
             let meaning = format!("position of the axis {name}, degrees");
-            add(&axis_column(name, &taken), &meaning);
+            let position = move |row| Some(visit(row)?.positions[k].to_degrees());
+            columns.push(Column::new(axis_column(name, &taken), meaning, position));
         }
-        for (column, meaning) in TIMES.into_iter().zip([
-            "travel from the row before, and settling",
-            "all exposures of this pose",
-            "everything: moving, exposures, overhead, calibration before it",
-            "from the start to the middle of the exposures",
-        ]) {
-            add(column, meaning);
+        let times: [Part<Visit>; 4] = [
+            ("travel from the row before, and settling", |v| {
+                v.move_seconds
+            }),
+            ("all exposures of this pose", |v| v.exposure_seconds),
+            (
+                "everything: moving, exposures, overhead, calibration before it",
+                |v| v.seconds,
+            ),
+            ("from the start to the middle of the exposures", |v| {
+                v.at_seconds
+            }),
+        ];
+        for (name, (meaning, seconds)) in TIMES.into_iter().zip(times) {
+            columns.push(Column::new(name, meaning, move |row| {
+                visit(row).map(seconds)
+            }));
         }
         columns
-    }
-
-    /// Appends the cells of a row.
-    pub fn fill(&self, row: usize, cells: &mut Vec<Cell>) {
-        let number = self.pose(row);
-        let pose = &self.schedule.poses[number];
-        cells.push(Cell::Number(number as f64));
-        for (d, axis) in &self.axes {
-            cells.push(Cell::Number(axis.file_value(pose.coords[*d])));
-        }
-        for arm in [pose.pair.omega_i, pose.pair.omega_o] {
-            cells.push(Cell::Number(arm.theta().to_degrees()));
-            cells.push(Cell::Number(arm.phi().to_degrees()));
-        }
-        let Sequence::Visits(itinerary) = self.sequence else {
-            return;
-        };
-        let axes = itinerary.axes.len();
-        let Some(visit) = itinerary.visits.get(row) else {
-            cells.extend((0..1 + axes + TIMES.len()).map(|_| Cell::Empty));
-            return;
-        };
-        cells.push(Cell::Number(f64::from(visit.block)));
-        let positions = visit.positions[..axes].iter();
-        cells.extend(positions.map(|p| Cell::Number(p.to_degrees())));
-        cells.extend(
-            [
-                visit.move_seconds,
-                visit.exposure_seconds,
-                visit.seconds,
-                visit.at_seconds,
-            ]
-            .map(Cell::Number),
-        );
     }
 
     /// Facts from which a program can restore the schedule.
@@ -276,7 +252,7 @@ impl<'a> PoseRows<'a> {
         facts
     }
 
-    fn sheet<'b>(&self, row: &'b dyn Fn(usize, &mut Vec<Cell>)) -> Sheet<'b> {
+    fn sheet(&self) -> Sheet<'_> {
         let mut about = description(self.schedule, "schedule");
         if let Sequence::Visits(i) = self.sequence {
             about.push(format!(
@@ -295,7 +271,6 @@ impl<'a> PoseRows<'a> {
             facts: self.facts(),
             columns: self.columns(),
             rows: self.len(),
-            row,
         }
     }
 }

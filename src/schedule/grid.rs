@@ -10,7 +10,7 @@ use super::shapes::{filled, in_numbers, largest};
 use super::{Pose, Schedule};
 use crate::error::ParameterError;
 use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
-use crate::registry::{self, Entry};
+use crate::registry::{self, declare};
 use crate::sampling::Random;
 use rustc_hash::FxHashMap;
 use serde::de::value::SeqAccessDeserializer;
@@ -62,38 +62,29 @@ impl<'de> Deserialize<'de> for Ratio {
 
 const TUNED: &str = "tuned";
 
-/// Regular grid: the largest in its ratio with at most the budgeted number of configurations.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Grid {
-    /// Relative numbers of nodes per axis; by default those of the
-    /// parametrization (4:4:1, spherical 1:1:2).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ratio: Option<Ratio>,
-    /// Node positions per axis; by default `start` on an axis that is warped towards the peak at
-    /// its start, else `cell`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub centring: Option<Vec<Centring>>,
-    /// True to leave the ratio, an axis by 15 % or one step, for the nearest grid that fills the budget, so
-    /// that grids of different coordinates have as many configurations.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub fill: bool,
+declare! {
+    impl dyn SampleSet, "grid": "regular grid, cell- or node-centred per axis; ratio = \"tuned\" with [tuning]; fill", [
+        "",
+        "ratio = [4, 4, 1]\ncentring = [\"start\", \"cell\", \"cell\"]\nfill = true",
+    ]
+    /// Regular grid: the largest in its ratio with at most the budgeted number of configurations.
+    pub struct Grid {
+        /// Relative numbers of nodes per axis; by default those of the
+        /// parametrization (4:4:1, spherical 1:1:2).
+        #[serde(skip_serializing_if = "Option::is_none")]
+        ratio: Option<Ratio> = None;
+        /// Node positions per axis; by default `start` on an axis that is warped towards the peak at
+        /// its start, else `cell`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        centring: Option<Vec<Centring>> = None;
+        /// True to leave the ratio, an axis by 15 % or one step, for the nearest grid that fills the budget, so
+        /// that grids of different coordinates have as many configurations.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        fill: bool = false;
+    }
 }
 
 impl Grid {
-    const KIND: &'static str = "grid";
-
-    /// The registry entry.
-    pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
-        kind: Self::KIND,
-        summary: "regular grid, cell- or node-centred per axis; ratio = \"tuned\" with [tuning]; fill",
-        examples: &[
-            "",
-            "ratio = [4, 4, 1]\ncentring = [\"start\", \"cell\", \"cell\"]\nfill = true",
-        ],
-        read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
-    };
-
     /// The ratio, if it is numbers.
     fn numbers(&self) -> Option<&[f64]> {
         match &self.ratio {
@@ -127,13 +118,10 @@ impl Grid {
         let (poses, pose) = nodes(&**parametrization, &axes, budget)?;
         let unphysical = pose.iter().filter(|p| p.is_none()).count();
         let unphysical_share = unphysical as f64 / pose.len() as f64;
+        let parametrization = Arc::clone(parametrization);
         Some(Schedule {
-            parametrization: Arc::clone(parametrization),
-            sample_set: Self::KIND.into(),
-            poses,
             lattice: Some(Lattice { axes, pose }),
-            unphysical_share,
-            assumes: None,
+            ..Schedule::new(parametrization, Self::KIND, poses, unphysical_share)
         })
     }
 }
@@ -210,27 +198,18 @@ impl SampleSet for Grid {
     }
 }
 
-/// Jittered grid: one random point in each cell.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Stratified {
-    /// Relative numbers of cells per axis; by default those of the
-    /// parametrization (4:4:1, spherical 1:1:2).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ratio: Option<Vec<f64>>,
+declare! {
+    impl dyn SampleSet, "stratified": "one random point in each cell of a regular grid", ["", "ratio = [2, 2, 1]"]
+    /// Jittered grid: one random point in each cell.
+    pub struct Stratified {
+        /// Relative numbers of cells per axis; by default those of the
+        /// parametrization (4:4:1, spherical 1:1:2).
+        #[serde(skip_serializing_if = "Option::is_none")]
+        ratio: Option<Vec<f64>> = None;
+    }
 }
 
 impl Stratified {
-    const KIND: &'static str = "stratified";
-
-    /// The registry entry.
-    pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
-        kind: Self::KIND,
-        summary: "one random point in each cell of a regular grid",
-        examples: &["", "ratio = [2, 2, 1]"],
-        read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
-    };
-
     /// The schedule of one shape, `None` if it has more than `budget` configurations.
     fn jitter(
         &self,
@@ -256,14 +235,13 @@ impl Stratified {
             return None;
         }
         let unphysical_share = 1.0 - poses.len() as f64 / cell as f64;
-        Some(Schedule {
-            parametrization: Arc::clone(parametrization),
-            sample_set: Self::KIND.into(),
+        let parametrization = Arc::clone(parametrization);
+        Some(Schedule::new(
+            parametrization,
+            Self::KIND,
             poses,
-            lattice: None,
             unphysical_share,
-            assumes: None,
-        })
+        ))
     }
 }
 

@@ -306,15 +306,11 @@ impl Rows {
         in_closed("unphysical_share", unphysical_share, 0.0, 1.0)
             .map_err(|e| table.fact_error("unphysical_share", e.to_string()))?;
         let assumes: Option<String> = table.fact("assumes")?;
+        let sample_set: Option<String> = table.fact("sample_set")?;
+        let sample_set = sample_set.unwrap_or_else(|| FROM_FILE.into());
         let mut schedule = Schedule {
             assumes,
-            sample_set: table
-                .fact("sample_set")?
-                .unwrap_or_else(|| FROM_FILE.into()),
-            unphysical_share,
-            poses: Vec::new(),
-            lattice: None,
-            parametrization,
+            ..Schedule::new(parametrization, sample_set, Vec::new(), unphysical_share)
         };
         match (lattice, &self.index) {
             (Some(axes), Some(index)) => {

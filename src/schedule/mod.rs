@@ -15,7 +15,7 @@ mod shapes;
 pub(crate) mod table;
 mod visited;
 
-pub use convention::{AngleUnit, Azimuth, Choice, Conventions, Quantity, UncertaintyUnit};
+pub use convention::{AngleUnit, Azimuth, Choice, Conventions, Quantity, UncertaintyUnit, choice};
 pub use export::{Sequence, schedule_hash, write_schedule};
 pub use format::ScheduleFormat;
 pub use grid::{Grid, Ratio, Stratified};
@@ -31,7 +31,7 @@ pub use visited::{Unvisited, unvisited};
 use self::export::FROM_FILE;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Parametrization};
-use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
+use crate::registry::family;
 use std::sync::Arc;
 
 /// A configuration to be measured.
@@ -76,6 +76,23 @@ impl Schedule {
         self
     }
 
+    /// Poses of a sample set, on no lattice.
+    pub(crate) fn new(
+        parametrization: Arc<dyn Parametrization>,
+        sample_set: impl Into<String>,
+        poses: Vec<Pose>,
+        unphysical_share: f64,
+    ) -> Self {
+        Self {
+            parametrization,
+            sample_set: sample_set.into(),
+            poses,
+            lattice: None,
+            unphysical_share,
+            assumes: None,
+        }
+    }
+
     /// Poses that somebody else chose, as those of a table, in their order; both directions above the horizon.
     pub fn of_pairs(
         parametrization: Arc<dyn Parametrization>,
@@ -85,14 +102,8 @@ impl Schedule {
             coords: parametrization.forward(&pair),
             pair,
         };
-        Self {
-            poses: pairs.into_iter().map(pose).collect(),
-            parametrization,
-            sample_set: FROM_FILE.into(),
-            lattice: None,
-            unphysical_share: 0.0,
-            assumes: None,
-        }
+        let poses = pairs.into_iter().map(pose).collect();
+        Self::new(Arc::clone(&parametrization), FROM_FILE, poses, 0.0)
     }
 
     /// True if the poses are those of a table, and nothing says which sample set they are.
@@ -101,31 +112,11 @@ impl Schedule {
     }
 }
 
-static JOINED: Joined<dyn SampleSet> = Joined::new();
-
-fn built_in() -> Vec<Entry<dyn SampleSet>> {
-    vec![
+family! {
+    "sample set": dyn SampleSet = [
         Grid::ENTRY,
         Stratified::ENTRY,
         SobolSet::ENTRY,
         RandomSet::ENTRY,
     ]
-}
-
-/// Every sample set a config can name.
-pub fn all() -> Vec<Entry<dyn SampleSet>> {
-    JOINED.after(built_in())
-}
-
-/// Adds a sample set of a program's own to [`all`].
-///
-/// # Errors
-/// If one of that kind is there.
-pub fn join(entry: Entry<dyn SampleSet>) -> Result<(), Taken> {
-    JOINED.add(built_in(), entry)
-}
-
-/// Reads a sample set from its config table.
-pub fn read(table: Table<'_>) -> Result<Box<dyn SampleSet>, ReadError> {
-    registry::read("sample set", &all(), table)
 }

@@ -4,9 +4,9 @@ use super::Schedule;
 use super::sample_set::{PlanError, SampleSet, from_unit, place};
 use crate::error::ParameterError;
 use crate::parametrization::{Axis, Parametrization};
-use crate::registry::{self, Entry};
+use crate::registry::{self, declare};
 use crate::sampling::{Random, Sobol};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::sync::Arc;
 
 /// A sequence of points in the unit cube, as a kind of sample set: the first N that are physical.
@@ -41,23 +41,14 @@ impl<S: PointSet> SampleSet for S {
     }
 }
 
-/// Scrambled Sobol points.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SobolSet {}
-
-impl SobolSet {
-    /// The registry entry.
-    pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
-        kind: Self::KIND,
-        summary: "Owen-scrambled Sobol points",
-        examples: &[""],
-        read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
-    };
+declare! {
+    impl dyn SampleSet, "sobol": "Owen-scrambled Sobol points", [""]
+    /// Scrambled Sobol points.
+    pub struct SobolSet {}
 }
 
 impl PointSet for SobolSet {
-    const KIND: &'static str = "sobol";
+    const KIND: &'static str = Self::KIND;
 
     fn points(seed: u64) -> impl FnMut(u64) -> [f64; 4] {
         let mut sobol = Sobol::new(seed);
@@ -65,23 +56,14 @@ impl PointSet for SobolSet {
     }
 }
 
-/// Independent uniform points.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RandomSet {}
-
-impl RandomSet {
-    /// The registry entry.
-    pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
-        kind: Self::KIND,
-        summary: "independent uniform points",
-        examples: &[""],
-        read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
-    };
+declare! {
+    impl dyn SampleSet, "random": "independent uniform points", [""]
+    /// Independent uniform points.
+    pub struct RandomSet {}
 }
 
 impl PointSet for RandomSet {
-    const KIND: &'static str = "random";
+    const KIND: &'static str = Self::KIND;
 
     fn points(seed: u64) -> impl FnMut(u64) -> [f64; 4] {
         let random = Random::new(seed);
@@ -114,12 +96,11 @@ fn accept(
         });
     }
     let unphysical_share = 1.0 - poses.len() as f64 / tried as f64;
-    Ok(Schedule {
-        parametrization: Arc::clone(parametrization),
-        sample_set: kind.into(),
+    let parametrization = Arc::clone(parametrization);
+    Ok(Schedule::new(
+        parametrization,
+        kind,
         poses,
-        lattice: None,
         unphysical_share,
-        assumes: None,
-    })
+    ))
 }

@@ -5,76 +5,60 @@ use super::import::coordinate_columns;
 use super::table::{WHOLE, WORDS};
 use serde_json::{Map, Value, json};
 
-/// A column of a row. Angles of the arms are in every row; columns that [hold whole numbers](WHOLE) or [words](WORDS)
-/// are those of all tables, the others hold numbers.
-pub(crate) struct Column<'a> {
-    pub name: &'a str,
-    /// What it says.
-    pub summary: &'a str,
-    /// Keywords that bound its numbers.
-    pub bounds: &'static [(&'static str, f64)],
-}
+/// A column of a row: its name, keywords that bound its numbers, and what it says. Angles of the arms are in every row; columns
+/// that [hold whole numbers](WHOLE) or [words](WORDS) are those of all tables, the others hold numbers.
+pub(crate) type Column<'a> = (&'a str, Bounds, &'a str);
+
+/// Keywords of a schema and their values.
+pub(crate) type Bounds = &'static [(&'static str, f64)];
 
 /// Numbers that are not negative.
-pub(crate) const POSITIVE: &[(&str, f64)] = &[("minimum", 0.0)];
+pub(crate) const POSITIVE: Bounds = &[("minimum", 0.0)];
 
-const ELEVATION: &[(&str, f64)] = &[("minimum", 0.0), ("exclusiveMaximum", 90.0)];
-const AZIMUTH: &[(&str, f64)] = &[("minimum", -360.0), ("maximum", 360.0)];
-
-const fn column<'a>(
-    name: &'a str,
-    bounds: &'static [(&'static str, f64)],
-    summary: &'a str,
-) -> Column<'a> {
-    Column {
-        name,
-        summary,
-        bounds,
-    }
-}
+const ELEVATION: Bounds = &[("minimum", 0.0), ("exclusiveMaximum", 90.0)];
+const AZIMUTH: Bounds = &[("minimum", -360.0), ("maximum", 360.0)];
 
 /// The columns of a schedule, without those of coordinates and axes, which a file names itself.
 #[rustfmt::skip]
 pub(crate) const COLUMNS: [Column<'static>; 10] = [
-    column(WHOLE[0], POSITIVE, "Number of the pose in its schedule, from 0."),
-    column(ARMS[0], ELEVATION, "Angle of the light from the normal, degrees."),
-    column(ARMS[1], AZIMUTH, "Azimuth of the light, degrees."),
-    column(ARMS[2], ELEVATION, "Angle of the sensor from the normal, degrees."),
-    column(ARMS[3], AZIMUTH, "Azimuth of the sensor, degrees."),
-    column(WHOLE[1], POSITIVE, "Number of the run of rows that share a light direction, from 0."),
-    column(TIMES[0], POSITIVE, "Travel from the row before, and settling, s."),
-    column(TIMES[1], POSITIVE, "All exposures of this pose, s."),
-    column(TIMES[2], POSITIVE, "Moving, exposures, overhead and a calibration before it, s."),
-    column(TIMES[3], POSITIVE, "From the start to the middle of the exposures, s."),
+    (WHOLE[0], POSITIVE, "Number of the pose in its schedule, from 0."),
+    (ARMS[0], ELEVATION, "Angle of the light from the normal, degrees."),
+    (ARMS[1], AZIMUTH, "Azimuth of the light, degrees."),
+    (ARMS[2], ELEVATION, "Angle of the sensor from the normal, degrees."),
+    (ARMS[3], AZIMUTH, "Azimuth of the sensor, degrees."),
+    (WHOLE[1], POSITIVE, "Number of the run of rows that share a light direction, from 0."),
+    (TIMES[0], POSITIVE, "Travel from the row before, and settling, s."),
+    (TIMES[1], POSITIVE, "All exposures of this pose, s."),
+    (TIMES[2], POSITIVE, "Moving, exposures, overhead and a calibration before it, s."),
+    (TIMES[3], POSITIVE, "From the start to the middle of the exposures, s."),
 ];
 
-impl Column<'_> {
-    fn schema(&self) -> Value {
-        let is_whole = WHOLE.contains(&self.name);
-        let (kind, format) = match self.name {
-            WORDS => ("string", None),
-            _ if is_whole => ("integer", Some("uint32")),
-            _ => ("number", Some("double")),
-        };
-        let mut schema = Map::new();
-        let kind = match ARMS.contains(&self.name) {
-            true => json!(kind),
-            false => json!([kind, "null"]),
-        };
-        schema.insert("type".into(), kind);
-        if let Some(format) = format {
-            schema.insert("format".into(), json!(format));
-        }
-        schema.insert("description".into(), json!(self.summary));
-        for &(keyword, bound) in self.bounds {
-            let bound = match is_whole {
-                true => json!(bound as u32),
-                false => json!(bound),
-            };
-            schema.insert(keyword.into(), bound);
-        }
-        Value::Object(schema)
+/// The schema of the cells of a column.
+fn cell_schema((name, bounds, summary): Column<'_>) -> Value {
+    let is_whole = WHOLE.contains(&name);
+    let (kind, format) = match name {
+        WORDS => ("string", None),
+        _ if is_whole => ("integer", Some("uint32")),
+        _ => ("number", Some("double")),
+    };
+    let mut schema = Map::new();
+    let kind = match ARMS.contains(&name) {
+        true => json!(kind),
+        false => json!([kind, "null"]),
+    };
+    schema.insert("type".into(), kind);
+    if let Some(format) = format {
+        schema.insert("format".into(), json!(format));
     }
+    schema.insert("description".into(), json!(summary));
+    for &(keyword, bound) in bounds {
+        let bound = match is_whole {
+            true => json!(bound as u32),
+            false => json!(bound),
+        };
+        schema.insert(keyword.into(), bound);
+    }
+    Value::Object(schema)
 }
 
 /// The JSON Schema of one line of a schedule in JSON Lines: a row, or the header in front.
@@ -90,7 +74,8 @@ pub fn schedule_schema() -> Value {
 /// The schema of a row with the columns of a schedule, further ones, and those of coordinates and axes.
 pub(crate) fn row_schema(title: &str, description: &str, further: &[Column<'_>]) -> Value {
     let all = COLUMNS.iter().chain(further);
-    let mut properties: Map<String, Value> = all.map(|c| (c.name.to_owned(), c.schema())).collect();
+    let cells = all.map(|column| (column.0.to_owned(), cell_schema(*column)));
+    let mut properties: Map<String, Value> = cells.collect();
     let number = json!({ "type": ["number", "null"] });
     let plain = coordinate_columns().into_iter();
     let plain = plain.filter(|column| !column.ends_with("_deg"));

@@ -16,7 +16,7 @@ mod write;
 #[cfg(feature = "arrays")]
 pub(crate) use arrays::as_lines;
 pub(crate) use read::Table;
-pub(crate) use write::{Cell, Sheet};
+pub(crate) use write::{Cell, Column, Part, Sheet};
 
 use crate::error::{Cause, Error, printable};
 
@@ -47,11 +47,8 @@ impl FileError {
     /// An error about one line of a file.
     pub fn at(name: &str, line: usize, message: impl Into<String>) -> Self {
         Self {
-            name: name.into(),
             line: Some(line),
-            message: printable(&message.into()).into_owned(),
-            source: None,
-            is_cut: false,
+            ..Self::whole(name, message)
         }
     }
 
@@ -67,15 +64,14 @@ impl FileError {
     }
 
     /// The same with the error behind it.
-    pub(crate) fn because(mut self, cause: impl std::error::Error + Send + Sync + 'static) -> Self {
-        self.source = Some(Box::new(cause));
-        self
+    pub(crate) fn because(self, cause: impl Into<Cause>) -> Self {
+        let source = Some(cause.into());
+        Self { source, ..self }
     }
 
-    /// The same, of a file whose end may be missing.
-    pub(crate) fn cut(mut self) -> Self {
-        self.is_cut = true;
-        self
+    /// The same, of a file whose end may be missing if `is_cut`.
+    pub(crate) fn cut_if(self, is_cut: bool) -> Self {
+        Self { is_cut, ..self }
     }
 
     /// `file:line`, or the file.

@@ -2,8 +2,9 @@
 
 use crate::brdf::{self, Brdf, BrdfSpec, Channels};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
-use crate::parametrization::{self, Parametrization, WarpSpec, Warps};
-use crate::registry;
+use crate::parametrization::{self, Form, HalfDifference, Parametrization, WarpSpec, Warps};
+use crate::registry::{self, Entry};
+use crate::schedule::{Pose, Schedule};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -79,7 +80,7 @@ pub(super) fn pairs() -> Vec<Case> {
     let v = Direction::from_spherical(0.7, 0.4).vector();
     let bits = |name: &str, o: DVec3| Case {
         name: name.into(),
-        pair: DirectionPair::new(Direction::from_unit(v), Direction::from_unit(o)),
+        pair: DirectionPair::from_unit([v, o]),
     };
     cases.push(bits("mirror to the last bit", DVec3::new(-v.x, -v.y, v.z)));
     cases.push(bits("retro to the last bit", v));
@@ -97,14 +98,7 @@ pub(super) fn pairs_above(cos: f64) -> Vec<Case> {
 
 /// Symmetries of forms: nothing folded, all folded, in three coordinates and in four.
 pub(super) const SYMMETRIES: [(&str, Symmetry); 4] = [
-    (
-        "isotropic",
-        Symmetry {
-            isotropic: true,
-            reciprocal: false,
-            bilateral: false,
-        },
-    ),
+    ("isotropic", Symmetry::NONE.with_isotropy(true)),
     ("folded", Symmetry::FULL),
     ("anisotropic", Symmetry::NONE),
     ("orthotropic", Symmetry::ORTHOTROPIC),
@@ -131,12 +125,65 @@ pub(super) fn forms(symmetry: Symmetry) -> Vec<(String, Arc<dyn Parametrization>
 
 /// Every example of every warp.
 fn warps() -> Vec<WarpSpec> {
-    let all = parametrization::warps();
-    let read = |entry: &registry::Entry<WarpSpec>| {
-        let read = |text: &&str| registry::read_text(entry, text).ok().map(|w| *w);
-        entry.examples.iter().filter_map(read).collect::<Vec<_>>()
+    let examples = examples(parametrization::warps());
+    examples.map(|example| *example.member).collect()
+}
+
+/// A member of a registry.
+pub(super) struct Example<T: ?Sized> {
+    pub kind: &'static str,
+    /// Its kind and keys.
+    pub name: String,
+    pub member: Box<T>,
+}
+
+/// Every example of the entries of a registry.
+pub(super) fn examples<T: ?Sized>(entries: Vec<Entry<T>>) -> impl Iterator<Item = Example<T>> {
+    entries.into_iter().flat_map(|entry| {
+        let read = move |text: &&str| {
+            let name = match text.is_empty() {
+                true => entry.kind.to_owned(),
+                false => format!("{} {}", entry.kind, text.replace('\n', ", ")),
+            };
+            Some(Example {
+                kind: entry.kind,
+                name,
+                member: registry::read_text(&entry, text).ok()?,
+            })
+        };
+        entry.examples.iter().filter_map(read)
+    })
+}
+
+/// Half/difference coordinates.
+pub(super) fn half_difference(symmetry: Symmetry) -> Arc<dyn Parametrization> {
+    Arc::new(Form::<HalfDifference>::new(symmetry))
+}
+
+/// Pairs as a schedule.
+pub(super) fn schedule(
+    name: &str,
+    form: &Arc<dyn Parametrization>,
+    pairs: impl IntoIterator<Item = DirectionPair>,
+) -> Schedule {
+    let pose = |pair: DirectionPair| Pose {
+        coords: form.forward(&pair),
+        pair,
     };
-    all.iter().flat_map(read).collect()
+    Schedule {
+        parametrization: Arc::clone(form),
+        sample_set: name.into(),
+        poses: pairs.into_iter().map(pose).collect(),
+        lattice: None,
+        unphysical_share: 0.0,
+        assumes: None,
+    }
+}
+
+/// Cases as a schedule in half/difference coordinates.
+pub(super) fn schedule_of(cases: &[Case], symmetry: Symmetry) -> Arc<Schedule> {
+    let pairs = cases.iter().map(|case| case.pair);
+    Arc::new(schedule("extremes", &half_difference(symmetry), pairs))
 }
 
 /// A material of the registry in luminance, from its keys. A text that cannot be read is our own mistake, and a check

@@ -2,6 +2,7 @@
 
 use crate::geometry::DirectionPair;
 use crate::numeric::exact::Exact;
+use std::cmp::Ordering;
 
 /// A vector.
 pub(super) type Vector = [Exact; 3];
@@ -37,8 +38,18 @@ pub(super) fn nudged_components(pair: &DirectionPair, component: usize) -> Optio
     if x.is_zero() {
         return None;
     }
-    *x = x.clone() * &(Exact::from(1.0) + Exact::from(super::ROUNDING));
+    *x = rounded(x, 1.0);
     Some(vectors)
+}
+
+/// A number off by one rounding, up or, of the other sign, down.
+pub(super) fn rounded(x: &Exact, sign: f64) -> Exact {
+    x.clone() * &(Exact::from(1.0) + Exact::from(sign * super::ROUNDING))
+}
+
+/// a + sign b.
+fn sum(a: &Vector, b: &Vector, sign: f64) -> Vector {
+    [0, 1, 2].map(|d| a[d].clone() + b[d].clone() * &sign.into())
 }
 
 fn dot(a: &Vector, b: &Vector) -> Exact {
@@ -57,8 +68,7 @@ fn hypot(x: &Exact, y: &Exact) -> Exact {
 /// Half of the sum and half of the difference.
 fn half_and_back([i, o]: &Pair) -> [Vector; 2] {
     let half = Exact::from(0.5);
-    let of = |sign: f64| [0, 1, 2].map(|d| (i[d].clone() + o[d].clone() * &sign.into()) * &half);
-    [of(1.0), of(-1.0)]
+    [1.0, -1.0].map(|sign| sum(i, o, sign).map(|x| x * &half))
 }
 
 /// rot(n, angle) v.
@@ -186,7 +196,7 @@ pub(super) fn inverse(chart: &str, coords: &[Exact; 4]) -> Option<Pair> {
             let [h_x, h_y] = flat(r1, a1);
             let k = polar(&theta_k, a2).map(|x| x * r2);
             let h = [h_x, h_y, h_z];
-            [1.0, -1.0].map(|sign| [0, 1, 2].map(|d| h[d].clone() + k[d].clone() * &sign.into()))
+            [1.0, -1.0].map(|sign| sum(&h, &k, sign))
         }
         _ => return inverse("hybrid", &[r1.sqrt(), a1.clone(), r2.sqrt(), a2.clone()]),
     };
@@ -217,9 +227,8 @@ fn flat(r: &Exact, phi: &Exact) -> [Exact; 2] {
 /// Larger of the angles (rad) between the directions of two pairs.
 pub(super) fn angle(a: &Pair, b: &Pair) -> f64 {
     let between = |a: &Vector, b: &Vector| {
-        let [difference, sum] = [-1.0, 1.0]
-            .map(|sign| length(&[0, 1, 2].map(|d| a[d].clone() + b[d].clone() * &sign.into())));
-        2.0 * difference.to_f64().atan2(sum.to_f64())
+        let [difference, sum] = [-1.0, 1.0].map(|sign| length(&sum(a, b, sign)).to_f64());
+        2.0 * difference.atan2(sum)
     };
     between(&a[0], &b[0]).max(between(&a[1], &b[1]))
 }
@@ -243,13 +252,11 @@ pub(super) fn jacobian(chart: &str, coords: &[Exact; 4]) -> Option<Exact> {
             inverse(chart, &moved)
         };
         let (up, down) = (at(1.0)?, at(-1.0)?);
-        let tangent = [0, 1].map(|w| [0, 1, 2].map(|e| (up[w][e].clone() - &down[w][e]) / &twice));
-        rows.push([
-            dot(&tangent[0], &frames[0][0]),
-            dot(&tangent[0], &frames[0][1]),
-            dot(&tangent[1], &frames[1][0]),
-            dot(&tangent[1], &frames[1][1]),
-        ]);
+        let along = |w: usize, e: usize| {
+            let tangent = [0, 1, 2].map(|d| (up[w][d].clone() - &down[w][d]) / &twice);
+            dot(&tangent, &frames[w][e])
+        };
+        rows.push([along(0, 0), along(0, 1), along(1, 0), along(1, 1)]);
     }
     Some(determinant(rows).abs())
 }
@@ -271,11 +278,9 @@ fn frame(v: &Vector) -> [Vector; 2] {
 fn determinant(mut rows: Vec<[Exact; 4]>) -> Exact {
     let mut product = Exact::from(1.0);
     for d in 0..4 {
-        let size = |row: &[Exact; 4]| row[d].abs();
         let pivot = (d..4).max_by(|&a, &b| {
-            size(&rows[a])
-                .partial_cmp(&size(&rows[b]))
-                .unwrap_or(std::cmp::Ordering::Equal)
+            let order = rows[a][d].abs().partial_cmp(&rows[b][d].abs());
+            order.unwrap_or(Ordering::Equal)
         });
         let pivot = pivot.unwrap_or(d);
         rows.swap(d, pivot);

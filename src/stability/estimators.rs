@@ -2,11 +2,11 @@
 
 use super::cases;
 use super::{Check, Extent, Family, Law, ROUNDING, Watch};
-use crate::brdf::{Brdf, Channels, Presence};
-use crate::geometry::{DirectionPair, Symmetry};
+use crate::brdf::Brdf;
+use crate::brdf::testing::made;
+use crate::geometry::Symmetry;
 use crate::moments::{self, Channel, Component, Estimator, Order, PeakResolving, Slice};
 use crate::parametrization::view_centered_angles;
-use crate::registry;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
@@ -17,21 +17,13 @@ pub(super) const FAMILY: Family = Family {
 };
 
 /// An error over what is stated: 1 is a bound kept, 6 a standard error that a billion of normal ones exceed once.
-const STATED: Law = Law {
-    name: "closed form within the stated uncertainty",
-    unit: "own unit",
-    allowed: 1.0,
-};
-const RANDOM: Law = Law {
-    name: "closed form within six standard errors",
-    unit: "own unit",
-    allowed: 6.0,
-};
-const LOBES: Law = Law {
-    name: "energy of a lobe within both uncertainties",
-    unit: "1/sr rad²",
-    allowed: 1.0,
-};
+const STATED: Law = Law::bounded("closed form within the stated uncertainty", "own unit", 1.0);
+const RANDOM: Law = Law::bounded("closed form within six standard errors", "own unit", 6.0);
+const LOBES: Law = Law::bounded(
+    "energy of a lobe within both uncertainties",
+    "1/sr rad²",
+    1.0,
+);
 const FINITE: Law = Law::strict("finite, or said to be unresolved");
 
 /// View elevations, degrees.
@@ -42,24 +34,6 @@ struct Bump {
     centre: f64,
     width: [f64; 2],
     base: f64,
-}
-
-impl Brdf for Bump {
-    fn channels(&self) -> &Channels {
-        &Channels::Luminance
-    }
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::NONE
-    }
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let [theta, phi] = view_centered_angles(pair.omega_i);
-        let (x, y) = ((theta - self.centre) / self.width[0], phi / self.width[1]);
-        out[0] = self.base + (-0.5 * (x * x + y * y)).exp();
-        Presence::Present
-    }
 }
 
 /// ∫ exp(−t²/(2 width²)) over [−π/2, π/2] of t + centre, and ∫ t exp(…) there.
@@ -79,6 +53,15 @@ fn truncated(centre: f64, width: f64) -> [f64; 2] {
 }
 
 impl Bump {
+    /// It as a material.
+    fn brdf(&self) -> impl Brdf {
+        made(Symmetry::NONE, |pair| {
+            let [theta, phi] = view_centered_angles(pair.omega_i);
+            let (x, y) = ((theta - self.centre) / self.width[0], phi / self.width[1]);
+            Some([self.base + (-0.5 * (x * x + y * y)).exp()])
+        })
+    }
+
     /// Energy and mean θ of the slice.
     fn moments(&self) -> [f64; 2] {
         let [x, first] = truncated(self.centre, self.width[0]);
@@ -90,21 +73,11 @@ impl Bump {
     }
 }
 
-fn estimators() -> Vec<(String, Arc<dyn Estimator>)> {
-    let mut all = Vec::new();
-    for entry in moments::all() {
-        for text in entry.examples {
-            if let Ok(by) = registry::read_text(&entry, text) {
-                all.push((by.label(), Arc::from(by)));
-            }
-        }
-    }
-    all
-}
-
 fn checks(extent: Extent) -> Vec<Check> {
     let mut checks = Vec::new();
-    for (name, by) in estimators() {
+    for example in cases::examples(moments::all()) {
+        let by: Arc<dyn Estimator> = Arc::from(example.member);
+        let name = by.label();
         let law = match name.starts_with("peak") {
             true => STATED,
             false => RANDOM,
@@ -118,10 +91,8 @@ fn checks(extent: Extent) -> Vec<Check> {
                 }));
             }
         }
-        for alpha in extent.of(
-            vec!["1.0", "0.1", "1e-2", "1e-3", "1e-4", "1e-5", "1e-6"],
-            3,
-        ) {
+        let alphas = vec!["1.0", "0.1", "1e-2", "1e-3", "1e-4", "1e-5", "1e-6"];
+        for alpha in extent.of(alphas, 3) {
             let by = Arc::clone(&by);
             let member = format!("{name}, ggx {alpha}");
             checks.push(Check::new(&*member, FINITE, move |watch| {
@@ -137,16 +108,24 @@ fn checks(extent: Extent) -> Vec<Check> {
     checks
 }
 
+/// The slice of a view, which every material has.
+fn slice<'a>(brdf: &'a dyn Brdf, degrees: f64, watch: &mut Watch) -> Option<Slice<'a>> {
+    let slice = Slice::new(brdf, Channel::Luminance, degrees.to_radians());
+    if slice.is_err() {
+        watch.holds(false, &degrees);
+    }
+    slice.ok()
+}
+
 fn closed_forms(by: &dyn Estimator, width: f64, base: f64, extent: Extent, watch: &mut Watch) {
     for degrees in extent.of(VIEWS.to_vec(), 2) {
-        let view = degrees.to_radians();
         let bump = Bump {
-            centre: -view,
+            centre: -degrees.to_radians(),
             width: [width, 2.0 * width],
             base,
         };
-        let Ok(slice) = Slice::new(&bump, Channel::Luminance, view) else {
-            watch.holds(false, &degrees);
+        let brdf = bump.brdf();
+        let Some(slice) = slice(&brdf, degrees, watch) else {
             continue;
         };
         let got = by.estimate(&slice, Order::MAX, 1);
@@ -168,11 +147,8 @@ fn closed_forms(by: &dyn Estimator, width: f64, base: f64, extent: Extent, watch
             };
             // Closed forms lose a digit or two where the lobe is wider than the square.
             let conditioning = e.uncertainty + 200.0 * ROUNDING * size.max(want.abs());
-            watch.see(
-                (e.value - want).abs(),
-                conditioning,
-                &format_args!("{c} at {degrees}°"),
-            );
+            let error = (e.value - want).abs();
+            watch.see(error, conditioning, &format_args!("{c} at {degrees}°"));
         }
     }
 }
@@ -186,23 +162,18 @@ fn finite(by: &dyn Estimator, alpha: &str, extent: Extent, watch: &mut Watch) {
         return;
     };
     for degrees in extent.of(VIEWS.to_vec(), 2) {
-        let Ok(slice) = Slice::new(&*brdf, Channel::Luminance, degrees.to_radians()) else {
-            watch.holds(false, &degrees);
+        let Some(slice) = slice(&*brdf, degrees, watch) else {
             continue;
         };
         let got = by.estimate(&slice, Order::MAX, 1);
         watch.spent(got.evaluations);
         for c in Component::ALL {
             // A moment that is undefined is not there.
-            let finite = got
-                .moments
-                .get(c)
-                .is_none_or(|e| e.value.is_finite() && e.uncertainty >= 0.0);
-            let known = got.moments.get(c).is_none_or(|e| e.uncertainty.is_finite());
-            watch.holds(
-                finite && (known || got.unresolved.is_some()),
-                &format_args!("{c} at {degrees}°"),
-            );
+            let holds = got.moments.get(c).is_none_or(|e| {
+                let is_known = e.uncertainty.is_finite() || got.unresolved.is_some();
+                e.value.is_finite() && e.uncertainty >= 0.0 && is_known
+            });
+            watch.holds(holds, &format_args!("{c} at {degrees}°"));
         }
     }
 }
@@ -218,23 +189,17 @@ fn lobes(alpha: &str, extent: Extent, watch: &mut Watch) {
         ..by
     };
     for degrees in extent.of(VIEWS.to_vec(), 2) {
-        let Ok(slice) = Slice::new(&*brdf, Channel::Luminance, degrees.to_radians()) else {
-            watch.holds(false, &degrees);
+        let Some(slice) = slice(&*brdf, degrees, watch) else {
             continue;
         };
         let order = Order::new(0).unwrap_or_default();
         let [got, want] = [&by, &finer].map(|by| by.estimate(&slice, order, 1));
         watch.spent(got.evaluations + want.evaluations);
-        if let (Some(a), Some(b)) = (
-            got.moments.get(Component::ENERGY),
-            want.moments.get(Component::ENERGY),
-        ) {
+        let energies = [&got, &want].map(|found| found.moments.get(Component::ENERGY));
+        if let [Some(a), Some(b)] = energies {
             let conditioning = a.uncertainty + b.uncertainty + ROUNDING * b.value;
-            watch.see(
-                (a.value - b.value).abs(),
-                conditioning,
-                &format_args!("{degrees}°"),
-            );
+            let error = (a.value - b.value).abs();
+            watch.see(error, conditioning, &format_args!("{degrees}°"));
         }
     }
 }

@@ -1,14 +1,12 @@
 //! Files: what is written is read back, whatever the numbers.
 
-use super::cases::{Case, pairs_above};
+use super::cases::{Case, pairs_above, schedule_of};
 use super::{Check, Extent, Family, Law, ROUNDING, Watch};
 use crate::formats;
 use crate::geometry::{Symmetry, distance};
 use crate::measurement::{About, Measurement, Outcome};
 use crate::numeric::GRAZING_COS;
-use crate::parametrization;
-use crate::schedule::{Assume, Pose, Schedule, Sequence};
-use std::sync::Arc;
+use crate::schedule::{Assume, Schedule, Sequence};
 
 pub(super) const FAMILY: Family = Family {
     name: "files",
@@ -16,33 +14,9 @@ pub(super) const FAMILY: Family = Family {
     checks,
 };
 
-const POSES: Law = Law {
-    name: "poses that come back",
-    unit: "rad",
-    allowed: 16.0,
-};
-const READINGS: Law = Law {
-    name: "readings that come back",
-    unit: "relative",
-    allowed: 8.0,
-};
+const POSES: Law = Law::bounded("poses that come back", "rad", 16.0);
+const READINGS: Law = Law::bounded("readings that come back", "relative", 8.0);
 const OTHERS: Law = Law::strict("a text that is cut or spoilt is refused with a reason, or read");
-
-fn schedule(cases: &[Case]) -> Option<Arc<Schedule>> {
-    let form = parametrization::find("half-difference")?.form(Symmetry::NONE);
-    let pose = |case: &Case| Pose {
-        coords: form.forward(&case.pair),
-        pair: case.pair,
-    };
-    Some(Arc::new(Schedule {
-        sample_set: "extremes".into(),
-        poses: cases.iter().map(pose).collect(),
-        lattice: None,
-        unphysical_share: 0.0,
-        assumes: None,
-        parametrization: form,
-    }))
-}
 
 /// Extreme pairs at least so far apart, rad: files may put repeated poses together.
 fn cases(extent: Extent, apart: f64) -> Vec<Case> {
@@ -65,10 +39,10 @@ fn value(k: usize) -> f64 {
     VALUES[k % VALUES.len()]
 }
 
-fn measured(schedule: &Arc<Schedule>) -> Measurement {
-    let poses = schedule.poses.len();
+fn measured(cases: &[Case]) -> Measurement {
+    let poses = cases.len();
     Measurement {
-        schedule: Arc::clone(schedule),
+        schedule: schedule_of(cases, Symmetry::NONE),
         channels: crate::brdf::Channels::Luminance,
         values: (0..poses).map(value).collect(),
         outcomes: vec![Outcome::Reading; poses],
@@ -92,11 +66,8 @@ fn checks(extent: Extent) -> Vec<Check> {
                 POSES,
                 move |watch| {
                     let cases = cases(extent, APART[0]);
-                    let Some(schedule) = schedule(&cases) else {
-                        return;
-                    };
-                    let back =
-                        text(&schedule).and_then(|t| read(&t, "poses", &Assume::default()).ok());
+                    let back = text(&schedule_of(&cases, Symmetry::NONE))
+                        .and_then(|t| read(&t, "poses", &Assume::default()).ok());
                     watch.spent(cases.len());
                     let back = back.map_or(Vec::new(), |file| file.schedule.poses);
                     for (k, case) in cases.iter().enumerate() {
@@ -118,10 +89,7 @@ fn checks(extent: Extent) -> Vec<Check> {
                 format!("{}, readings", format.name),
                 READINGS,
                 move |watch| {
-                    let Some(schedule) = schedule(&cases(extent, APART[1])) else {
-                        return;
-                    };
-                    let measured = measured(&schedule);
+                    let measured = measured(&cases(extent, APART[1]));
                     let back = text(&measured).map(|t| read(&t, "readings", &Assume::default()));
                     watch.spent(measured.values.len());
                     let back = match back {
@@ -142,11 +110,8 @@ fn checks(extent: Extent) -> Vec<Check> {
                 format!("{}, spoilt", format.name),
                 OTHERS,
                 move |watch| {
-                    let Some(schedule) = schedule(&extent.of(cases(Extent::Short, APART[0]), 9))
-                    else {
-                        return;
-                    };
-                    let Some(whole) = text(&measured(&schedule)) else {
+                    let cases = extent.of(cases(Extent::Short, APART[0]), 9);
+                    let Some(whole) = text(&measured(&cases)) else {
                         return;
                     };
                     let ends = (0..=whole.len()).filter(|&end| whole.is_char_boundary(end));
@@ -173,14 +138,9 @@ fn checks(extent: Extent) -> Vec<Check> {
 /// What is read must be finite.
 fn spoilt(text: &str, read: formats::ReadReadings, watch: &mut Watch) {
     watch.spent(1);
-    match read(text, "readings", &Assume::default()) {
-        Ok(read) => {
-            let finite = read.measurement.values.iter().all(|v| v.is_finite());
-            watch.holds(finite, &format_args!("{} bytes", text.len()));
-        }
-        Err(reason) => watch.holds(
-            !reason.to_string().is_empty(),
-            &format_args!("{} bytes", text.len()),
-        ),
-    }
+    let holds = match read(text, "readings", &Assume::default()) {
+        Ok(read) => read.measurement.values.iter().all(|v| v.is_finite()),
+        Err(reason) => !reason.to_string().is_empty(),
+    };
+    watch.holds(holds, &format_args!("{} bytes", text.len()));
 }

@@ -1,14 +1,11 @@
 //! Instruments: positions of their axes at extreme pairs, and readings of extreme materials.
 
-use super::cases::{Case, pairs, pairs_above};
+use super::cases::{self, Case, pairs, pairs_above, schedule_of};
 use super::reconstructions::materials;
-use super::{Check, Extent, Family, Law, ROUNDING, Watch, cases};
+use super::{Check, Extent, Family, Law, ROUNDING, Test, Watch};
 use crate::geometry::{Symmetry, distance};
 use crate::instrument::{self, Bench, Ideal, Instrument, InstrumentSpec, Machine, Order, Parts};
-use crate::measurement::{Measurement, Outcome};
-use crate::parametrization;
-use crate::schedule::{Pose, Schedule};
-use std::sync::Arc;
+use crate::measurement::Outcome;
 
 pub(super) const FAMILY: Family = Family {
     name: "instruments",
@@ -17,11 +14,7 @@ pub(super) const FAMILY: Family = Family {
 };
 
 /// Four rotations, each of numbers up to π, there and back.
-const AXES: Law = Law {
-    name: "positions make the pair",
-    unit: "rad",
-    allowed: 64.0,
-};
+const AXES: Law = Law::bounded("positions make the pair", "rad", 64.0);
 const READINGS: Law = Law::strict("finite readings with uncertainties, or a reason");
 const IDEAL: Law = Law::strict("the ideal reading is the BRDF, to the bit");
 const TIMES: Law = Law::strict("each reachable pose visited once, in the order of the clock");
@@ -32,49 +25,20 @@ fn specs() -> Vec<(&'static str, InstrumentSpec)> {
     instrument::presets().into_iter().filter_map(read).collect()
 }
 
-/// The extreme pairs as a schedule.
-fn schedule(cases: &[Case], symmetry: Symmetry) -> Option<Arc<Schedule>> {
-    let form = parametrization::find("half-difference")?.form(symmetry);
-    let pose = |case: &Case| Pose {
-        coords: form.forward(&case.pair),
-        pair: case.pair,
-    };
-    Some(Arc::new(Schedule {
-        sample_set: "extremes".into(),
-        poses: cases.iter().map(pose).collect(),
-        lattice: None,
-        unphysical_share: 0.0,
-        assumes: None,
-        parametrization: form,
-    }))
-}
-
 fn checks(extent: Extent) -> Vec<Check> {
     let mut checks = vec![Check::new("ideal", IDEAL, move |watch| {
         ideal(extent, watch)
     })];
+    let tests: [Test<InstrumentSpec>; 3] = [(AXES, axes), (TIMES, times), (READINGS, readings)];
     for (name, spec) in specs() {
-        let spec = Arc::new(spec);
-        let of = Arc::clone(&spec);
-        checks.push(Check::new(name, AXES, move |watch| {
-            axes(&of, extent, watch)
-        }));
-        let of = Arc::clone(&spec);
-        checks.push(Check::new(name, TIMES, move |watch| {
-            times(&of, extent, watch)
-        }));
-        checks.push(Check::new(name, READINGS, move |watch| {
-            readings(&spec, extent, watch)
-        }));
+        checks.extend(Check::each(name, spec, extent, &tests));
     }
     checks
 }
 
 fn ideal(extent: Extent, watch: &mut Watch) {
     let cases = extent.of(pairs(), 2);
-    let Some(schedule) = schedule(&cases, Symmetry::FULL) else {
-        return;
-    };
+    let schedule = schedule_of(&cases, Symmetry::FULL);
     for (what, brdf) in materials() {
         let measured = Ideal.measure(&*brdf, &schedule);
         watch.spent(2 * cases.len());
@@ -91,7 +55,7 @@ fn axes(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
         return;
     };
     let machine = machine.without_limits();
-    let only_isotropic = machine.class().isotropic_only();
+    let only_isotropic = machine.class().isotropic_only;
     for Case { name, pair } in extent.of(pairs(), 3) {
         for free in [false, true] {
             watch.spent(1);
@@ -99,10 +63,7 @@ fn axes(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
                 watch.holds(false, &name);
                 continue;
             };
-            let symmetry = Symmetry {
-                isotropic: free || only_isotropic,
-                ..Symmetry::NONE
-            };
+            let symmetry = Symmetry::NONE.with_isotropy(free || only_isotropic);
             let made = machine.forward(&positions);
             watch.see(distance(&made, &pair, symmetry), ROUNDING, &name);
         }
@@ -110,24 +71,19 @@ fn axes(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
 }
 
 fn times(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
-    let (Ok(bench), Some(schedule)) = (
-        Bench::new(spec, Parts::ALL, 1),
-        schedule(&extent.of(pairs(), 3), Symmetry::FULL),
-    ) else {
+    let schedule = schedule_of(&extent.of(pairs(), 3), Symmetry::FULL);
+    let Ok(bench) = Bench::new(spec, Parts::ALL, 1) else {
         return;
     };
     for order in Order::ALL {
         let itinerary = bench.plan(&schedule, order);
         let mut visited: Vec<u32> = itinerary.visits.iter().map(|v| v.pose).collect();
-        let ordered = itinerary
-            .visits
-            .windows(2)
-            .all(|w| w[0].at_seconds <= w[1].at_seconds);
-        watch.holds(ordered, &format_args!("{}", order.name()));
+        let ordered = itinerary.visits.is_sorted_by_key(|v| v.at_seconds);
+        watch.holds(ordered, &order.name());
         visited.extend(itinerary.unreachable.iter().map(|(pose, _)| *pose));
         visited.sort_unstable();
         let all: Vec<u32> = (0..schedule.poses.len() as u32).collect();
-        watch.holds(visited == all, &format_args!("{}", order.name()));
+        watch.holds(visited == all, &order.name());
         watch.spent(all.len());
     }
 }
@@ -135,10 +91,8 @@ fn times(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
 fn readings(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
     // Below a tenth of a degree no arm goes.
     let cases = extent.of(pairs_above(2e-3), 6);
-    let (Ok(bench), Some(schedule)) = (
-        Bench::new(spec, Parts::ALL, 1),
-        schedule(&cases, Symmetry::FULL),
-    ) else {
+    let schedule = schedule_of(&cases, Symmetry::FULL);
+    let Ok(bench) = Bench::new(spec, Parts::ALL, 1) else {
         return;
     };
     let itinerary = bench.plan(&schedule, Order::Sorted);
@@ -146,7 +100,7 @@ fn readings(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
     let mut all = materials();
     all.extend(cases::material("kind = \"ggx\"\nalpha = 1e-2").map(|brdf| ("ggx 1e-2", brdf)));
     for (what, brdf) in extent.of(all, 2) {
-        let measured: Measurement = session.measure(&*brdf, &schedule);
+        let measured = session.measure(&*brdf, &schedule);
         watch.spent(cases.len());
         for (k, case) in cases.iter().enumerate() {
             let finite = match (measured.outcomes[k], &measured.details) {

@@ -20,6 +20,7 @@ mod values;
 
 pub use models::extremes;
 
+use crate::registry::named;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -101,15 +102,23 @@ struct Law {
 }
 
 impl Law {
-    /// A law that holds or does not: an error is a count.
-    const fn strict(name: &'static str) -> Self {
+    /// A law of numbers: errors of at most `allowed` times their conditioning.
+    const fn bounded(name: &'static str, unit: &'static str, allowed: f64) -> Self {
         Self {
             name,
-            unit: "violations",
-            allowed: 0.0,
+            unit,
+            allowed,
         }
     }
+
+    /// A law that holds or does not: an error is a count.
+    const fn strict(name: &'static str) -> Self {
+        Self::bounded(name, "violations", 0.0)
+    }
 }
+
+/// A law of a member, and what looks for violations of it.
+type Test<T> = (Law, fn(&T, Extent, &mut Watch));
 
 impl Check {
     fn new(
@@ -122,6 +131,20 @@ impl Check {
             law,
             run: Box::new(run),
         }
+    }
+
+    /// Checks of one member, each of a law.
+    fn each<T: ?Sized + Send + Sync + 'static>(
+        member: impl Into<String>,
+        of: impl Into<Arc<T>>,
+        extent: Extent,
+        tests: &[Test<T>],
+    ) -> impl Iterator<Item = Self> {
+        let (member, of) = (member.into(), of.into());
+        tests.iter().map(move |&(law, test)| {
+            let of = Arc::clone(&of);
+            Self::new(&*member, law, move |watch| test(&of, extent, watch))
+        })
     }
 
     /// Name of the member of a registry that is checked.
@@ -220,26 +243,17 @@ pub fn run(
 /// Time between two looks at whether a walk shall stop.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Whether a law holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// Every error is within its bound.
-    Holds,
-    /// One is not, or there was no case.
-    Broken,
-    /// It was not checked: the walk was interrupted before.
-    Interrupted,
-}
-
-impl Verdict {
-    /// The word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::Holds => "holds",
-            Verdict::Broken => "BROKEN",
-            Verdict::Interrupted => "interrupted",
-        }
+named! {
+    /// Whether a law holds.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Verdict {
+        /// Every error is within its bound.
+        Holds = "holds",
+        /// One is not, or there was no case.
+        Broken = "BROKEN",
+        /// It was not checked: the walk was interrupted before.
+        Interrupted = "interrupted",
     }
 }
 
@@ -311,6 +325,11 @@ impl Watch {
     fn holds(&mut self, holds: bool, at: &dyn Display) {
         let broken = if holds { 0.0 } else { 1.0 };
         self.keep(broken, 0.0, broken, at);
+    }
+
+    /// A case whose value, of a reflectance, must be finite and not negative.
+    fn is_reflectance(&mut self, value: f64, at: &dyn Display) {
+        self.holds((0.0..=f64::MAX).contains(&value), at);
     }
 
     fn keep(&mut self, error: f64, conditioning: f64, ratio: f64, at: &dyn Display) {

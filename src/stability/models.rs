@@ -1,12 +1,11 @@
 //! Models: every example, and roughness down to a micro-radian.
 
 use super::cases::{self, Case, pairs};
-use super::{Check, Extent, Family, Law, ROUNDING, Watch, charts, values};
+use super::{Check, Extent, Family, Law, ROUNDING, Test, Watch, charts, values};
 use crate::brdf::{self, Brdf, BrdfSpec, Channels, Presence, laws};
 use crate::geometry::{Direction, DirectionPair};
 use crate::registry;
 use glam::{DMat3, DVec3};
-use std::sync::Arc;
 
 pub(super) const FAMILY: Family = Family {
     name: "models",
@@ -16,22 +15,10 @@ pub(super) const FAMILY: Family = Family {
 
 const FINITE: Law = Law::strict("finite, not negative, 0 below the horizon");
 const BATCHES: Law = Law::strict("a batch is its pairs, to the bit");
-const VALUES: Law = Law {
-    name: "value of a pair",
-    unit: "relative",
-    allowed: 16.0,
-};
+const VALUES: Law = Law::bounded("value of a pair", "relative", 16.0);
 /// Both values are off by their roundings, and mirrors and turns round too.
-const SYMMETRIES: Law = Law {
-    name: "declared symmetries",
-    unit: "relative",
-    allowed: 32.0,
-};
-const ENERGY: Law = Law {
-    name: "albedo beyond 1 where none is declared",
-    unit: "albedo",
-    allowed: 1.0,
-};
+const SYMMETRIES: Law = Law::bounded("declared symmetries", "relative", 32.0);
+const ENERGY: Law = Law::bounded("albedo beyond 1 where none is declared", "albedo", 1.0);
 
 /// Parameters at the ends of their ranges, as configs write them: lobes of a micro-radian, flat ones, and values that
 /// only just are finite.
@@ -76,20 +63,23 @@ pub fn extremes() -> Vec<String> {
 
 /// Every example that needs no file, and the extremes.
 fn specs() -> Vec<Box<dyn BrdfSpec>> {
-    let mut specs = Vec::new();
-    for entry in brdf::all() {
-        let read = |text: &&str| registry::read_text(&entry, text).ok();
-        specs.extend(entry.examples.iter().filter_map(read));
-    }
+    let examples = cases::examples(brdf::all());
+    let mut specs: Vec<_> = examples.map(|example| example.member).collect();
     specs.retain(|spec| spec.tables().files.is_empty());
     specs.extend(extremes().iter().filter_map(|text| cases::spec(text)));
     specs
 }
 
+/// A model and the keys it was built of.
+struct Model {
+    brdf: Box<dyn Brdf>,
+    keys: registry::Keys,
+}
+
 fn checks(extent: Extent) -> Vec<Check> {
     let mut checks = Vec::new();
     for spec in specs() {
-        let (name, keys) = (spec.label(), Arc::new(spec.resolved()));
+        let (name, keys) = (spec.label(), spec.resolved());
         let Ok(brdf) = spec.build(Channels::Luminance) else {
             // What is in the list is there to be built.
             checks.push(Check::new(name, FINITE, |watch| {
@@ -97,47 +87,35 @@ fn checks(extent: Extent) -> Vec<Check> {
             }));
             continue;
         };
-        let brdf: Arc<dyn Brdf> = Arc::from(brdf);
-        let of = Arc::clone(&brdf);
-        checks.push(Check::new(&*name, FINITE, move |watch| {
-            finite(&*of, extent, watch)
-        }));
-        let of = Arc::clone(&brdf);
-        checks.push(Check::new(&*name, BATCHES, move |watch| {
-            batches(&*of, extent, watch)
-        }));
-        let of = Arc::clone(&brdf);
-        checks.push(Check::new(&*name, SYMMETRIES, move |watch| {
-            symmetries(&*of, extent, watch)
-        }));
+        let mut tests: Vec<Test<Model>> = vec![
+            (FINITE, finite),
+            (BATCHES, batches),
+            (SYMMETRIES, symmetries),
+        ];
         let normal = DirectionPair::new(Direction::NORMAL, Direction::NORMAL);
         if values::exact(&keys, &charts::exactly(&normal), None).is_some() {
-            let of = Arc::clone(&brdf);
-            checks.push(Check::new(&*name, VALUES, move |watch| {
-                against_exact(&*of, &keys, extent, watch);
-            }));
+            tests.push((VALUES, against_exact));
         }
         if brdf.conserves_energy() && spec.tables().channel_bytes == 0 {
-            checks.push(Check::new(name, ENERGY, move |watch| {
-                energy(&*brdf, extent, watch)
-            }));
+            tests.push((ENERGY, energy));
         }
+        checks.extend(Check::each(name, Model { brdf, keys }, extent, &tests));
     }
     checks
 }
 
-fn finite(brdf: &dyn Brdf, extent: Extent, watch: &mut Watch) {
+fn finite(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
     let mut all: Vec<DirectionPair> = pairs().into_iter().map(|case| case.pair).collect();
     all.extend(laws::edge_pairs());
     for pair in extent.of(all, 3) {
-        let found = laws::positivity(brdf, &[pair]);
+        let found = laws::positivity(&**brdf, &[pair]);
         watch.spent(1);
         let at = format!("{:?}", found.worst);
         watch.holds(found.holds(), &at);
     }
 }
 
-fn batches(brdf: &dyn Brdf, extent: Extent, watch: &mut Watch) {
+fn batches(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
     let cases = extent.of(pairs(), 3);
     let all: Vec<DirectionPair> = cases.iter().map(|case| case.pair).collect();
     let mut values = vec![f64::NAN; all.len()];
@@ -159,18 +137,13 @@ pub(super) fn neighbours(pair: &DirectionPair) -> impl Iterator<Item = Direction
         [1.0 + f64::EPSILON, 1.0 - f64::EPSILON].map(|by| {
             let mut both = [i, o];
             both[d / 3][d % 3] *= by;
-            let [i, o] = both.map(Direction::from_unit);
-            DirectionPair::new(i, o)
+            DirectionPair::from_unit(both)
         })
     })
 }
 
-fn symmetries(brdf: &dyn Brdf, extent: Extent, watch: &mut Watch) {
+fn symmetries(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
     let symmetry = brdf.symmetry();
-    let mapped = |pair: &DirectionPair, map: &dyn Fn(DVec3) -> DVec3| {
-        let [i, o] = pair.vectors().map(|v| Direction::from_unit(map(v)));
-        DirectionPair::new(i, o)
-    };
     for Case { name, pair } in extent.of(pairs(), 3) {
         let Some(f) = brdf.luminance(&pair) else {
             continue;
@@ -180,11 +153,11 @@ fn symmetries(brdf: &dyn Brdf, extent: Extent, watch: &mut Watch) {
             images.push(pair.swapped());
         }
         if symmetry.bilateral {
-            images.push(mapped(&pair, &|v| v * DVec3::new(1.0, -1.0, 1.0)));
+            images.push(pair.map(|v| v * DVec3::new(1.0, -1.0, 1.0)));
         }
         if symmetry.isotropic {
             let turn = DMat3::from_rotation_z(0.7);
-            images.push(mapped(&pair, &|v| turn * v));
+            images.push(pair.map(|v| turn * v));
         }
         // What a mirror or a turn rounds differs by the place.
         let moved = |pair: &DirectionPair, f: f64| -> f64 {
@@ -202,7 +175,7 @@ fn symmetries(brdf: &dyn Brdf, extent: Extent, watch: &mut Watch) {
     }
 }
 
-fn against_exact(brdf: &dyn Brdf, keys: &registry::Keys, extent: Extent, watch: &mut Watch) {
+fn against_exact(Model { brdf, keys }: &Model, extent: Extent, watch: &mut Watch) {
     for Case { name, pair } in extent.of(pairs(), 7) {
         let got = brdf.luminance(&pair).unwrap_or(f64::NAN);
         watch.spent(1);
@@ -225,10 +198,10 @@ fn against_exact(brdf: &dyn Brdf, keys: &registry::Keys, extent: Extent, watch: 
     }
 }
 
-fn energy(brdf: &dyn Brdf, extent: Extent, watch: &mut Watch) {
+fn energy(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
     let elevations = [0.0, 1e-6, 0.5, 1.0, 1.4, 1.55, 1.57];
     for theta in extent.of(elevations.to_vec(), 3) {
-        let albedo = laws::directional_albedo(brdf, Direction::from_spherical(theta, 0.3));
+        let albedo = laws::directional_albedo(&**brdf, Direction::from_spherical(theta, 0.3));
         let beyond = (albedo.max() - 1.0).max(0.0);
         watch.see(
             beyond,

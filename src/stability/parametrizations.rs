@@ -2,7 +2,7 @@
 
 use super::cases::{self, Case, SYMMETRIES, pairs};
 use super::charts::{self, CHARTS, Pair};
-use super::{Check, Extent, Family, Law, ROUNDING, Watch};
+use super::{Check, Extent, Family, Law, ROUNDING, Test, Watch};
 use crate::geometry::{DirectionPair, Symmetry, distance};
 use crate::numeric::exact::Exact;
 use crate::parametrization::{self, AxisKind, Coords, Parametrization};
@@ -16,61 +16,47 @@ pub(super) const FAMILY: Family = Family {
 };
 
 /// A handful of operations, each of which rounds.
-const COORDINATES: Law = Law {
-    name: "coordinates of a pair",
-    unit: "own unit",
-    allowed: 8.0,
-};
-const DIRECTIONS: Law = Law {
-    name: "directions at coordinates",
-    unit: "rad",
-    allowed: 8.0,
-};
-const JACOBIAN: Law = Law {
-    name: "Jacobian",
-    unit: "relative",
-    allowed: 16.0,
-};
-const THERE_AND_BACK: Law = Law {
-    name: "pair, coordinates, pair",
-    unit: "rad",
-    allowed: 4.0,
-};
+const COORDINATES: Law = Law::bounded("coordinates of a pair", "own unit", 8.0);
+const DIRECTIONS: Law = Law::bounded("directions at coordinates", "rad", 8.0);
+const JACOBIAN: Law = Law::bounded("Jacobian", "relative", 16.0);
+const THERE_AND_BACK: Law = Law::bounded("pair, coordinates, pair", "rad", 4.0);
 const OUTSIDE: Law = Law::strict("nothing outside the domain");
+
+/// A form, plain or warped.
+struct Checked {
+    form: Arc<dyn Parametrization>,
+    /// The same without warps.
+    plain: Arc<dyn Parametrization>,
+    /// Its name in [`charts`]; empty of a form without formulas there.
+    chart: &'static str,
+}
 
 fn checks(extent: Extent) -> Vec<Check> {
     let mut checks = Vec::new();
     for (what, symmetry) in SYMMETRIES {
         for (name, form) in cases::forms(symmetry) {
-            let member = format!("{name} ({what})");
             let is_plain = form.warp_name() == "none";
             let is_folded = symmetry.reciprocal || symmetry.bilateral;
             let chart = CHARTS.into_iter().find(|c| is_plain && *c == form.name());
-            if let Some(chart) = chart.filter(|_| !is_folded) {
-                let of = Arc::clone(&form);
-                checks.push(Check::new(&*member, COORDINATES, move |watch| {
-                    coordinates(&*of, chart, extent, watch);
-                }));
+            let mut tests: Vec<Test<Checked>> = Vec::new();
+            if chart.is_some() && !is_folded {
+                tests.push((COORDINATES, coordinates));
             }
-            if let Some(chart) = chart {
-                let of = Arc::clone(&form);
-                checks.push(Check::new(&*member, DIRECTIONS, move |watch| {
-                    directions(&*of, chart, extent, watch);
-                }));
-                let of = Arc::clone(&form);
-                checks.push(Check::new(&*member, JACOBIAN, move |watch| {
-                    jacobian(&*of, chart, extent, watch);
-                }));
+            if chart.is_some() {
+                tests.extend([(DIRECTIONS, directions as _), (JACOBIAN, jacobian as _)]);
             }
-            let of = Arc::clone(&form);
+            tests.extend([
+                (THERE_AND_BACK, there_and_back as _),
+                (OUTSIDE, outside as _),
+            ]);
             let plain = parametrization::find(form.name()).map(|entry| entry.form(symmetry));
-            let plain = plain.unwrap_or_else(|| Arc::clone(&form));
-            checks.push(Check::new(&*member, THERE_AND_BACK, move |watch| {
-                there_and_back(&*of, &*plain, extent, watch);
-            }));
-            checks.push(Check::new(member, OUTSIDE, move |watch| {
-                outside(&*form, watch);
-            }));
+            let of = Checked {
+                plain: plain.unwrap_or_else(|| Arc::clone(&form)),
+                chart: chart.unwrap_or_default(),
+                form,
+            };
+            let member = format!("{name} ({what})");
+            checks.extend(Check::each(member, of, extent, &tests));
         }
     }
     checks
@@ -105,19 +91,18 @@ fn radii(chart: &str, symmetry: Symmetry, pair: &Pair) -> Vec<f64> {
 /// Moves one of the components of a pair by a rounding.
 type Nudge = fn(&DirectionPair, usize) -> Option<Pair>;
 
-fn coordinates(form: &dyn Parametrization, chart: &str, extent: Extent, watch: &mut Watch) {
+fn coordinates(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut Watch) {
     for Case { name, pair } in extent.of(pairs(), 7) {
         let got = form.forward(&pair);
         watch.spent(1);
-        let (at, nudge): (Pair, Nudge) = match chart {
+        let (at, nudge): (Pair, Nudge) = match *chart {
             "orthographic" => (charts::components(&pair), charts::nudged_components),
             _ => (charts::exactly(&pair), charts::nudged),
         };
         let want = exactly(chart, form.symmetry(), &at);
         let nudged = (0..6).filter_map(|d| nudge(&pair, d));
-        let nudged: Vec<_> = nudged
-            .map(|p| exactly(chart, form.symmetry(), &p))
-            .collect();
+        let nudged = nudged.map(|p| exactly(chart, form.symmetry(), &p));
+        let nudged: Vec<_> = nudged.collect();
         let flat = pair.vectors().map(|v| v.truncate().length());
         let component = ROUNDING * flat[0].max(flat[1]);
         let radii = radii(chart, form.symmetry(), &at);
@@ -178,17 +163,16 @@ fn nudged_inverses(chart: &str, symmetry: Symmetry, coords: &Coords) -> Vec<Opti
         }
         for sign in [1.0, -1.0] {
             let mut moved = coords.map(Exact::from);
-            let nudge = Exact::from(1.0) + Exact::from(sign * ROUNDING);
-            moved[d] = moved[d].clone() * &nudge;
+            moved[d] = charts::rounded(&moved[d], sign);
             found.push(charts::inverse(chart, &absolute(chart, symmetry, &moved)));
         }
     }
     found
 }
 
-fn directions(form: &dyn Parametrization, chart: &str, extent: Extent, watch: &mut Watch) {
+fn directions(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut Watch) {
     let symmetry = form.symmetry();
-    for (name, coords) in places(form, extent) {
+    for (name, coords) in places(&**form, extent) {
         let got = form.inverse(&coords);
         watch.spent(1);
         let want = charts::inverse(chart, &absolute(chart, symmetry, &coords.map(Exact::from)));
@@ -204,9 +188,9 @@ fn directions(form: &dyn Parametrization, chart: &str, extent: Extent, watch: &m
     }
 }
 
-fn jacobian(form: &dyn Parametrization, chart: &str, extent: Extent, watch: &mut Watch) {
+fn jacobian(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut Watch) {
     let symmetry = form.symmetry();
-    for (name, coords) in extent.of(places(form, Extent::Whole), 31) {
+    for (name, coords) in extent.of(places(&**form, Extent::Whole), 31) {
         let of = |coords: &[Exact; 4]| charts::jacobian(chart, &absolute(chart, symmetry, coords));
         let exact = coords.map(Exact::from);
         // On the edge of the domain there is no difference to take.
@@ -218,7 +202,7 @@ fn jacobian(form: &dyn Parametrization, chart: &str, extent: Extent, watch: &mut
         let mut moved = 0.0;
         for (d, sign) in (0..4).flat_map(|d| [(d, 1.0), (d, -1.0)]) {
             let mut there = exact.clone();
-            there[d] = there[d].clone() * &(Exact::from(1.0) + Exact::from(sign * ROUNDING));
+            there[d] = charts::rounded(&there[d], sign);
             // On the edge of the domain a rounding may be all of it.
             moved += of(&there).map_or(f64::INFINITY, |j| (j.to_f64() - want).abs());
         }
@@ -251,12 +235,7 @@ fn moved(form: &dyn Parametrization, pair: &DirectionPair, watch: &mut Watch) ->
 }
 
 /// A warp bends the coordinates of a plain form: their conditioning is its own too.
-fn there_and_back(
-    form: &dyn Parametrization,
-    plain: &dyn Parametrization,
-    extent: Extent,
-    watch: &mut Watch,
-) {
+fn there_and_back(Checked { form, plain, .. }: &Checked, extent: Extent, watch: &mut Watch) {
     for Case { name, pair } in extent.of(pairs(), 3) {
         watch.spent(2);
         let Some(back) = form.inverse(&form.forward(&pair)) else {
@@ -264,15 +243,15 @@ fn there_and_back(
             watch.see(f64::INFINITY, ROUNDING, &name);
             continue;
         };
-        let mut conditioning = 4.0 * ROUNDING + moved(form, &back, watch);
+        let mut conditioning = 4.0 * ROUNDING + moved(&**form, &back, watch);
         if form.warp_name() != "none" {
-            conditioning += moved(plain, &back, watch);
+            conditioning += moved(&**plain, &back, watch);
         }
         watch.see(distance(&pair, &back, form.symmetry()), conditioning, &name);
     }
 }
 
-fn outside(form: &dyn Parametrization, watch: &mut Watch) {
+fn outside(Checked { form, .. }: &Checked, _: Extent, watch: &mut Watch) {
     let axes = form.axes();
     let mut middle = [0.0; 4];
     for (c, axis) in middle.iter_mut().zip(axes) {

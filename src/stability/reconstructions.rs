@@ -1,16 +1,15 @@
 //! Reconstructions of black, constant, spiked and mirror-like materials from few readings in grids, points, sheets and
 //! lines.
 
-use super::cases::{self, Case, pairs};
-use super::{Check, Extent, Family, Law, ROUNDING, Watch};
-use crate::brdf::{Brdf, Channels, Presence};
-use crate::geometry::{Direction, DirectionPair, Symmetry};
+use super::cases::{self, Case, examples, pairs};
+use super::{Check, Extent, Family, Law, ROUNDING, Test, Watch};
+use crate::brdf::testing::made;
+use crate::brdf::{Brdf, Presence};
+use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{Ideal, Instrument};
-use crate::measurement::Measurement;
 use crate::parametrization::{self, Parametrization};
 use crate::reconstruct::{self, EPSILON, Reconstruct};
-use crate::registry;
-use crate::schedule::{Grid, Pose, SampleSet, Schedule, SobolSet};
+use crate::schedule::{Grid, SampleSet, Schedule, SobolSet};
 use std::sync::Arc;
 
 pub(super) const FAMILY: Family = Family {
@@ -22,44 +21,17 @@ pub(super) const FAMILY: Family = Family {
 const FINITE: Law = Law::strict("finite and not negative, or refused with a reason");
 
 /// A value is a logarithm between: its rounding, and one for each reading that has a weight.
-const CONSTANT: Law = Law {
-    name: "readings that are equal",
-    unit: "1/sr",
-    allowed: 16.0,
-};
-
-/// A function of the pair as a material.
-struct Made {
-    symmetry: Symmetry,
-    of: fn(&DirectionPair) -> Option<f64>,
-}
-
-impl Brdf for Made {
-    fn channels(&self) -> &Channels {
-        &Channels::Luminance
-    }
-    fn symmetry(&self) -> Symmetry {
-        self.symmetry
-    }
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        match (self.of)(pair) {
-            Some(value) => {
-                out[0] = if pair.is_above_horizon() { value } else { 0.0 };
-                Presence::Present
-            }
-            None => {
-                out[0] = 0.0;
-                Presence::Missing
-            }
-        }
-    }
-}
+const CONSTANT: Law = Law::bounded("readings that are equal", "1/sr", 16.0);
 
 /// A material by name; those that are constant have a value.
 type Material = (&'static str, Option<f64>, fn(&DirectionPair) -> Option<f64>);
+
+/// A material of a function, black below the horizon.
+fn material(of: fn(&DirectionPair) -> Option<f64>) -> impl Brdf {
+    made(Symmetry::FULL, move |pair| {
+        Some([of(pair)? * f64::from(u8::from(pair.is_above_horizon()))])
+    })
+}
 
 const MATERIALS: [Material; 7] = [
     ("black", Some(0.0), |_| Some(0.0)),
@@ -106,65 +78,45 @@ fn schedule(layout: &str, form: &Arc<dyn Parametrization>, budget: usize) -> Opt
             .map(|k| pair([0.6, 0.0, 0.6 + 1e-6 * share(k), std::f64::consts::PI]))
             .collect(),
     };
-    let pose = |pair: DirectionPair| Pose {
-        coords: form.forward(&pair),
-        pair,
-    };
-    Some(Schedule {
-        parametrization: Arc::clone(form),
-        sample_set: layout.into(),
-        poses: pairs.into_iter().map(pose).collect(),
-        lattice: None,
-        unphysical_share: 0.0,
-        assumes: None,
-    })
+    Some(cases::schedule(layout, form, pairs))
 }
 
 fn checks(extent: Extent) -> Vec<Check> {
-    let mut checks = Vec::new();
-    for entry in reconstruct::all() {
-        for text in entry.examples {
-            let Ok(method) = registry::read_text(&entry, text) else {
-                continue;
-            };
-            let method: Arc<dyn Reconstruct> = Arc::from(method);
-            let name = match text.is_empty() {
-                true => entry.kind.to_owned(),
-                false => format!("{} {}", entry.kind, text.replace('\n', ", ")),
-            };
-            for (law, is_constant) in [(FINITE, false), (CONSTANT, true)] {
-                // A fit has the constants of its model, and a prior those of its materials.
-                let knows = method.prior().is_some() || entry.kind == "components";
-                if is_constant && (knows || entry.kind == "fit") {
-                    continue;
-                }
-                let method = Arc::clone(&method);
-                checks.push(Check::new(&*name, law, move |watch| {
-                    reconstruct(&*method, is_constant, extent, watch);
-                }));
-            }
-        }
-    }
-    checks
+    let checks = examples(reconstruct::all()).flat_map(|example| {
+        // A fit has the constants of its model, and a prior those of its materials.
+        let knows = ["components", "fit"].contains(&example.kind);
+        let tests: &[Test<dyn Reconstruct>] = match example.member.prior() {
+            None if !knows => &[(FINITE, any), (CONSTANT, constant)],
+            _ => &[(FINITE, any)],
+        };
+        Check::each(example.name, example.member, extent, tests)
+    });
+    checks.collect()
+}
+
+fn any(method: &dyn Reconstruct, extent: Extent, watch: &mut Watch) {
+    reconstruct(method, false, extent, watch);
+}
+
+fn constant(method: &dyn Reconstruct, extent: Extent, watch: &mut Watch) {
+    reconstruct(method, true, extent, watch);
 }
 
 fn reconstruct(method: &dyn Reconstruct, is_constant: bool, extent: Extent, watch: &mut Watch) {
-    let symmetry = Symmetry::FULL;
-    let pairs: Vec<Case> = extent.of(pairs(), 4);
+    let cases = extent.of(pairs(), 4);
+    let all: Vec<DirectionPair> = cases.iter().map(|case| case.pair).collect();
     // What is below the horizon is black, whatever is known.
-    let below = DirectionPair::new(
-        Direction::from_spherical(1.7, 0.3),
-        Direction::from_spherical(0.3, 0.1),
-    );
+    let below = DirectionPair::from_spherical(1.7, 0.3, 0.3, 0.1);
     let kinds = ["half-difference", "spherical", "orthographic", "hybrid"];
     let entries = parametrization::all();
     let kinds = entries.iter().filter(|e| kinds.contains(&e.kind));
-    let forms: Vec<_> = kinds.map(|e| (e.kind, e.form(symmetry))).collect();
+    let forms: Vec<_> = kinds.map(|e| (e.kind, e.form(Symmetry::FULL))).collect();
     let mut combinations = Vec::new();
-    for (material, (_, constant, _)) in MATERIALS.iter().enumerate() {
-        for form in 0..forms.len() {
+    for material in MATERIALS {
+        for form in &forms {
             for layout in LAYOUTS {
-                if (is_constant && constant.is_none()) || method.needs_grid() != (layout == "grid")
+                if (is_constant && material.1.is_none())
+                    || method.needs_grid() != (layout == "grid")
                 {
                     continue;
                 }
@@ -175,81 +127,42 @@ fn reconstruct(method: &dyn Reconstruct, is_constant: bool, extent: Extent, watc
         }
     }
     // A step that meets every layout and budget.
-    for (material, form, layout, budget) in extent.of(combinations, 13) {
-        let (what, constant, of) = MATERIALS[material];
-        let (kind, form) = &forms[form];
-        let truth = Made { symmetry, of };
+    for ((what, constant, of), (kind, form), layout, budget) in extent.of(combinations, 13) {
         let Some(schedule) = schedule(layout, form, budget) else {
             continue;
         };
-        let measured = Ideal.measure(&truth, &Arc::new(schedule));
+        let measured = Ideal.measure(&material(of), &Arc::new(schedule));
         let at = format!("{what}, {budget} in a {layout}, {kind}");
-        match constant.filter(|_| is_constant) {
-            Some(constant) => same(method, &measured, constant, &pairs, &at, watch),
-            None => finite(method, &measured, &pairs, &below, &at, watch),
+        let constant = constant.filter(|_| is_constant);
+        let copy = match method.reconstruct(&measured) {
+            Ok(copy) => copy,
+            Err(reason) => {
+                if constant.is_none() {
+                    watch.holds(!reason.to_string().is_empty(), &at);
+                }
+                continue;
+            }
+        };
+        if constant.is_none() {
+            let is_black = copy.luminance(&below) == Some(0.0);
+            watch.holds(is_black, &format_args!("{at}, below the horizon"));
+        }
+        let mut values = vec![0.0; all.len()];
+        let mut presence = vec![Presence::Present; all.len()];
+        copy.eval_batch(&all, &mut values, &mut presence);
+        watch.spent(all.len());
+        for (Case { name, .. }, value) in cases.iter().zip(values) {
+            let Some(constant) = constant else {
+                watch.is_reflectance(value, &format_args!("{at}: {value:e} at {name}"));
+                continue;
+            };
+            let size = constant + EPSILON;
+            let conditioning =
+                ROUNDING * size * (1.0 + size.ln().abs()) * (1.0 + measured.readings() as f64);
+            let error = (value - constant).abs();
+            watch.see(error, conditioning, &format_args!("{at}, {name}"));
         }
     }
-}
-
-fn finite(
-    method: &dyn Reconstruct,
-    measured: &Measurement,
-    pairs: &[Case],
-    below: &DirectionPair,
-    at: &str,
-    watch: &mut Watch,
-) {
-    let copy = match method.reconstruct(measured) {
-        Ok(copy) => copy,
-        Err(reason) => {
-            watch.holds(!reason.to_string().is_empty(), &at);
-            return;
-        }
-    };
-    watch.holds(
-        copy.luminance(below) == Some(0.0),
-        &format_args!("{at}, below the horizon"),
-    );
-    let all: Vec<DirectionPair> = pairs.iter().map(|case| case.pair).collect();
-    let values = values(&*copy, &all);
-    watch.spent(all.len());
-    for (case, value) in pairs.iter().zip(values) {
-        let holds = (0.0..=f64::MAX).contains(&value);
-        watch.holds(holds, &format_args!("{at}: {value:e} at {}", case.name));
-    }
-}
-
-fn same(
-    method: &dyn Reconstruct,
-    measured: &Measurement,
-    constant: f64,
-    pairs: &[Case],
-    at: &str,
-    watch: &mut Watch,
-) {
-    let Ok(copy) = method.reconstruct(measured) else {
-        return;
-    };
-    let all: Vec<DirectionPair> = pairs.iter().map(|case| case.pair).collect();
-    let values = values(&*copy, &all);
-    watch.spent(all.len());
-    let size = constant + EPSILON;
-    let conditioning =
-        ROUNDING * size * (1.0 + size.ln().abs()) * (1.0 + measured.readings() as f64);
-    for (case, value) in pairs.iter().zip(values) {
-        watch.see(
-            (value - constant).abs(),
-            conditioning,
-            &format_args!("{at}, {}", case.name),
-        );
-    }
-}
-
-fn values(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
-    let mut values = vec![0.0; pairs.len()];
-    let mut presence = vec![Presence::Present; pairs.len()];
-    brdf.eval_batch(pairs, &mut values, &mut presence);
-    values
 }
 
 /// A mirror-like material, for those who measure one.
@@ -259,8 +172,7 @@ pub(super) fn mirror() -> Option<Box<dyn Brdf>> {
 
 /// The materials of this family, by name.
 pub(super) fn materials() -> Vec<(&'static str, Box<dyn Brdf>)> {
-    let symmetry = Symmetry::FULL;
-    let made = |(name, _, of): Material| (name, Box::new(Made { symmetry, of }) as Box<dyn Brdf>);
+    let made = |(name, _, of): Material| (name, Box::new(material(of)) as Box<dyn Brdf>);
     let mut all: Vec<_> = MATERIALS.into_iter().map(made).collect();
     all.extend(mirror().map(|mirror| ("mirror 1e-6", mirror)));
     all

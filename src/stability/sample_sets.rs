@@ -21,11 +21,8 @@ const POSES: Law =
 fn checks(extent: Extent) -> Vec<Check> {
     let mut checks = Vec::new();
     for entry in schedule::all() {
-        for text in entry.examples {
-            let Ok(set) = registry::read_text(&entry, text) else {
-                continue;
-            };
-            let set: Arc<dyn SampleSet> = Arc::from(set);
+        for example in cases::examples(vec![entry]) {
+            let set: Arc<dyn SampleSet> = Arc::from(example.member);
             for (what, symmetry) in [SYMMETRIES[1], SYMMETRIES[3]] {
                 for (name, form) in extent.of(cases::forms(symmetry), 4) {
                     // A ratio is of three axes or of four.
@@ -79,16 +76,12 @@ fn poses(
             let bits = |x: &f64| x.to_bits();
             let mut seen = HashSet::new();
             for pose in poses {
-                let axes = form.axes();
-                let inside = axes
-                    .iter()
-                    .zip(&pose.coords)
-                    .all(|(axis, c)| (axis.range[0]..=axis.range[1]).contains(c));
+                let mut axes = form.axes().iter().zip(&pose.coords);
+                let inside = axes.all(|(axis, c)| (axis.range[0]..=axis.range[1]).contains(c));
                 let there = form.inverse(&pose.coords);
-                let there =
-                    there.is_some_and(|pair| distance(&pair, &pose.pair, form.symmetry()) == 0.0);
+                let off = there.map(|pair| distance(&pair, &pose.pair, form.symmetry()));
                 let new = seen.insert(pose.coords.each_ref().map(bits));
-                let holds = inside && there && new && pose.pair.is_above_horizon();
+                let holds = inside && off == Some(0.0) && new && pose.pair.is_above_horizon();
                 watch.holds(holds, &format_args!("{:?} of {budget}", pose.coords));
             }
         }

@@ -7,10 +7,9 @@ use super::{Check, Extent, Family, Law, ROUNDING, Watch, charts};
 use crate::brdf::measured::merl::{Interpolation, Merl, MerlGrid, SCALE};
 use crate::brdf::measured::utia::{self, Utia};
 use crate::brdf::{Brdf, Channels};
-use crate::geometry::DirectionPair;
+use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::exact::Exact;
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::sync::Arc;
 
 pub(super) const FAMILY: Family = Family {
     name: "tables",
@@ -18,21 +17,9 @@ pub(super) const FAMILY: Family = Family {
     checks,
 };
 
-const CELL: Law = Law {
-    name: "the nearest cell holds the pair",
-    unit: "cells",
-    allowed: 8.0,
-};
-const BETWEEN: Law = Law {
-    name: "a constant table is constant",
-    unit: "relative",
-    allowed: 16.0,
-};
-const LINEAR: Law = Law {
-    name: "linear in the angles of its nodes",
-    unit: "relative",
-    allowed: 16.0,
-};
+const CELL: Law = Law::bounded("the nearest cell holds the pair", "cells", 8.0);
+const BETWEEN: Law = Law::bounded("a constant table is constant", "relative", 16.0);
+const LINEAR: Law = Law::bounded("linear in the angles of its nodes", "relative", 16.0);
 const FINITE: Law = Law::strict("finite and not negative, or missing");
 const MISSING: Law = Law::strict("without data it is refused, or missing");
 
@@ -56,15 +43,9 @@ fn merl(value: impl Fn(usize) -> f64) -> Option<Merl> {
 
 /// A UTIA table of values by node.
 fn utia(value: impl Fn(usize) -> f64) -> Option<Utia> {
-    let plane: Vec<u8> = (0..utia::NODES)
-        .flat_map(|node| value(node).to_le_bytes())
-        .collect();
-    Utia::read(
-        [&plane[..]; 3].concat().as_slice(),
-        1.0,
-        Channels::Luminance,
-    )
-    .ok()
+    let plane = (0..utia::NODES).flat_map(|node| value(node).to_le_bytes());
+    let bytes = plane.collect::<Vec<u8>>().repeat(3);
+    Utia::read(bytes.as_slice(), 1.0, Channels::Luminance).ok()
 }
 
 /// Values of tables by the number of a cell.
@@ -120,33 +101,25 @@ fn checks(extent: Extent) -> Vec<Check> {
         }),
     ];
     for size in [1e-30, 1.0, 1e12] {
-        checks.push(Check::new(
-            format!("merl trilinear, {size:e}"),
-            BETWEEN,
-            move |watch| {
-                let table = merl(|_| size);
-                constant(table.as_ref().map(|t| t as &dyn Brdf), size, extent, watch);
-            },
-        ));
-        checks.push(Check::new(
-            format!("utia, {size:e}"),
-            BETWEEN,
-            move |watch| {
-                let table = utia(|_| size);
-                constant(table.as_ref().map(|t| t as &dyn Brdf), size, extent, watch);
-            },
-        ));
+        let member = format!("merl trilinear, {size:e}");
+        checks.push(Check::new(member, BETWEEN, move |watch| {
+            constant(merl(|_| size), size, extent, watch);
+        }));
+        let member = format!("utia, {size:e}");
+        checks.push(Check::new(member, BETWEEN, move |watch| {
+            constant(utia(|_| size), size, extent, watch);
+        }));
     }
     for (name, value) in extent.of(CONTENTS.to_vec(), 2) {
         for interpolation in [Interpolation::Nearest, Interpolation::Trilinear] {
             let member = format!("merl {interpolation:?}, {name}").to_lowercase();
             checks.push(Check::new(member, FINITE, move |watch| {
                 let table = merl(value).map(|table| table.with_interpolation(interpolation));
-                finite(table.as_ref().map(|t| t as &dyn Brdf), extent, watch);
+                finite(table, extent, watch);
             }));
         }
         checks.push(Check::new(format!("utia, {name}"), FINITE, move |watch| {
-            finite(utia(value).as_ref().map(|t| t as &dyn Brdf), extent, watch);
+            finite(utia(value), extent, watch);
         }));
     }
     checks
@@ -193,9 +166,8 @@ fn right_cell(extent: Extent, watch: &mut Watch) {
                 let Some(pair) = charts::inverse("half-difference", &absolute) else {
                     continue;
                 };
-                let [i, o] = pair.map(|v| v.map(|x| x.to_f64()));
-                let direction = |v: [f64; 3]| crate::geometry::Direction::try_new(v.into());
-                if let (Some(i), Some(o)) = (direction(i), direction(o)) {
+                let pair = pair.map(|v| Direction::try_new(v.map(|x| x.to_f64()).into()));
+                if let [Some(i), Some(o)] = pair {
                     let pair = DirectionPair::new(i, o);
                     let name = format!("index {h}, {d}, {phi}");
                     cases.push(Case { name, pair });
@@ -223,27 +195,25 @@ fn right_cell(extent: Extent, watch: &mut Watch) {
             // The last cell reaches to the horizon, and the azimuth goes round.
             let gap = |low: f64| (low - x).max(x - low - 1.0).max(0.0);
             let low = cell[d] as f64;
+            let turn = dims[2] as f64;
             let off = match d {
-                2 => gap(low)
-                    .min(gap(low - dims[2] as f64))
-                    .min(gap(low + dims[2] as f64)),
+                2 => gap(low).min(gap(low - turn)).min(gap(low + turn)),
                 _ if cell[d] + 1 == dims[d] => (low - x).max(0.0),
                 _ => gap(low),
             };
             let round = |a: f64| match d {
-                2 => a.min((a - dims[2] as f64).abs()),
+                2 => a.min((a - turn).abs()),
                 _ => a,
             };
-            let moved = nudged
-                .iter()
-                .map(|n| round((n[d].clone() - &at[d]).abs().to_f64()));
+            let moved = nudged.iter();
+            let moved = moved.map(|n| round((n[d].clone() - &at[d]).abs().to_f64()));
             let conditioning = moved.sum::<f64>() + ROUNDING * x + EDGE / CELL.allowed;
             watch.see(off, conditioning, &format_args!("axis {d}, {name}"));
         }
     }
 }
 
-fn constant(table: Option<&dyn Brdf>, size: f64, extent: Extent, watch: &mut Watch) {
+fn constant(table: Option<impl Brdf>, size: f64, extent: Extent, watch: &mut Watch) {
     let Some(table) = table else {
         return;
     };
@@ -256,14 +226,13 @@ fn constant(table: Option<&dyn Brdf>, size: f64, extent: Extent, watch: &mut Wat
     }
 }
 
-fn finite(table: Option<&dyn Brdf>, extent: Extent, watch: &mut Watch) {
+fn finite(table: Option<impl Brdf>, extent: Extent, watch: &mut Watch) {
     let Some(table) = table else {
         return;
     };
     for Case { name, pair } in extent.of(pairs(), 3) {
         watch.spent(1);
-        let value = table.luminance(&pair).unwrap_or(0.0);
-        watch.holds((0.0..=f64::MAX).contains(&value), &name);
+        watch.is_reflectance(table.luminance(&pair).unwrap_or(0.0), &name);
     }
 }
 
@@ -273,7 +242,7 @@ fn linear(extent: Extent, watch: &mut Watch) {
     let elevation = |direction: usize| (direction / utia::AZIMUTHS) as f64 * PI / 12.0;
     let directions = utia::ELEVATIONS * utia::AZIMUTHS;
     let table = utia(|node| of(elevation(node / directions), elevation(node % directions)));
-    let Some(table) = table.map(Arc::new) else {
+    let Some(table) = table else {
         return;
     };
     let value = |pair: &DirectionPair| table.luminance(pair);

@@ -1,6 +1,6 @@
 //! Models in numbers of 50 digits, from their equations.
 
-use super::charts::Pair;
+use super::charts::{Pair, rounded};
 use crate::numeric::exact::Exact;
 use crate::registry::Keys;
 
@@ -16,7 +16,7 @@ pub(super) fn exact(keys: &Keys, pair: &Pair, nudge: Option<usize>) -> Option<Ex
             1 => &mut half.y,
             _ => &mut half.z,
         };
-        *x = x.clone() * &(Exact::from(1.0) + Exact::from(super::ROUNDING));
+        *x = rounded(x, 1.0);
     }
     let one = Exact::from(1.0);
     let pi = Exact::pi();

@@ -16,10 +16,7 @@ pub fn geometric_mean(errors: &[f64]) -> Option<f64> {
 /// True if the errors of all choices on a material say something of which is better: there are some, and none is exact. An error of
 /// rounding beside others would decide any mean and ratio.
 pub fn compares(errors: impl IntoIterator<Item = f64>) -> bool {
-    let mut least = None;
-    for error in errors {
-        least = Some(least.map_or(error, |least: f64| least.min(error)));
-    }
+    let least = errors.into_iter().reduce(f64::min);
     least.is_some_and(|least| least > EXACT)
 }
 

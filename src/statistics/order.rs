@@ -1,7 +1,7 @@
 //! Order of convergence: the slope of ln error against ln budget.
 
 use super::bootstrap::Bootstrap;
-use super::mean::{EXACT, mean};
+use super::mean::{EXACT, log_error, mean};
 
 /// A straight line through ln error against ln budget.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,20 +15,23 @@ pub struct Order {
     pub points: usize,
 }
 
+/// ln of a budget and of an error, which is [`EXACT`] at least; `None` where the budget is not positive and finite or the
+/// error negative or not finite.
+fn logs((budget, error): &(f64, f64)) -> Option<(f64, f64)> {
+    let is_budget = *budget > 0.0 && budget.is_finite();
+    Some((budget.ln(), log_error(*error)?)).filter(|_| is_budget)
+}
+
 /// The order of convergence of an error from (budget, error), by least squares.
 ///
 /// Points with an error below [`EXACT`] are left out: rounding does not converge. `None` with fewer
 /// than two different budgets left, and where a budget is not positive and finite or an error
 /// negative or not finite.
 pub fn order(points: &[(f64, f64)]) -> Option<Order> {
-    let allowed = |(budget, error): &(f64, f64)| {
-        *budget > 0.0 && budget.is_finite() && *error >= 0.0 && error.is_finite()
-    };
-    if !points.iter().all(allowed) {
-        return None;
-    }
-    let told = points.iter().filter(|(_, error)| *error >= EXACT);
-    let (x, y): (Vec<f64>, Vec<f64>) = told.map(|(b, e)| (b.ln(), e.ln())).unzip();
+    let logs = points.iter().map(logs).collect::<Option<Vec<_>>>()?;
+    let told = logs.into_iter().zip(points);
+    let told = told.filter(|(_, (_, error))| *error >= EXACT);
+    let (x, y): (Vec<f64>, Vec<f64>) = told.map(|(logs, _)| logs).unzip();
     if x.iter().all(|b| *b == x[0]) {
         return None;
     }
@@ -55,10 +58,6 @@ pub fn order(points: &[(f64, f64)]) -> Option<Order> {
 /// Points are in any order; errors below [`EXACT`] count as that. `None` where no two budgets enclose
 /// it, and where a budget is not positive and finite or an error negative or not finite.
 pub fn error_at(points: &[(f64, f64)], budget: f64) -> Option<f64> {
-    let logs = |(b, e): &(f64, f64)| {
-        let allowed = *b > 0.0 && b.is_finite() && *e >= 0.0 && e.is_finite();
-        allowed.then(|| (b.ln(), e.max(EXACT).ln()))
-    };
     let mut points = points.iter().map(logs).collect::<Option<Vec<_>>>()?;
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let x = budget.ln();

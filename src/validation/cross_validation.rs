@@ -1,7 +1,7 @@
 //! Readings that are predicted from the others.
 
 use super::left_out::{Groups, Left};
-use super::{Estimate, Jury, Scores, ValidationError};
+use super::{Estimate, ReferenceReadings, Scores, ValidationError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::{Measure, Values};
@@ -28,7 +28,7 @@ pub struct CrossValidation<'a> {
     /// The poses of the readings that take part.
     poses: Vec<usize>,
     groups: Groups,
-    jury: Jury,
+    jury: ReferenceReadings,
 }
 
 impl<'a> CrossValidation<'a> {
@@ -45,7 +45,7 @@ impl<'a> CrossValidation<'a> {
         let (poses, groups) = Self::groups(measurement, sheets, &suspects(measurement))?;
         let judges = groups.judges(&poses);
         Ok(Self {
-            jury: Jury::of(measurement, &judges, groups.count, true)?,
+            jury: ReferenceReadings::of(measurement, &judges, groups.count, true)?,
             measurement,
             poses,
             groups,
@@ -126,7 +126,7 @@ impl<'a> CrossValidation<'a> {
     }
 
     /// The share of the readings left out that a method predicts within k = 2, per [`Measure::USUAL`], by the
-    /// uncertainty of type A that those left give it and by their own, see [`Jury::within`]: what is shared (type
+    /// uncertainty of type A that those left give it and by their own, see [`ReferenceReadings::within`]: what is shared (type
     /// B) is no difference between them. `None` if more than half of the readings have no uncertainty, or none has one of type A.
     ///
     /// # Errors

@@ -4,7 +4,7 @@
 //! so in turn, up to ten times. Where readings lie in sheets of constant incidence, whole sheets are left out
 //! ([`Left`]): the next reading in a sheet is so near that it would say nothing of what lies between the
 //! sheets. Readings of one incidence, of two, or of the plane of incidence alone cannot say how good they
-//! are elsewhere, and do not. [`Jury`] is the readings that judge; those of another file do it as well.
+//! are elsewhere, and do not. [`ReferenceReadings`] is the readings that judge; those of another file do it as well.
 //!
 //! Errors so found are those of a reconstruction from fewer readings, and the noise of the readings counts as
 //! error: both make them too large. `nrmse` is ruled by the few readings that see a peak: if these are few it
@@ -16,13 +16,15 @@
 
 mod choice;
 mod cross_validation;
-mod jury;
 mod left_out;
+mod made;
+mod reference;
 
 pub use choice::{Ranked, chosen};
 pub use cross_validation::CrossValidation;
-pub use jury::{Estimate, Jury, Scores};
 pub use left_out::Left;
+pub use made::{Against, Reconstruction, expected};
+pub use reference::{Estimate, ReferenceReadings, Scores};
 
 use crate::error::count;
 use crate::reconstruct::ReconstructError;

@@ -6,10 +6,10 @@ mod apertures;
 mod common;
 mod outliers;
 
-use common::{Level, levels, model};
+use common::{Level, levels, made, model, test_pairs};
 use gonio::acquisition::{self, Aim, Greedy, Planner, Rule, Target, Task, acquire, once};
 use gonio::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
-use gonio::brdf::{Brdf, Channels, Presence, Roughness};
+use gonio::brdf::{Brdf, Channels, Roughness};
 use gonio::formats::{READ_READINGS, WRITE_READINGS};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
 use gonio::instrument::{Bench, Ideal, Instrument, Order, Parts, presets, read};
@@ -102,15 +102,8 @@ fn noisy(measured: &Measurement, readings: usize, seed: u64) -> Measurement {
 
 /// The error of a reconstruction, cosine pairs.
 fn error_of(copy: &dyn Brdf, truth: &dyn Brdf) -> f64 {
-    let spec = MetricsSpec {
-        pairs: 10_000,
-        ..MetricsSpec::default()
-    };
-    let pairs = metrics::test_pairs(Measure::Cosine, &spec).unwrap();
-    let values = [truth, copy].map(|brdf| metrics::evaluate(brdf, &pairs));
-    metrics::compare(&pairs, &values[0], &values[1])
-        .nrmse
-        .unwrap()
+    let pairs = test_pairs(Measure::Cosine, 10_000);
+    common::errors(truth, copy, &pairs).nrmse.unwrap()
 }
 
 /// Whatever coordinates readings are listed in, and whether or not anything says how they were chosen.
@@ -123,9 +116,7 @@ fn what_readings_choose_errs_little_more_than_the_best(level: Level) {
                 acquire(&Greedy::new(Rule::Adaptive, Aim::default()), &task, &*truth).unwrap();
             assert_eq!(measured.schedule.assumes.as_deref(), Some("kriging"));
             let pairs = measured.schedule.poses.iter().map(|pose| pose.pair);
-            let form = parametrization::find("spherical")
-                .unwrap()
-                .form(Symmetry::FULL);
+            let form = crate::common::form("spherical", Symmetry::FULL);
             let bare = Measurement {
                 schedule: Arc::new(Schedule::of_pairs(form, pairs)),
                 ..measured.clone()
@@ -235,8 +226,7 @@ fn poses_depend_on_the_seed_and_not_on_the_number_of_threads(level: Level) {
     let truth = lobe(0.1);
     for planner in planners(level) {
         let poses = |seed, threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            let measured = pool.build().unwrap().install(|| {
+            let measured = crate::common::on_threads(threads, || {
                 let task = Task {
                     seed,
                     ..task(level.of(16, 40))
@@ -356,35 +346,14 @@ fn what_a_machine_refused_is_not_asked_for_again() {
     }
 }
 
-/// A lobe without data where it peaks.
-struct Holed(Microfacet<Ggx>);
-
-impl Brdf for Holed {
-    fn channels(&self) -> &Channels {
-        self.0.channels()
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.0.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        true
-    }
-
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        match usual_form(Symmetry::FULL).forward(pair)[0] < 0.25 {
-            true => Presence::Missing,
-            false => self.0.eval(pair, out),
-        }
-    }
-}
-
 /// A region without data, where the lobe peaks, takes some poses and not the acquisition.
 fn a_hole_is_asked_about_and_left(level: Level) {
-    let (whole, holed) = (lobe(0.05), Holed(lobe(0.05)));
+    let whole = lobe(0.05);
     let batch = level.of(8, 16);
-    let is_in_hole = |pose: &Pose| usual_form(Symmetry::FULL).forward(&pose.pair)[0] < 0.25;
+    let is_hole = |pair: &DirectionPair| usual_form(Symmetry::FULL).forward(pair)[0] < 0.25;
+    let holed = made(Symmetry::FULL, |pair| {
+        (!is_hole(pair)).then(|| [whole.luminance(pair).unwrap()])
+    });
     let asked = |planner: &dyn Planner, truth: &dyn Brdf| {
         let task = Task {
             truth: Some(truth),
@@ -404,7 +373,7 @@ fn a_hole_is_asked_about_and_left(level: Level) {
             .schedule
             .poses
             .iter()
-            .filter(|pose| is_in_hole(pose))
+            .filter(|pose| is_hole(&pose.pair))
             .count()
     };
     for planner in planners(level) {
@@ -459,8 +428,7 @@ fn errors(planner: &dyn Planner, budget: usize, truth: &dyn Brdf) -> Errors {
     let measured = acquire(planner, &task(budget), truth).unwrap();
     let copy = Kriging::default().reconstruct(&measured).unwrap();
     let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default()).unwrap();
-    let values = [truth, &*copy].map(|brdf| metrics::evaluate(brdf, &pairs));
-    metrics::compare(&pairs, &values[0], &values[1])
+    common::errors(truth, &*copy, &pairs)
 }
 
 /// Geometric means of the errors over lobes from mirror-like to matte.
@@ -538,8 +506,7 @@ fn expected_errors_are_not_too_small(level: Level) {
             let ([nrmse, log], then) = (both(now), both(then));
             assert!(then[0] < nrmse && then[1] < log);
             let copy = Kriging::default().reconstruct(&measured).unwrap();
-            let values = [&truth as &dyn Brdf, &*copy].map(|f| metrics::evaluate(f, &pairs));
-            let made = metrics::compare(&pairs, &values[0], &values[1]);
+            let made = common::errors(&truth, &*copy, &pairs);
             assert!(made.log_relative.unwrap() < log, "{alpha} {budget}");
             assert!(made.nrmse.unwrap() < nrmse, "{alpha} {budget}");
             // Nor is it anything.

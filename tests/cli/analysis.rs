@@ -1,17 +1,17 @@
 //! What can be said of a parametrization before anything is measured.
 
 use super::Bench;
-use super::common::{Level, levels};
+use super::common::{Level, levels, says};
 use std::collections::BTreeMap;
 
 #[test]
 fn claims_are_judged_with_and_without_a_material() {
     let bench = Bench::new();
-    let said = bench.good(&["claims"]);
-    assert!(said.contains("holds          f-aligned-hybrid"), "{said}");
-    assert!(said.contains("does not hold  phi-k-is-a-sum"), "{said}");
+    let said = bench.good("claims");
+    says(&said, "holds          f-aligned-hybrid");
+    says(&said, "does not hold  phi-k-is-a-sum");
     assert!(!said.contains("isolines-like-s"), "{said}");
-    bench.good(&["claims", "lambert", "--format", "json", "-o", "claims.json"]);
+    bench.good("claims lambert --format json -o claims.json");
     let rows: serde_json::Value = serde_json::from_str(&bench.read("claims.json")).unwrap();
     let rows = rows.as_array().unwrap();
     let of_material = rows.iter().filter(|r| r["material"] == "lambert").count();
@@ -24,15 +24,14 @@ fn claims_are_judged_with_and_without_a_material() {
         .unwrap();
     assert_eq!(row["verdict"], "holds-partly");
     assert!(row["numbers"]["spread_of_phi_d_at_30deg_deg"].as_f64() > Some(20.0));
-    let again = bench.refused(&["claims", "-o", "claims.json"], 2);
-    assert!(again.contains("--force"), "{again}");
-    assert!(bench.refused(&["claims", "shiny"], 2).contains("lambert"));
+    bench.refuses("claims -o claims.json", 2, "--force");
+    bench.refuses("claims shiny", 2, "lambert");
 }
 
 #[test]
 fn distortion_is_told_for_every_parametrization() {
     let bench = Bench::new();
-    let csv = bench.good(&["distortion", "test-s", "--format", "csv"]);
+    let csv = bench.good("distortion test-s --format csv");
     let mut rows = csv::Reader::from_reader(csv.as_bytes());
     let heads = rows.headers().unwrap().clone();
     let place = |name: &str| heads.iter().position(|h| h == name).unwrap();
@@ -45,15 +44,13 @@ fn distortion_is_told_for_every_parametrization() {
         assert_eq!((first - 1.0).abs() < 1e-12, along, "{row:?}");
         assert_eq!(&row[place("scale")], "value");
     }
-    let said = bench.good(&["distortion", "lambert", "--table", "stretch"]);
+    let said = bench.good("distortion lambert --table stretch");
     assert_eq!(said.lines().count(), 8, "{said}");
-    let said = bench.good(&["distortion", "lambert", "--table", "reduction"]);
-    assert!(said.contains("half-difference  uniform"), "{said}");
-    assert!(
-        bench
-            .refused(&["distortion", "small.toml", "--material", "x"], 2)
-            .contains("ggx")
+    bench.tells(
+        "distortion lambert --table reduction",
+        "half-difference  uniform",
     );
+    bench.refuses("distortion small.toml --material x", 2, "ggx");
 }
 
 levels! {
@@ -78,15 +75,15 @@ fn alignment_is_that_of_all_materials(level: Level) {
     }
     config += "[[material]]\nkind = \"low-abc-smooth\"\n";
     std::fs::write(bench.path("many.toml"), &config).unwrap();
-    let table = |args: &[&str]| -> Vec<BTreeMap<String, String>> {
-        let csv = bench.good(&[&["distortion", "many.toml", "--format", "csv"], args].concat());
+    let table = |args: &str| -> Vec<BTreeMap<String, String>> {
+        let csv = bench.good(format!("distortion many.toml --format csv {args}"));
         let mut rows = csv::Reader::from_reader(csv.as_bytes());
         rows.deserialize().map(Result::unwrap).collect()
     };
-    let aligned = table(&["--table", "alignment"]);
+    let aligned = table("--table alignment");
     assert_eq!(aligned.len(), 20);
     for weight in ["coordinates", "solid-angle"] {
-        let shares = table(&["--weight", weight]);
+        let shares = table(&format!("--weight {weight}"));
         let shares_of = |parametrization: &str, function: &str| -> Vec<f64> {
             let of = shares
                 .iter()
@@ -110,35 +107,24 @@ fn alignment_is_that_of_all_materials(level: Level) {
             }
         }
     }
-    let said = bench.good(&["distortion", "many.toml", "--table", "alignment"]);
-    assert!(
-        said.contains(&format!("nodes weighed by solid-angle, over {n} materials")),
-        "{said}"
+    let said = bench.good("distortion many.toml --table alignment");
+    says(
+        &said,
+        &format!("nodes weighed by solid-angle, over {n} materials"),
     );
     // The same beside a picture.
-    let picture = ["--table", "alignment", "--picture", "aligned.svg"];
-    let drawn = [&["distortion", "many.toml"], &picture[..]].concat();
+    let picture = "--table alignment --picture aligned.svg";
+    let drawn = format!("distortion many.toml {picture}");
     assert_eq!(bench.good(&drawn), said);
     let svg = bench.read("aligned.svg");
     assert!(
         svg.starts_with("<svg") && svg.contains(&format!("{n} materials")),
         "{svg}"
     );
-    assert!(bench.refused(&drawn, 2).contains("--force"));
-    bench.good(&[&drawn[..], &["--force"]].concat());
+    bench.refuses(&drawn, 2, "--force");
+    bench.good(format!("{drawn} --force"));
     let other = ["distortion", "many.toml", "--picture", "shares.svg"];
-    assert!(bench.refused(&other, 2).contains("--table alignment"));
-}
-
-#[test]
-fn commands_are_told_apart() {
-    let help = Bench::new().good(&["--help"]);
-    let line = |command: &str| {
-        let found = help.lines().find(|l| l.trim().starts_with(command));
-        found.unwrap_or_else(|| panic!("{help}")).to_owned()
-    };
-    assert!(line("tabulate").contains("as a table (.binary, .bin, .bsdf, .xml, .zbsdf, .mbsdf)"));
-    assert!(line("distortion").contains("isolines") && !line("distortion").contains("MERL"));
+    bench.refuses(other, 2, "--table alignment");
 }
 
 levels! {
@@ -147,43 +133,27 @@ levels! {
 
 fn a_box_is_told_and_drawn(level: Level) {
     let bench = Bench::new();
-    let args = |bounds: &'static str| ["subset", "--parametrization", "spherical", "--box", bounds];
-    let extra = ["--material", "lambert", "-o", "box.svg"];
-    let said = bench.good(&[&args("theta_i=0..30, theta_o=0..30")[..], &extra].concat());
+    let of = "subset --parametrization spherical --box";
+    let inside = format!("{of} 'theta_i=0..30, theta_o=0..30' --material lambert -o box.svg");
     // sin⁴ 30°.
-    assert!(said.contains("energy              6.2"), "{said}");
+    bench.tells(inside, "energy              6.2");
     assert!(bench.read("box.svg").starts_with("<svg"));
-    let refused = |bounds, parts: &[&str]| {
-        let sentence = bench.refused(&args(bounds), 2);
-        assert!(parts.iter().all(|p| sentence.contains(p)), "{sentence}");
-    };
-    refused(
-        "theta_h=0..30",
-        &["--box", "theta_h", "theta_i, theta_o, delta_phi"],
+    bench.refuses_all(
+        "2 | subset --parametrization spherical --box theta_h=0..30 | --box … theta_h … theta_i, theta_o, delta_phi
+         2 | subset --parametrization spherical --box theta_i=30..91 | 30..91 … 90 … degrees
+         2 | subset --parametrization polar --box '' | half-difference",
     );
-    refused("theta_i=30..91", &["30..91", "90", "degrees"]);
-    let unknown = ["subset", "--parametrization", "polar", "--box", ""];
-    assert!(bench.refused(&unknown, 2).contains("half-difference"));
     if level == Level::Quick {
         return;
     }
-    let whole = bench.good(&[&args("")[..], &["--format", "json"]].concat());
+    let whole = bench.good(format!("{of} '' --format json"));
     let whole: serde_json::Value = serde_json::from_str(&whole).unwrap();
     assert!((whole["share_of_all_pairs"].as_f64().unwrap() - 1.0).abs() < 1e-6);
     assert_eq!(whole["images"].as_object().unwrap().len(), 4);
-    let black = ["--material", "lambert", "--set", "albedo=0"];
-    let said = bench.good(&[&args("theta_i=0..30")[..], &black].concat());
-    assert!(
-        said.contains("energy              – of that of lambert"),
-        "{said}"
+    bench.tells(
+        format!("{of} theta_i=0..30 --material lambert --set albedo=0"),
+        "energy              – of that of lambert",
     );
-    let narrow = [
-        "subset",
-        "--parametrization",
-        "stark",
-        "--box",
-        "alpha=0.95..1",
-    ];
-    let said = bench.good(&narrow);
-    assert!(said.contains("sr² counted ("), "{said}");
+    let narrow = "subset --parametrization stark --box alpha=0.95..1";
+    bench.tells(narrow, "sr² counted (");
 }

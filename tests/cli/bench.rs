@@ -1,7 +1,7 @@
 //! Benches: every section of the registry, its table and files, what is refused, what a Ctrl-C leaves.
 
 use super::Bench;
-use super::common::{Level, levels};
+use super::common::{Level, levels, says};
 use gonio::bench::{self, Section};
 use std::collections::HashMap;
 
@@ -37,11 +37,11 @@ levels! {
 /// One run, many laws.
 fn every_section_is_timed_judged_and_drawn(level: Level) {
     let bench = Bench::new();
-    let asked = level.of(&["moments", "instruments"][..], &[]);
-    let args = ["bench", "--quick", "--threads", "2", "-o", "out"];
-    let output = bench.gonio(&[&args[..], asked].concat());
+    let asked = level.of("moments instruments", "");
+    let args = "bench --quick --threads 2 -o out";
+    let output = bench.gonio(format!("{args} {asked}"));
     let sections = bench::all().into_iter();
-    let sections = sections.filter(|s| asked.is_empty() || asked.contains(&s.name));
+    let sections = sections.filter(|s| asked.is_empty() || asked.contains(s.name));
     let sections: Vec<_> = sections.collect();
     let [text, told] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).unwrap());
     assert_eq!(output.status.code(), Some(0), "{told}");
@@ -68,10 +68,10 @@ fn every_section_is_timed_judged_and_drawn(level: Level) {
         errors_fall_with_the_budget(&bench);
     }
     // Kept unless told otherwise.
-    let refusal = bench.refused(&["bench", "moments", "--quick", "-o", "out"], 2);
-    assert!(
-        refusal.contains("bench-moments.csv") && refusal.contains("--force"),
-        "{refusal}"
+    bench.refuses(
+        "bench moments --quick -o out",
+        2,
+        "bench-moments.csv … --force",
     );
 }
 
@@ -97,7 +97,7 @@ fn check(bench: &Bench, section: &Section, text: &str) {
         assert!(text.lines().any(|l| has(&l)), "{row:?}");
         // Where it was measured.
         assert_eq!(row["threads"], "2");
-        assert!(text.contains(&format!("{}, 2 threads", row["cpu"])));
+        says(text, &format!("{}, 2 threads", row["cpu"]));
         for column in section.columns {
             let value = number(row, column.name);
             // Each estimate says how well it is known.
@@ -190,14 +190,11 @@ fn errors_fall_with_the_budget(bench: &Bench) {
 #[test]
 fn what_is_none_is_refused() {
     let bench = Bench::new();
-    let args = ["bench", "moments", "--quick", "--merl", "small.toml"];
-    let refusal = bench.refused(&args, 3);
-    assert!(refusal.contains("small.toml"), "{refusal}");
-    let output = bench.gonio(&["bench", "moment"]);
-    let refusal = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{refusal}");
+    let args = "bench moments --quick --merl small.toml";
+    bench.refuses(args, 3, "small.toml");
+    let refusal = bench.ends("bench moment", 2);
     for section in bench::all() {
-        assert!(refusal.contains(section.name), "{refusal}");
+        says(&refusal, section.name);
     }
 }
 
@@ -208,7 +205,7 @@ fn ctrl_c_keeps_finished_rows() {
     use std::io::{BufRead, BufReader, Read};
     use std::process::{Command, Stdio};
     let bench = Bench::new();
-    let mut command = bench.command(&["bench", "moments", "--views", "2", "-o", "out"]);
+    let mut command = bench.command("bench moments --views 2 -o out");
     let mut child = command
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -245,5 +242,5 @@ fn ctrl_c_keeps_finished_rows() {
         "interrupted; {}",
         gonio::error::count_are(rows.len(), "finished row")
     );
-    assert!(told.contains(&last), "{told}");
+    says(&told, &last);
 }

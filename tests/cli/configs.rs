@@ -1,7 +1,7 @@
 //! What is refused, what is listed, what is shipped.
 
 use super::Bench;
-use super::common::{Level, levels};
+use super::common::{self, Level, levels};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -9,104 +9,53 @@ use std::path::Path;
 #[test]
 fn bad_input_is_refused_in_a_sentence_and_leaves_nothing() {
     let bench = Bench::new();
-    fs::write(bench.path("file"), "").unwrap();
+    bench.write("file", "");
     fs::create_dir(bench.path("empty")).unwrap();
-    fs::write(
-        bench.path("short.binary"),
-        [90, 0, 0, 0, 90, 0, 0, 0, 180, 0, 0, 0, 1],
-    )
-    .unwrap();
-    fs::write(bench.path("tiny.binary"), [1, 2]).unwrap();
-    fs::write(
-        bench.path("other.binary"),
-        [9, 0, 0, 0, 90, 0, 0, 0, 180, 0, 0, 0],
-    )
-    .unwrap();
-    let merl = |path| format!("material.1={{kind=\"merl\",path=\"{path}\"}}");
-    let (gone, short) = (merl("gone.binary"), merl("short.binary"));
-    let (tiny, other) = (merl("tiny.binary"), merl("other.binary"));
-    // (override, exit code, what the sentence says)
-    let cases: [(&str, i32, &[&str]); 14] = [
-        ("metrics.pears=3", 2, &["metrics.pears", "allowed: pairs"]),
-        (
-            "budgets=[0]",
-            2,
-            &["budgets[0] = 0", "allowed is a whole number from 1"],
-        ),
-        ("budgets=many", 2, &["budgets", "\"many\"", "a list"]),
-        (
-            "material.1.alpha=0",
-            2,
-            &["material[1].alpha = 0", "allowed is"],
-        ),
-        (
-            "material.1.alpha=-1.5",
-            2,
-            &["material[1].alpha = -1.5", "allowed is"],
-        ),
-        (
-            "material.1.alpha=nan",
-            2,
-            &["material[1].alpha = NaN", "allowed is"],
-        ),
-        (
-            "material.1.alpha=wide",
-            2,
-            &["material[1].alpha = \"wide\"", "allowed is"],
-        ),
-        ("material.7.alpha=1", 2, &["`7`", "0 to 1"]),
-        (&gone, 3, &["gone.binary", "No such file"]),
-        (&short, 3, &["short.binary", "34992012"]),
-        (&tiny, 3, &["tiny.binary", "2 bytes"]),
-        (&other, 3, &["other.binary", "9, 90, 180", "90, 90, 180"]),
-        (
-            "materials_dir=empty",
-            3,
-            &["empty", "no MERL file", "--set materials_dir=DIR"],
-        ),
-        (
-            "materials_dir=nowhere",
-            3,
-            &["nowhere", "--set materials_dir=DIR"],
-        ),
-    ];
-    for (set, code, says) in cases {
-        for command in ["run", "check"] {
-            let sentence = bench.refused(&[command, "small.toml", "--set", set], code);
-            for part in says {
-                assert!(
-                    sentence.contains(part),
-                    "{set}: {part} is not in: {sentence}"
-                );
-            }
+    bench.write("short.binary", [90, 0, 0, 0, 90, 0, 0, 0, 180, 0, 0, 0, 1]);
+    bench.write("tiny.binary", [1, 2]);
+    bench.write("other.binary", [9, 0, 0, 0, 90, 0, 0, 0, 180, 0, 0, 0]);
+    let table = "
+        2 | metrics.pears=3 | metrics.pears … allowed: pairs
+        2 | budgets=[0] | budgets[0] = 0 … allowed is a whole number from 1
+        2 | budgets=many | budgets … \"many\" … a list
+        2 | material.1.alpha=-1.5 | material[1].alpha = -1.5 … allowed is
+        2 | material.1.alpha=nan | material[1].alpha = NaN … allowed is
+        2 | material.1.alpha=wide | material[1].alpha = \"wide\" … allowed is
+        2 | material.7.alpha=1 | `7` … 0 to 1
+        3 | material.1={kind=\"merl\",path=\"gone.binary\"} | gone.binary … No such file
+        3 | material.1={kind=\"merl\",path=\"short.binary\"} | short.binary … 34992012
+        3 | material.1={kind=\"merl\",path=\"tiny.binary\"} | tiny.binary … 2 bytes
+        3 | material.1={kind=\"merl\",path=\"other.binary\"} | other.binary … 9, 90, 180 … 90, 90, 180
+        3 | materials_dir=empty | empty … no MERL file … --set materials_dir=DIR
+        3 | materials_dir=nowhere | nowhere … --set materials_dir=DIR";
+    for command in ["run", "check"] {
+        for [code, set, parts] in common::table(table) {
+            let line = format!("{command} small.toml --set {set}");
+            bench.refuses(line, code.parse().unwrap(), parts);
         }
     }
     for folder in ["file", "file/below"] {
-        let sentence = bench.refused(&["run", "small.toml", "-o", folder], 2);
+        let sentence = bench.refused(format!("run small.toml -o {folder}"), 2);
         assert!(
             sentence.starts_with(&format!("gonio: {folder}: ")),
             "{sentence}"
         );
     }
-    let sentence = bench.refused(&["run", "nothing.toml"], 2);
-    assert!(
-        sentence.contains("nothing.toml: cannot read this config"),
-        "{sentence}"
+    bench.refuses(
+        "run nothing.toml",
+        2,
+        "nothing.toml: cannot read this config",
     );
     assert!(!bench.path("runs").exists());
-    for usage in [
-        &["run"][..],
-        &["walk"],
-        &["run", "small.toml", "--threads", "0"],
-    ] {
-        assert_eq!(bench.gonio(usage).status.code(), Some(2), "{usage:?}");
+    for usage in ["run", "walk", "run small.toml --threads 0"] {
+        bench.ends(usage, 2);
     }
 }
 
 #[test]
 fn lists_name_every_member_of_every_registry() {
     let bench = Bench::new();
-    let all = bench.good(&["list"]);
+    let all = bench.good("list");
     let mut names: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     let mut add = |family, list: Vec<&str>| {
         names.insert(family, list.into_iter().map(String::from).collect());
@@ -152,14 +101,14 @@ fn lists_name_every_member_of_every_registry() {
         gonio::formats::all().iter().map(|f| f.name).collect(),
     );
     for (family, names) in names {
-        let one = bench.good(&["list", family]);
+        let one = bench.good(format!("list {family}"));
         assert!(all.contains(&one), "{family}");
         for name in names {
             let listed = |text: &str| text.lines().any(|l| l.starts_with(&format!("  {name} ")));
             assert!(listed(&one), "{name} is not among the {family}:\n{one}");
         }
     }
-    let version = bench.good(&["--version"]);
+    let version = bench.good("--version");
     assert_eq!(version.trim(), concat!("gonio ", env!("CARGO_PKG_VERSION")));
 }
 
@@ -170,23 +119,23 @@ levels! {
 /// And runs, on a small budget, if there is time.
 fn every_shipped_config_is_read_and_checked(level: Level) {
     let bench = Bench::new();
-    let material = ["--material", "ggx-0.4"];
-    let output = ["-o", "materials/ggx.binary"];
+    let material = "--material ggx-0.4";
+    let output = "-o materials/ggx.binary";
     fs::create_dir(bench.path("materials")).unwrap();
-    let tabulate = [&["tabulate", "small.toml"], &material[..], &output[..]].concat();
+    let tabulate = format!("tabulate small.toml {material} {output}");
     bench.good(&tabulate);
-    assert!(bench.refused(&tabulate, 2).contains("this file exists"));
-    bench.good(&[&tabulate[..], &["--force"]].concat());
+    bench.refuses(&tabulate, 2, "this file exists");
+    bench.good(format!("{tabulate} --force"));
     assert_eq!(
         fs::metadata(bench.path("materials/ggx.binary"))
             .unwrap()
             .len(),
         34_992_012
     );
-    let sentence = bench.refused(&["tabulate", "small.toml", "-o", "x.binary"], 2);
-    assert!(
-        sentence.contains("allowed: one of lambert, ggx-0.4"),
-        "{sentence}"
+    bench.refuses(
+        "tabulate small.toml -o x.binary",
+        2,
+        "allowed: one of lambert, ggx-0.4",
     );
 
     // Materials that configs name, one of each list.
@@ -212,21 +161,21 @@ fn every_shipped_config_is_read_and_checked(level: Level) {
         if text.contains("\nexperiment = \"moments") || text.contains("\nexperiment = \"relations")
         {
             // Without a budget; run in `moment_study`.
-            bench.good(&["check", &file]);
+            bench.good(format!("check {file}"));
             continue;
         }
-        let mut small = vec!["--set", "budgets=[40]"];
+        let mut small = "--set budgets=[40]".to_owned();
         if text.contains("\nminutes = ") {
-            small = vec!["--set", "readings=[40]", "--set", "minutes=[3]"];
+            small = "--set readings=[40] --set minutes=[3]".into();
         }
-        bench.good(&[&["check", &file], &small[..]].concat());
+        bench.good(format!("check {file} {small}"));
         count += 1;
         // Studies take all of their materials, however few readings: the surfaces of one take half an hour.
         if level == Level::Quick || text.contains("\nexperiment = ") {
             continue;
         }
-        small.extend(["--set", "metrics={ pairs = 200, max_pairs = 1 }", "-q"]);
-        bench.good(&[&["run", &file, "-o", &name], &small[..]].concat());
+        small += " --set metrics={pairs=200,max_pairs=1} -q";
+        bench.good(format!("run {file} -o {name} {small}"));
         assert_eq!(bench.manifest(&name)["status"], "complete", "{name}");
     }
     assert!(count >= 3);

@@ -1,6 +1,7 @@
 //! `gonio convert`: what goes through is told, and is what was there.
 
 use super::Bench;
+use super::common::says;
 use std::fs;
 
 const MATERIAL: &str = "budgets = [60]\n[[material]]\nkind = \"ggx\"\nalpha = 0.3\n";
@@ -8,7 +9,7 @@ const MATERIAL: &str = "budgets = [60]\n[[material]]\nkind = \"ggx\"\nalpha = 0.
 /// A measurement with noise, flags and poses out of reach, in a bench.
 fn measured() -> Bench {
     let bench = Bench::new();
-    fs::write(bench.path("a.toml"), MATERIAL).unwrap();
+    bench.write("a.toml", MATERIAL);
     bench.shown("gonio schedule a.toml --budget 60 -o poses.csv");
     bench.shown("gonio measure poses.csv --config a.toml --instrument cornell --skip-unreachable -o lab.csv");
     bench
@@ -18,10 +19,7 @@ fn measured() -> Bench {
 fn arrays_and_lines_lose_nothing() {
     let bench = measured();
     let there = bench.shown("gonio convert lab.csv lab.npz");
-    assert!(
-        there.contains("kept: uncertainties, of type A and B"),
-        "{there}"
-    );
+    says(&there, "kept: uncertainties, of type A and B");
     assert!(
         !there.contains("changed: ") && there.contains("values moved by at most 0.0e0"),
         "{there}"
@@ -32,7 +30,7 @@ fn arrays_and_lines_lose_nothing() {
     assert_eq!(bench.read("again.csv"), bench.read("once.csv"));
     // A schedule is one before and after.
     let told = bench.shown("gonio convert poses.csv poses.npz");
-    assert!(told.contains("kept: 45 poses"), "{told}");
+    says(&told, "kept: 45 poses");
     bench.shown("gonio convert poses.npz poses.jsonl");
     bench.shown("gonio convert poses.jsonl again.csv --force");
     bench.shown("gonio convert poses.csv once.csv --force");
@@ -50,11 +48,11 @@ fn arrays_and_lines_lose_nothing() {
 fn what_a_format_has_no_place_for_is_named() {
     let bench = measured();
     let told = bench.shown("gonio convert lab.csv lab.astm");
-    assert!(
-        told.contains("changed: uncertainties, of type A and B before, none after"),
-        "{told}"
+    says(
+        &told,
+        "changed: uncertainties, of type A and B before, none after",
     );
-    assert!(told.contains("kept: readings, "), "{told}");
+    says(&told, "kept: readings, ");
     // A folder of one light a file, and all of them in one again.
     let folder = bench.shown("gonio convert lab.csv scans --format pab-opto");
     let moved = folder
@@ -65,10 +63,10 @@ fn what_a_format_has_no_place_for_is_named() {
     assert!(number(5) < 1e-5, "{folder}");
     let files: Vec<_> = fs::read_dir(bench.path("scans")).unwrap().collect();
     assert!(files.len() > 1);
-    bench.refused(&["convert", "lab.csv", "lab.astm"], 2);
-    bench.refused(&["convert", "lab.csv", "lab.binary"], 2);
-    bench.refused(&["convert", "lab.csv", "lab.none"], 2);
-    bench.refused(&["convert", "nowhere.csv", "b.csv"], 3);
+    bench.refused("convert lab.csv lab.astm", 2);
+    bench.refused("convert lab.csv lab.binary", 2);
+    bench.refused("convert lab.csv lab.none", 2);
+    bench.refused("convert nowhere.csv b.csv", 3);
 }
 
 #[test]
@@ -88,55 +86,50 @@ fn a_table_stays_as_it_is_in_its_own_format() {
         angles.join(" "),
         values.join(" ")
     );
-    fs::write(bench.path("a.zbsdf"), text).unwrap();
+    bench.write("a.zbsdf", text);
     for name in ["binary", "bin", "bsdf", "xml"] {
         bench.shown(&format!("gonio tabulate a.toml -o a.{name}"));
     }
     for name in ["zbsdf", "binary", "bin", "bsdf", "xml"] {
         let [a, b] = ["a", "b"].map(|stem| format!("{stem}.{name}"));
-        let told = bench.good(&["convert", &a, &b]);
+        let told = bench.good(format!("convert {a} {b}"));
         assert!(told.ends_with("kept: the table as it is\n"), "{told}");
         assert!(bench.read_bytes(&a) == bench.read_bytes(&b), "{name}");
-        bench.refused(&["convert", &a, &b], 2);
-        let told = bench.refused(&["convert", &a, &a, "--force"], 2);
-        assert!(
-            told.contains("this file is read and was to be replaced"),
-            "{told}"
+        bench.refused(format!("convert {a} {b}"), 2);
+        bench.refuses(
+            format!("convert {a} {a} --force"),
+            2,
+            "this file is read and was to be replaced",
         );
     }
     // What is doubtful is said, and the file is read to its end.
-    let told = bench.gonio(&["convert", "a.zbsdf", "b.zbsdf", "--force"]);
-    let told = String::from_utf8(told.stderr).unwrap();
-    for sentence in [
-        "gonio: a.zbsdf: taken for no reading: -999 in 1 cell\n",
-        "gonio: a.zbsdf: 1 value is below 0: taken as 0\n",
-        "gonio: a.zbsdf: 1 value is 0 and all others are ",
-    ] {
-        assert!(told.contains(sentence), "{told}");
-    }
+    let told = bench.ends("convert a.zbsdf b.zbsdf --force", 0);
+    says(
+        &told,
+        "gonio: a.zbsdf: taken for no reading: -999 in 1 cell\n … gonio: a.zbsdf: 1 value is below 0: taken as 0\n … gonio: a.zbsdf: 1 value is 0 and all others are ",
+    );
     // So it is wherever a config names the file, which may name another mark.
     let config = "budgets = [60]\nchannels = \"luminance\"\n[[material]]\nkind = \"zemax\"\npath = \"a.zbsdf\"\n";
     for (key, marks) in [
         ("", "-999 in 1 cell"),
         ("no_reading = 0", "-999 in 1 cell, 0 in 1 cell"),
     ] {
-        fs::write(bench.path("z.toml"), format!("{config}{key}\n")).unwrap();
-        let told = bench.gonio(&["check", "z.toml"]);
-        assert!(told.status.success());
-        let told = String::from_utf8(told.stderr).unwrap();
-        assert!(
-            told.contains(&format!("gonio: a.zbsdf: taken for no reading: {marks}\n")),
-            "{told}"
+        bench.write("z.toml", format!("{config}{key}\n"));
+        let told = bench.ends("check z.toml", 0);
+        says(
+            &told,
+            &format!("gonio: a.zbsdf: taken for no reading: {marks}\n"),
         );
     }
-    let told = bench.gonio(&["convert", "a.zbsdf", "c.zbsdf", "--strict"]);
-    assert_eq!(told.status.code(), Some(3));
-    let told = String::from_utf8(told.stderr).unwrap();
-    assert!(told.contains("1 reading is lost"), "{told}");
+    let told = bench.ends("convert a.zbsdf c.zbsdf --strict", 3);
+    says(&told, "1 reading is lost");
     let cut = bench.read("a.zbsdf").replace("DataEnd", "");
-    fs::write(bench.path("cut.zbsdf"), cut).unwrap();
-    let told = bench.refused(&["convert", "cut.zbsdf", "c.zbsdf"], 3);
-    assert!(told.contains("the text ends before DataEnd"), "{told}");
+    bench.write("cut.zbsdf", cut);
+    bench.refuses(
+        "convert cut.zbsdf c.zbsdf",
+        3,
+        "the text ends before DataEnd",
+    );
     assert!(!bench.path("c.zbsdf").exists());
 }
 
@@ -153,15 +146,15 @@ fn pairs_without_data_stay_without() {
             *value = f64::NAN.to_le_bytes();
         }
     }
-    fs::write(bench.path("holes.bin"), &bytes).unwrap();
+    bench.write("holes.bin", &bytes);
     let nan = |name: &str| {
         let bytes = bench.read_bytes(name);
         let values = bytes.as_chunks::<8>().0.iter();
         values.filter(|v| f64::from_le_bytes(**v).is_nan()).count()
     };
-    bench.good(&["convert", "holes.bin", "kept.bin"]);
+    bench.good("convert holes.bin kept.bin");
     assert_eq!(nan("kept.bin"), 3 * 96 * 288);
-    let told = bench.good(&["convert", "holes.bin", "filled.bin", "--fill"]);
+    let told = bench.good("convert holes.bin filled.bin --fill");
     let filled = |told: &str| -> usize {
         let line = told.lines().find_map(|l| l.strip_prefix("filled: "));
         let (filled, rest) = line.unwrap().split_once(" of ").unwrap();
@@ -172,10 +165,13 @@ fn pairs_without_data_stay_without() {
     assert!((48 * 288..=96 * 288).contains(&filled(&told)), "{told}");
     assert_eq!(nan("filled.bin"), 0);
     // Beyond 75° there is nothing that this format could leave out.
-    let told = bench.good(&["convert", "holes.bin", "a.bsdf"]);
+    let told = bench.good("convert holes.bin a.bsdf");
     assert!(filled(&told) > 0);
-    let told = bench.refused(&["convert", "holes.bin", "b.bsdf", "--fill"], 2);
-    assert!(told.contains("allowed: --fill with merl, utia"), "{told}");
+    bench.refuses(
+        "convert holes.bin b.bsdf --fill",
+        2,
+        "allowed: --fill with merl, utia",
+    );
 }
 
 #[test]
@@ -183,31 +179,23 @@ fn a_table_goes_into_another_format() {
     let bench = measured();
     bench.shown("gonio tabulate a.toml -o a.binary");
     let told = bench.shown("gonio convert a.binary a.bsdf");
-    for line in [
-        "table: R, G, B, isotropic",
-        "errors of the table, cosine pairs",
-        "reciprocity, ",
-        "pairs without data: ",
-    ] {
-        assert!(told.contains(line), "{told}");
-    }
-    bench.refused(
-        &["convert", "a.binary", "b.bin", "--tolerance", "1e-9", "-q"],
-        6,
+    says(
+        &told,
+        "table: R, G, B, isotropic … errors of the table, cosine pairs … reciprocity,  … pairs without data: ",
     );
-    bench.refused(&["convert", "a.binary", "a.csv"], 2);
-    bench.refused(&["convert", "a.binary", "a.bsdf", "c.binary"], 2);
+    bench.refused("convert a.binary b.bin --tolerance 1e-9 -q", 6);
+    bench.refused("convert a.binary a.csv", 2);
+    bench.refused("convert a.binary a.bsdf c.binary", 2);
     // Wavelengths of a table are those of its copy, or refused by one that has none.
-    fs::write(
-        bench.path("red.toml"),
+    bench.write(
+        "red.toml",
         "[[material]]\nkind = \"lambert\"\nalbedo = { nm = [400, 700], values = [0.1, 0.7] }\n",
-    )
-    .unwrap();
+    );
     bench
         .shown("gonio tabulate red.toml --set channels={wavelengths_nm=[450,550,650]} -o red.bsdf");
     let told = bench.shown("gonio convert red.bsdf again.bsdf");
     assert!(told.starts_with("table: 450, 550, 650 nm"), "{told}");
-    bench.refused(&["convert", "red.bsdf", "red.binary"], 2);
+    bench.refused("convert red.bsdf red.binary", 2);
 }
 
 /// A copy of readings that do not say their symmetries does not say them either: what is made of it is the same. Keys of the
@@ -223,23 +211,23 @@ fn copies_of_bare_readings_are_reconstructed_alike() {
         let value = 0.1 + 0.001 * f64::from(i + o);
         rows += &format!("{i},{},{o},{phi},{value}\n", 30 * (k % 5));
     }
-    fs::write(bench.path("bare.csv"), &rows).unwrap();
+    bench.write("bare.csv", &rows);
     // The order of rows is nothing that is measured.
     let mut turned: Vec<&str> = rows.lines().collect();
     turned[5..].reverse();
-    fs::write(bench.path("turned.csv"), turned.join("\n") + "\n").unwrap();
+    bench.write("turned.csv", turned.join("\n") + "\n");
     let answer = |file: &str| {
         let text = bench.shown(&format!("gonio reconstruct {file}"));
         text.replace(file, "FILE")
     };
     let first = answer("bare.csv");
-    assert!(first.contains("isotropic"), "{first}");
+    says(&first, "isotropic");
     assert_eq!(answer("turned.csv"), first);
     for copy in ["copy.csv", "copy.jsonl", "copy.npz"] {
         let said = bench.shown(&format!("gonio convert bare.csv {copy}"));
-        assert!(
-            said.contains("left out of the header: operator, rows, axes, 1 comment"),
-            "{said}"
+        says(
+            &said,
+            "left out of the header: operator, rows, axes, 1 comment",
         );
         assert_eq!(answer(copy), first, "{copy}");
     }
@@ -247,7 +235,7 @@ fn copies_of_bare_readings_are_reconstructed_alike() {
     let lines: Vec<&str> = rows.lines().collect();
     for (file, [from, to]) in [("one.csv", [5, 60]), ("other.csv", [40, 95])] {
         let part = [&lines[4..5], &lines[from..to]].concat();
-        fs::write(bench.path(file), part.join("\n") + "\n").unwrap();
+        bench.write(file, part.join("\n") + "\n");
     }
     let same = |text: &str| {
         text.lines()
@@ -256,9 +244,6 @@ fn copies_of_bare_readings_are_reconstructed_alike() {
             .collect::<Vec<_>>()
     };
     let both = answer("one.csv other.csv");
-    assert!(
-        both.contains(" poses averaged with those of files before"),
-        "{both}"
-    );
+    says(&both, " poses averaged with those of files before");
     assert_eq!(same(&both), same(&first));
 }

@@ -1,14 +1,15 @@
 //! The front door: what a newcomer types first, and what is said to a slip.
 
 use super::Bench;
+use super::common::{says, table};
 use std::fs;
 
 /// A bench with a folder of two MERL tables.
 fn tables() -> Bench {
     let bench = Bench::new();
     fs::create_dir(bench.path("brdfs")).unwrap();
-    let written = ["tabulate", "small.toml", "--material", "ggx-0.4", "-o"];
-    bench.good(&[&written[..], &["brdfs/satin.binary"]].concat());
+    let written = "tabulate small.toml --material ggx-0.4 -o";
+    bench.good(format!("{written} brdfs/satin.binary"));
     fs::copy(
         bench.path("brdfs/satin.binary"),
         bench.path("brdfs/twin.binary"),
@@ -20,14 +21,8 @@ fn tables() -> Bench {
 #[test]
 fn tables_are_run_without_a_config() {
     let bench = tables();
-    let small = [
-        "--set",
-        "budgets=[40]",
-        "--set",
-        "metrics={ pairs = 200, max_pairs = 1 }",
-        "-q",
-    ];
-    let file = [&["run", "brdfs/satin.binary"], &small[..]].concat();
+    let small = "--set budgets=[40] --set 'metrics={ pairs = 200, max_pairs = 1 }' -q";
+    let file = format!("run brdfs/satin.binary {small}");
     bench.good(&file);
     let materials = |run: &str| {
         let mut names: Vec<_> = bench.rows(run).into_iter().map(|r| r.material).collect();
@@ -36,16 +31,10 @@ fn tables_are_run_without_a_config() {
     };
     assert_eq!(materials("runs/satin"), ["satin"]);
     // Commands that look at materials take the folder too.
-    let aligned = bench.good(&["distortion", "brdfs", "--table", "alignment"]);
-    assert!(aligned.contains("over 2 materials"), "{aligned}");
-    let nearest = ["--set", "interpolation=nearest"];
-    let other = bench.good(
-        &[
-            &["distortion", "brdfs", "--table", "alignment"],
-            &nearest[..],
-        ]
-        .concat(),
-    );
+    let aligned = bench.good("distortion brdfs --table alignment");
+    says(&aligned, "over 2 materials");
+    let nearest = "--set interpolation=nearest";
+    let other = bench.good(format!("distortion brdfs --table alignment {nearest}"));
     assert_ne!(aligned, other);
     let text = "configs/merl.toml";
     assert_eq!(bench.manifest("runs/satin")["inputs"][0]["path"], text);
@@ -53,33 +42,31 @@ fn tables_are_run_without_a_config() {
     let before = bench.read("runs/satin/results.jsonl");
     bench.good(&file);
     assert_eq!(bench.read("runs/satin/results.jsonl"), before);
-    let listed = bench.good(&[&file[..], &["--list"]].concat());
-    assert!(
-        listed.contains("10 of 10 jobs are done in runs/satin"),
-        "{listed}"
+    bench.tells(
+        format!("{file} --list"),
+        "10 of 10 jobs are done in runs/satin",
     );
-    bench.good(&["run", "runs/satin/config.toml", "-o", "again", "-q"]);
+    bench.good("run runs/satin/config.toml -o again -q");
     assert_eq!(bench.read("again/results.jsonl"), before);
 
-    let folder = [&["run", "brdfs", "--shard", "1/2"], &small[..]].concat();
+    let folder = format!("run brdfs --shard 1/2 {small}");
     bench.good(&folder);
-    bench.good(&[&["run", "brdfs", "-o", "both"], &small[..]].concat());
+    bench.good(format!("run brdfs -o both {small}"));
     assert_eq!(materials("both"), ["satin", "twin"]);
     assert!(bench.path("runs/brdfs.shard-1-of-2").is_dir());
 
-    let checked = bench.good(&["check", "brdfs/twin.binary"]);
+    let checked = bench.good("check brdfs/twin.binary");
     assert!(
         checked.contains("twin") && !checked.contains("satin"),
         "{checked}"
     );
-    let gone = bench.refused(&["run", "brdfs/gone.binary"], 3);
-    assert!(
-        gone.contains("gone.binary: cannot read this file"),
-        "{gone}"
+    bench.refuses(
+        "run brdfs/gone.binary",
+        3,
+        "gone.binary: cannot read this file",
     );
     fs::create_dir(bench.path("empty")).unwrap();
-    let empty = bench.refused(&["run", "empty"], 3);
-    assert!(empty.contains("holds no MERL file"), "{empty}");
+    bench.refuses("run empty", 3, "holds no MERL file");
 }
 
 #[test]
@@ -88,8 +75,8 @@ fn a_slip_in_a_name_is_told_the_name_that_is_near() {
     let edited = |from: &str, to: &str| {
         assert!(super::SMALL.contains(from), "{from}");
         let text = super::SMALL.replace(from, to);
-        fs::write(bench.path("slip.toml"), text).unwrap();
-        bench.refused(&["check", "slip.toml"], 2)
+        bench.write("slip.toml", text);
+        bench.refused("check slip.toml", 2)
     };
     for (from, to, meant) in [
         ("\"half-difference\"", "\"hybird\"", "hybrid"),
@@ -110,94 +97,30 @@ fn a_slip_in_a_name_is_told_the_name_that_is_near() {
     ] {
         let sentence = edited(from, to);
         let meant = format!("; did you mean {meant}?");
-        assert!(sentence.contains(&meant), "{to}: {sentence}");
+        says(&sentence, &meant);
     }
-    for (args, meant) in [
-        (
-            &["check", "small.toml", "--set", "experiment=studdy"][..],
-            "study",
-        ),
-        (
-            &["check", "small.toml", "--set", "measures=[\"lob\"]"],
-            "lobe",
-        ),
-        (
-            &[
-                "check",
-                "small.toml",
-                "--set",
-                "instrument=[{preset=\"utai\"}]",
-            ],
-            "utia",
-        ),
-        (
-            &[
-                "check",
-                "small.toml",
-                "--set",
-                "coordinates=[{kind=\"owm\"}]",
-            ],
-            "own",
-        ),
-        (
-            &["check", "small.toml", "--set", "output.schedules=cvs"],
-            "csv",
-        ),
-        (
-            &[
-                "tabulate",
-                "small.toml",
-                "--material",
-                "ggx",
-                "-o",
-                "x.binary",
-            ],
-            "ggx-0.4",
-        ),
-        (&["schedule", "small.toml", "--instrument", "utai"], "utia"),
-        (&["check", "utai"], "utia"),
-        (&["schedule", "small.toml", "--sample-set", "gird"], "grid"),
-        (&["moments", "gxg"], "ggx"),
-        (
-            &["subset", "--parametrization", "hybird", "--box", "k=0..1"],
-            "hybrid",
-        ),
-        (
-            &[
-                "subset",
-                "--parametrization",
-                "hybrid",
-                "--box",
-                "hbar=0..1",
-            ],
-            "h_bar",
-        ),
-        (
-            &["picture", "sphere", "ggx", "-o", "x", "--lighting", "sly"],
-            "sky",
-        ),
-        (
-            &[
-                "picture",
-                "compare",
-                "ggx",
-                "-o",
-                "x",
-                "--reconstruction",
-                "cubics",
-            ],
-            "cubic",
-        ),
-    ] {
-        let sentence = bench.refused(args, 2);
+    for [line, meant] in table(
+        "check small.toml --set experiment=studdy | study
+         check small.toml --set measures=[\"lob\"] | lobe
+         check small.toml --set instrument=[{preset=\"utai\"}] | utia
+         check small.toml --set coordinates=[{kind=\"owm\"}] | own
+         check small.toml --set output.schedules=cvs | csv
+         tabulate small.toml --material ggx -o x.binary | ggx-0.4
+         schedule small.toml --instrument utai | utia
+         check utai | utia
+         schedule small.toml --sample-set gird | grid
+         moments gxg | ggx
+         subset --parametrization hybird --box k=0..1 | hybrid
+         subset --parametrization hybrid --box hbar=0..1 | h_bar
+         picture sphere ggx -o x --lighting sly | sky
+         picture compare ggx -o x --reconstruction cubics | cubic",
+    ) {
+        let sentence = bench.refused(line, 2);
         let meant = format!("; did you mean {meant}?");
-        assert!(
-            sentence.trim_end().ends_with(&meant),
-            "{args:?}: {sentence}"
-        );
+        assert!(sentence.trim_end().ends_with(&meant), "{line}: {sentence}");
     }
     // Nothing is guessed of what is like none of them.
-    let sentence = bench.refused(&["moments", "chocolate"], 2);
+    let sentence = bench.refused("moments chocolate", 2);
     assert!(!sentence.contains("did you mean"), "{sentence}");
 }
 
@@ -212,56 +135,55 @@ fn every_starter_is_a_config_that_checks() {
         "relations",
         "instrument",
     ];
-    let help = bench.good(&["init", "--help"]);
+    let help = bench.good("init --help");
     for starter in starters {
-        assert!(help.contains(&format!("- {starter}:")), "{help}");
-        bench.good(&["init", starter]);
+        says(&help, &format!("- {starter}:"));
+        bench.good(format!("init {starter}"));
         let file = format!("{starter}.toml");
         let text = bench.read(&file);
         assert!(text.starts_with("# "), "{starter} says what it is");
-        assert_eq!(bench.good(&["init", starter, "-o", "-"]), text);
-        bench.good(&["check", &file]);
-        let there = bench.refused(&["init", starter], 2);
-        assert!(there.contains("this file exists"), "{there}");
-        fs::write(bench.path(&file), "").unwrap();
-        bench.good(&["init", starter, "--force"]);
+        assert_eq!(bench.good(format!("init {starter} -o -")), text);
+        bench.good(format!("check {file}"));
+        bench.refuses(format!("init {starter}"), 2, "this file exists");
+        bench.write(&file, "");
+        bench.good(format!("init {starter} --force"));
         assert_eq!(bench.read(&file), text);
     }
     // Those that are listed are all.
     let listed = help.lines().filter(|l| l.trim_start().starts_with("- "));
     assert_eq!(listed.count(), starters.len(), "{help}");
-    bench.good(&["init", "-o", "mine.toml"]);
+    bench.good("init -o mine.toml");
 }
 
 #[test]
 fn a_preset_that_is_printed_is_the_same_machine() {
     let bench = Bench::new();
     for preset in gonio::instrument::presets() {
-        let text = bench.good(&["list", "instruments", preset.name]);
-        fs::write(bench.path("mine.toml"), text).unwrap();
+        let text = bench.good(["list", "instruments", preset.name]);
+        bench.write("mine.toml", text);
         let costs = |instrument: String, file: &str| {
             let config = format!(
                 "budgets = [60]\n[[material]]\nkind = \"ggx\"\n[[instrument]]\n{instrument}\n"
             );
-            fs::write(bench.path("config.toml"), config).unwrap();
-            let order = ["--skip-unreachable", "--force", "-o", file];
-            bench.good(&[&["schedule", "config.toml"], &order[..]].concat());
+            bench.write("config.toml", config);
+            let order = format!("--skip-unreachable --force -o {file}");
+            bench.good(format!("schedule config.toml {order}"));
             bench.read(file)
         };
         let before = costs(format!("preset = {:?}", preset.name), "preset.csv");
         let mine = costs("file = \"mine.toml\"".into(), "mine.csv");
-        assert!(before.contains("rows in the order of time"), "{before}");
+        says(&before, "rows in the order of time");
         assert!(before == mine, "{} is another", preset.name);
     }
-    let refused = bench.refused(&["list", "instruments", "utai"], 2);
-    assert!(refused.contains("; did you mean utia?"), "{refused}");
-    bench.refused(&["list", "warps", "power"], 2);
+    let refused = bench.refused("list instruments utai", 2);
+    says(&refused, "; did you mean utia?");
+    bench.refused("list warps power", 2);
 }
 
 #[test]
 fn shells_and_man_know_every_command() {
     let bench = Bench::new();
-    let help = bench.good(&["--help"]);
+    let help = bench.good("--help");
     let commands = help.lines().skip_while(|l| !l.starts_with("Commands:"));
     let commands = commands.skip(1).take_while(|l| !l.is_empty());
     let commands: Vec<&str> = commands
@@ -269,147 +191,105 @@ fn shells_and_man_know_every_command() {
         .collect();
     assert!(commands.len() > 15, "{help}");
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
-        let script = bench.good(&["completions", shell]);
+        let script = bench.good(format!("completions {shell}"));
         for command in &commands {
             assert!(script.contains(command), "{shell}: {command}");
         }
         assert!(script.contains("shard"), "{shell}");
     }
-    assert!(bench.good(&["man"]).starts_with(".ie"));
-    bench.good(&["man", "-o", "man1"]);
+    assert!(bench.good("man").starts_with(".ie"));
+    bench.good("man -o man1");
     for command in commands.iter().filter(|c| **c != "help") {
         let page = bench.read(&format!("man1/gonio-{command}.1"));
-        assert!(page.contains(&format!("gonio\\-{command}")), "{page}");
+        says(&page, &format!("gonio\\-{command}"));
     }
     assert!(bench.path("man1/gonio-picture-compare.1").is_file());
-    let there = bench.refused(&["man", "-o", "man1"], 2);
-    assert!(there.contains("this file exists"), "{there}");
+    bench.refuses("man -o man1", 2, "this file exists");
 }
 
 #[test]
 fn whatever_prints_a_table_prints_json_too() {
     let bench = Bench::new();
-    let json = |args: &[&str]| -> serde_json::Value {
-        serde_json::from_str(&bench.good(args)).unwrap_or_else(|e| panic!("{args:?}: {e}"))
+    let json = |line: &str| -> serde_json::Value {
+        serde_json::from_str(&bench.good(line)).unwrap_or_else(|e| panic!("{line}: {e}"))
     };
-    let listed = json(&["list", "--json"]);
+    let listed = json("list --json");
     let families = listed.as_array().unwrap();
     let of = |family: &str| families.iter().find(|f| f["family"] == family).unwrap();
     let hybrid = of("parametrizations")["members"].as_array().unwrap().iter();
     assert!(hybrid.clone().any(|m| m["name"] == "hybrid"));
     // What is printed for people has the same names.
-    let text = bench.good(&["list"]);
+    let text = bench.good("list");
     for family in families {
         for member in family["members"].as_array().unwrap() {
             assert!(text.contains(member["name"].as_str().unwrap()), "{member}");
         }
     }
-    let checked = json(&["check", "small.toml", "--json"]);
+    let checked = json("check small.toml --json");
     assert_eq!(checked["materials"][1]["name"], "ggx-0.4");
     assert_eq!(checked["schedules"].as_array().unwrap().len(), 2 * 2 * 2);
     assert_eq!(checked["row_count"], 128);
-    let machine = [
-        "--set",
-        "instrument=[{preset=\"utia\"}]",
-        "--set",
-        "readings=[20]",
-    ];
-    let checked = json(&[&["check", "small.toml", "--json"], &machine[..]].concat());
+    let machine =
+        "check small.toml --json --set instrument=[{preset=\"utia\"}] --set readings=[20]";
+    let checked = json(machine);
     assert!(
         checked["visits"][0]["minutes"].as_f64() > Some(0.0),
         "{checked}"
     );
-    let moments = json(&[
-        "check",
-        "small.toml",
-        "--json",
-        "--set",
-        "quantities=[\"moments\"]",
-    ]);
+    let moments = json("check small.toml --json --set quantities=[\"moments\"]");
     assert_eq!(moments["moments"]["order"], 4);
-    let utia = json(&["check", "utia", "--json"]);
+    let utia = json("check utia --json");
     assert_eq!(utia["instrument"]["name"], "utia");
     assert!(utia["reach"][0]["percent"].as_f64() > Some(10.0));
-    let symmetry = json(&["symmetry", "lambert", "--json"]);
+    let symmetry = json("symmetry lambert --json");
     assert_eq!(symmetry[0]["symmetries"][0]["holds"], true);
-    assert!(json(&["distortion", "lambert", "--json", "--table", "stretch"]).is_array());
-    assert!(json(&["claims", "--json"]).is_array());
-    assert!(json(&["moments", "lambert", "--json", "--set", "moments.views=2"]).is_array());
-    let one = [
-        "--seed",
-        "1",
-        "--warp",
-        "none",
-        "--sample-set",
-        "grid",
-        "--budget",
-        "60",
-    ];
-    let written = [
-        &["schedule", "small.toml", "-o", "s.csv", "--json"],
-        &one[..],
-    ]
-    .concat();
+    assert!(json("distortion lambert --json --table stretch").is_array());
+    assert!(json("claims --json").is_array());
+    assert!(json("moments lambert --json --set moments.views=2").is_array());
+    let one = "--seed 1 --warp none --sample-set grid --budget 60";
+    let written = format!("schedule small.toml -o s.csv --json {one}");
     assert_eq!(json(&written)[0]["file"], "s.csv");
-    for (args, option) in [
-        (&["claims", "--json", "--format", "csv"][..], "--json"),
-        (&["schedule", "small.toml", "--json"], "--warp"),
-    ] {
-        let output = bench.gonio(args);
-        let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        assert!(stderr.contains(option), "{stderr}");
+    for [line, option] in
+        table("claims --json --format csv | --json\nschedule small.toml --json | --warp")
+    {
+        says(&bench.ends(line, 2), option);
     }
 }
 
 #[test]
 fn every_command_can_be_quiet_verbose_or_coloured() {
     let bench = Bench::new();
-    let stderr = |args: &[&str]| {
-        let output = bench.gonio(args);
-        assert!(output.status.success(), "{args:?}");
-        String::from_utf8(output.stderr).unwrap()
-    };
+    let stderr = |line: &str| bench.ends(line, 0);
     // Paths are told on stderr, by every command; results alone are on stdout.
-    let written = [
-        "tabulate",
-        "small.toml",
-        "--material",
-        "ggx-0.4",
-        "--force",
-        "-o",
-        "a.binary",
-    ];
-    assert_eq!(stderr(&written), "a.binary\n");
-    assert_eq!(stderr(&[&written[..], &["-q"]].concat()), "");
-    assert_eq!(stderr(&[&["--quiet"], &written[..]].concat()), "");
-    let verbose = stderr(&[&written[..], &["--verbose"]].concat());
-    for told in ["reads small.toml", "material ggx-0.4", "thread", " s on "] {
-        assert!(verbose.contains(told), "{verbose}");
-    }
-    let verbose = stderr(&["check", "a.binary", "-v"]);
-    assert!(verbose.contains("reads a.binary"), "{verbose}");
-    let views = ["--set", "moments.views=2", "-v"];
-    let verbose = stderr(&[&["moments", "a.binary"], &views[..]].concat());
-    assert!(verbose.contains("read a.binary"), "{verbose}");
-    let both = bench.gonio(&["check", "small.toml", "-q", "-v"]);
-    assert_eq!(both.status.code(), Some(2));
+    let written = "tabulate small.toml --material ggx-0.4 --force -o a.binary";
+    assert_eq!(stderr(written), "a.binary\n");
+    assert_eq!(stderr(&format!("{written} -q")), "");
+    assert_eq!(stderr(&format!("--quiet {written}")), "");
+    let verbose = stderr(&format!("{written} --verbose"));
+    says(
+        &verbose,
+        "reads small.toml … material ggx-0.4 …  s on  … thread",
+    );
+    says(&stderr("check a.binary -v"), "reads a.binary");
+    let views = "moments a.binary --set moments.views=2 -v";
+    says(&stderr(views), "read a.binary");
+    bench.ends("check small.toml -q -v", 2);
     // An error is told all the same, and red only if that is asked for: stderr is no terminal.
-    let error = |args: &[&str]| String::from_utf8(bench.gonio(args).stderr).unwrap();
-    let plain = error(&["check", "gone.toml", "-q"]);
+    let error = |line: &str| bench.ends(line, 2);
+    let plain = error("check gone.toml -q");
     assert!(
         plain.starts_with("gonio: gone.toml: cannot read"),
         "{plain}"
     );
-    let red = error(&["check", "gone.toml", "--color", "always"]);
+    let red = error("check gone.toml --color always");
     assert!(
         red.starts_with("\u{1b}[1m\u{1b}[31mgonio:\u{1b}[0m gone.toml"),
         "{red:?}"
     );
-    assert_eq!(error(&["check", "gone.toml", "--color=never"]), plain);
-    let help = bench.good(&["--help", "--color", "always"]);
-    assert!(help.contains('\u{1b}') && !bench.good(&["--help"]).contains('\u{1b}'));
-    assert!(error(&["run", "--color", "blue"]).contains("auto, always, never"));
+    assert_eq!(error("check gone.toml --color=never"), plain);
+    let help = bench.good("--help --color always");
+    assert!(help.contains('\u{1b}') && !bench.good("--help").contains('\u{1b}'));
+    assert!(error("run --color blue").contains("auto, always, never"));
 }
 
 #[test]
@@ -418,50 +298,39 @@ fn a_link_that_leads_nowhere_is_named() {
     let bench = tables();
     let broken = bench.path("brdfs/lost.binary");
     std::os::unix::fs::symlink("nowhere.binary", broken).unwrap();
-    let sentence = bench.refused(&["check", "brdfs"], 3);
-    assert!(
-        sentence.contains("brdfs/lost.binary: no access to this MERL table: "),
-        "{sentence}"
+    bench.refuses(
+        "check brdfs",
+        3,
+        "brdfs/lost.binary: no access to this MERL table: ",
     );
-    bench.good(&["check", "brdfs/satin.binary"]);
-}
-
-/// What is said to a refused command line.
-fn usage(bench: &Bench, args: &[&str]) -> String {
-    let output = bench.gonio(args);
-    assert_eq!(output.status.code(), Some(2), "{args:?}");
-    String::from_utf8(output.stderr).unwrap()
+    bench.good("check brdfs/satin.binary");
 }
 
 #[test]
 fn negative_numbers_are_values() {
     let bench = Bench::new();
-    for option in ["--budget", "--readings"] {
-        let text = usage(&bench, &["schedule", "small.toml", option, "-1"]);
-        let allowed = "budget = -1: allowed is a whole number from 1 to";
-        assert!(text.contains(allowed), "{text}");
+    for [option, allowed] in table(
+        "--budget -1 | budget = -1: allowed is a whole number from 1 to
+         --readings -1 | budget = -1: allowed is a whole number from 1 to
+         --minutes -0.5 | '-0.5' for '--minutes <M>': allowed: a number in (0, ",
+    ) {
+        says(
+            &bench.ends(format!("schedule small.toml {option}"), 2),
+            allowed,
+        );
     }
-    let text = usage(&bench, &["schedule", "small.toml", "--minutes", "-0.5"]);
-    let allowed = "'-0.5' for '--minutes <M>': allowed: a number in (0, ";
-    assert!(text.contains(allowed), "{text}");
-}
-
-#[test]
-fn defaults_by_layout_are_listed() {
-    let said = Bench::new().good(&["list", "reconstructions"]);
-    assert_eq!(said.matches("stretch (1.5, of sheets 3)").count(), 3);
 }
 
 #[test]
 fn nothing_and_one_are_told_as_such() {
     let bench = Bench::new();
-    let text = usage(&bench, &["reconstruct", "a.csv", "--columns", ""]);
-    assert!(text.contains("allowed is e.g. theta_i=thetaIn"), "{text}");
+    let text = bench.ends("reconstruct a.csv --columns ''", 2);
+    says(&text, "allowed is e.g. theta_i=thetaIn");
     let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
-    fs::write(bench.path("one.csv"), head.to_owned() + "10,0,20,0,1\n").unwrap();
-    let said = bench.good(&["reconstruct", "one.csv", "--reconstruction", "nearest"]);
+    bench.write("one.csv", head.to_owned() + "10,0,20,0,1\n");
+    let said = bench.good("reconstruct one.csv --reconstruction nearest");
     assert!(said.starts_with("1 pose ("), "{said}");
-    assert!(said.contains("): 1 reading\n"), "{said}");
+    says(&said, "): 1 reading\n");
 }
 
 /// Readings of Lambert's material, with a noise of one percent; in one line the third digit of the value is the first.
@@ -482,24 +351,24 @@ fn a_slip_of_the_pen_is_listed_and_marked() {
             i * 29 % 360
         );
     }
-    fs::write(bench.path("slip.csv"), text).unwrap();
-    let said = bench.good(&["reconstruct", "slip.csv", "--checked", "checked.csv"]);
+    bench.write("slip.csv", text);
+    let said = bench.good("reconstruct slip.csv --checked checked.csv");
     let listed = "left out: 1 reading, since all others contradict it\n  slip.csv:42: theta_i 40.00°, theta_o 45.00°";
-    assert!(said.contains(listed), "{said}");
-    let marked = fs::read_to_string(bench.path("checked.csv")).unwrap();
+    says(&said, listed);
+    let marked = bench.read("checked.csv");
     let marked: Vec<&str> = marked
         .lines()
         .filter(|line| line.contains("suspected"))
         .collect();
     assert!(marked.len() == 1 && marked[0].contains(",2,"), "{marked:?}");
     let poses = ["next", "slip.csv", "--batch", "1", "-o", "next.csv"];
-    assert!(bench.good(&poses).contains("left out: 1 reading"));
-    let all = bench.good(&["reconstruct", "slip.csv", "--take-all"]);
+    bench.tells(poses, "left out: 1 reading");
+    let all = bench.good("reconstruct slip.csv --take-all");
     assert!(!all.contains("left out: 1 reading"), "{all}");
     // Kriging says so where it does it by itself.
     for (robust, is_left_out) in [("robust=true", true), ("robust=false", false)] {
-        let by = ["--reconstruction", "kriging", "--set", robust];
-        let all = bench.good(&[&["reconstruct", "slip.csv", "--take-all"][..], &by].concat());
+        let by = format!("--reconstruction kriging --set '{robust}'");
+        let all = bench.good(format!("reconstruct slip.csv --take-all {by}"));
         assert_eq!(
             all.contains("1 reading is left out, contradicted"),
             is_left_out,
@@ -519,28 +388,21 @@ fn what_readings_do_not_say_is_not_printed_as_a_number() {
         let (light, sensor, turned) = (i * 7 % 20, i * 11 % 40, i * 29 % 360);
         text += &format!("{light},0,{sensor},{turned},0.1,0.2,0.15,0.001,0.002,0.001\n");
     }
-    fs::write(bench.path("dim.csv"), text).unwrap();
-    let said = bench.good(&[
-        "reconstruct",
-        "dim.csv",
-        "--reconstruction",
-        "nearest",
-        "-o",
-        "dim.binary",
-    ]);
-    assert!(said.contains("within_2u –: no reading has"), "{said}");
+    bench.write("dim.csv", text);
+    let said = bench.good("reconstruct dim.csv --reconstruction nearest -o dim.binary");
+    says(&said, "within_2u –: no reading has");
     // 0.2 π of green; all readings share .004 of .45 (k = 1), which is twice .56 % of it.
     let albedo = "albedo: 0.6283 ± 1.1e-2 at 0° (G), none at 60°, where no light was read";
-    assert!(said.contains(albedo), "{said}");
+    says(&said, albedo);
 }
 
 #[test]
 fn what_is_no_config_is_not_read_as_one() {
     let bench = Bench::new();
     for (file, format) in [("one.csv", "csv"), ("cloth.bin", "utia")] {
-        fs::write(bench.path(file), "").unwrap();
-        let sentence = bench.refused(&["tabulate", file, "-o", "x.binary"], 2);
+        bench.write(file, "");
+        let sentence = bench.refused(format!("tabulate {file} -o x.binary"), 2);
         let part = format!("{file}: a file of format {format} is no config; allowed: a config");
-        assert!(sentence.contains(&part), "{sentence}");
+        says(&sentence, &part);
     }
 }

@@ -1,16 +1,16 @@
 //! What runs do, counted. Every number follows from the config and the library, so that nobody does more than is
 //! asked unseen: a count that is not expected is a failure too.
 
+use super::common::says;
 use super::{Bench, MATERIALS, pages};
 use gonio::analysis::alignment;
-use gonio::brdf::{Brdf, Channels, Presence, Watched};
+use gonio::brdf::{Brdf, Channels, ObservedBrdf, Presence};
 use gonio::experiment::moments::MaterialProfiles;
 use gonio::experiment::{Plan, Shard, Source, Unit};
 use gonio::geometry::Symmetry;
 use gonio::instrument::{Ideal, Instrument};
 use gonio::metrics::{AlbedoProbe, TestSet};
 use gonio::reconstruct::present;
-use gonio::report::pictures::{BrdfSlices, Comparison};
 use gonio::schedule::Schedule;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -76,9 +76,9 @@ impl Counts {
         self
     }
 
-    /// Without files of results.
+    /// Without files of results and pictures.
     fn without_files(mut self) -> Self {
-        let of_files = |what: &str| what.ends_with("_written") || what == "pictures.drawn";
+        let of_files = |what: &str| what.ends_with("_written") || what.starts_with("pictures.");
         self.0.retain(|what, _| !of_files(what));
         self
     }
@@ -93,7 +93,7 @@ struct Material {
 /// The number of pairs that something asks a BRDF for.
 fn asked(brdf: &dyn Brdf, by: impl FnOnce(&dyn Brdf)) -> usize {
     let count = AtomicU64::new(0);
-    by(&Watched::new(brdf, |_: &[f64], pairs: &[Presence]| {
+    by(&ObservedBrdf::new(brdf, |_: &[f64], pairs: &[Presence]| {
         count.fetch_add(pairs.len() as u64, Ordering::Relaxed);
     }));
     count.into_inner() as usize
@@ -191,63 +191,16 @@ impl<'a> Part<'a> {
         }
         counts
     }
-
-    /// Adds what is done for pictures, if those of all materials are missing.
-    fn draw(&self, counts: &mut Counts) {
-        let (plan, spec) = (self.plan, &self.plan.pictures);
-        let all = plan.parametrizations.iter();
-        let entries: Vec<_> = all
-            .map(|c| gonio::parametrization::find(c.name()).unwrap())
-            .collect();
-        let light = spec.lighting.build().unwrap();
-        let method = &plan.methods.last().unwrap().method;
-        for c in 0..entries.len() {
-            // Once for all materials.
-            let schedule = self.schedule(c, 0, spec.budget, plan.seeds[0]);
-            counts.add("pictures.schedules", 1);
-            counts.add("pictures.poses", schedule.poses.len());
-        }
-        for material in self.built() {
-            let azimuths = [0.0, 30.0, 60.0, 90.0];
-            let draw = |brdf: &dyn Brdf| _ = BrdfSlices::new(brdf, &entries, &azimuths, 128);
-            counts.asks("pictures", &material, asked(&*material.brdf, draw));
-            let copies: Vec<Box<dyn Brdf>> = (0..entries.len())
-                .map(|c| {
-                    let schedule = self.schedule(c, 0, spec.budget, plan.seeds[0]);
-                    let measured = Ideal.measure(&*material.brdf, &schedule);
-                    counts.add("pictures.poses", schedule.poses.len());
-                    counts.add("pictures.readings", measured.readings());
-                    counts.asks("pictures", &material, schedule.poses.len());
-                    counts.add("pictures.reconstructions", 1);
-                    method.reconstruct(&measured).unwrap()
-                })
-                .collect();
-            let copies: Vec<&dyn Brdf> = copies.iter().map(|copy| &**copy).collect();
-            let draw = |truth: &dyn Brdf, copies: &[&dyn Brdf]| {
-                _ = Comparison::all(truth, copies, &*light, spec.resolution, spec.samples);
-            };
-            let of_truth = asked(&*material.brdf, |truth| draw(truth, &copies));
-            counts.asks("pictures", &material, of_truth);
-            for i in 0..copies.len() {
-                let of_copy = asked(copies[i], |copy| {
-                    let mut copies = copies.clone();
-                    copies[i] = copy;
-                    draw(&*material.brdf, &copies);
-                });
-                counts.add("pictures.evaluated", of_copy);
-            }
-        }
-    }
 }
 
 fn plan(bench: &Bench, text: &str) -> Plan {
-    fs::write(bench.path("c.toml"), text).unwrap();
+    bench.write("c.toml", text);
     Plan::read(&Source::new("c.toml", text)).unwrap()
 }
 
 /// Runs `c.toml`, and returns its counts.
-fn run(bench: &Bench, more: &[&str]) -> Counts {
-    bench.good(&[&["run", "c.toml", "-q", "-o", "a"], more].concat());
+fn run(bench: &Bench, more: &str) -> Counts {
+    bench.good(format!("run c.toml -q -o a {more}"));
     Counts::of(bench, "a")
 }
 
@@ -258,7 +211,7 @@ fn the_quickstart_does_what_its_rows_need() {
     let text = text.replace("[250, 1000, 4000, 16000]", "[250, 1000]");
     let text = format!("{text}\n[metrics]\npairs = 600\nmax_pairs = 1\n");
     let plan = plan(&bench, &text);
-    let shown = bench.good(&["run", "c.toml", "-q", "-o", "a", "--explain"]);
+    let shown = bench.good("run c.toml -q -o a --explain");
     let counts = Counts::of(&bench, "a");
     let expected = Part::whole(&plan).counts();
     assert_eq!(counts, expected.clone().with_files(&bench, "a"));
@@ -303,7 +256,7 @@ fn the_quickstart_does_what_its_rows_need() {
     }
     // On any number of threads, and whether it is printed or not.
     for threads in ["1", "2"] {
-        let again = run(&bench, &["--force", "--threads", threads]);
+        let again = run(&bench, &format!("--force --threads {threads}"));
         assert_eq!(again.without_files(), expected, "{threads}");
     }
 }
@@ -347,8 +300,8 @@ budget = 100
 
 /// The same with a table, the file `t.binary`, as the second material.
 fn with_table(bench: &Bench) -> String {
-    let tabulate = ["tabulate", "small.toml", "--material", "ggx-0.4"];
-    bench.good(&[&tabulate[..], &["-o", "t.binary"]].concat());
+    let tabulate = "tabulate small.toml --material ggx-0.4";
+    bench.good(format!("{tabulate} -o t.binary"));
     let table = format!("kind = \"merl\"\npath = {:?}", bench.path("t.binary"));
     DRAWN.replace("kind = \"ggx\"\nalpha = 0.3", &table)
 }
@@ -373,26 +326,17 @@ fn a_part_of_a_study_reads_builds_and_draws_its_own_materials() {
             units: share.units,
             materials,
         };
-        let mut expected = mine.counts();
-        mine.draw(&mut expected);
+        let expected = mine.counts();
         let folder = format!("part-{part}");
-        bench.good(&[
-            "run",
-            "c.toml",
-            "-q",
-            "-o",
-            &folder,
-            "--shard",
-            &shard.to_string(),
-        ]);
+        bench.good(format!("run c.toml -q -o {folder} --shard {}", shard));
         let counts = Counts::of(&bench, &folder);
-        assert_eq!(counts, expected.with_files(&bench, &folder));
         assert_eq!(counts.get("load.files_read") > 0, part == 2);
+        assert_eq!(counts.without_files(), expected);
     }
     // Together they are the whole, but for test pairs, schedules and pictures of the study, which each part makes.
-    bench.good(&["merge", "part-1", "part-2", "-o", "both"]);
+    bench.good("merge part-1 part-2 -o both");
     let both = Counts::of(&bench, "both");
-    let whole = run(&bench, &[]);
+    let whole = run(&bench, "");
     for shared in [
         "truth.test_pairs",
         "plan.schedules",
@@ -420,19 +364,21 @@ fn a_run_that_goes_on_does_what_is_missing() {
     let text = with_table(&bench);
     let some = text.replace("[60, 150]", "[60]");
     let plan_of_some = plan(&bench, &some);
-    let part = Part::whole(&plan_of_some);
-    let mut expected = part.counts();
-    part.draw(&mut expected);
-    assert_eq!(run(&bench, &[]).without_files(), expected);
+    let first = run(&bench, "");
+    assert!(first.get("pictures.evaluated") > 0);
+    let expected = Part::whole(&plan_of_some).counts();
+    assert_eq!(first.without_files(), expected);
     // A budget more: its schedules, with the materials built again; none is drawn again.
     let plan = plan(&bench, &text);
     let mut further = Part::whole(&plan);
     further
         .units
         .retain(|unit| unit.allowance.count() == Some(150));
-    assert_eq!(run(&bench, &[]).without_files(), further.counts());
+    let more = run(&bench, "");
+    assert_eq!(more.get("pictures.evaluated"), 0);
+    assert_eq!(more.without_files(), further.counts());
     // Nothing: files are hashed to know that, and what is made of all rows is written.
-    let shown = bench.good(&["run", "c.toml", "-q", "-o", "a", "--explain"]);
+    let shown = bench.good("run c.toml -q -o a --explain");
     let counts = Counts::of(&bench, "a");
     let mut expected = Counts::default();
     expected.add("load.files_read", 1);
@@ -445,10 +391,7 @@ fn a_run_that_goes_on_does_what_is_missing() {
     // Those of the study itself, its curves among them.
     assert_eq!(counts.get("pictures.drawn"), 3);
     let rows = bench.rows("a").len();
-    assert!(
-        shown.contains(&format!("0 rows made, {rows} rows known before")),
-        "{shown}"
-    );
+    says(&shown, &format!("0 rows made, {rows} rows known before"));
 }
 
 /// A machine that takes a value at a pose, and is sought for minutes or given a budget.
@@ -495,7 +438,7 @@ fn seeds_and_materials_share_schedules_and_tours() {
     // A budget: one schedule, its tour, and the tour without limits that says what holes cost.
     let text = MACHINE.replace("SIZE", "budgets = [120]");
     plan(&bench, &more(&text));
-    let counts = run(&bench, &["--force"]);
+    let counts = run(&bench, "--force");
     let rows = bench.rows("a");
     let (poses, reachable) = (rows[0].poses, rows[0].reachable);
     assert!(reachable < 1.0);
@@ -517,9 +460,9 @@ fn seeds_and_materials_share_schedules_and_tours() {
     // Minutes: a search, which neither seeds nor materials repeat.
     let text = MACHINE.replace("SIZE", "minutes = [10]");
     plan(&bench, &text);
-    let one = run(&bench, &["--force"]);
+    let one = run(&bench, "--force");
     plan(&bench, &more(&text));
-    let many = run(&bench, &["--force"]);
+    let many = run(&bench, "--force");
     assert_eq!(of_plan(&one), of_plan(&many));
     assert_eq!(
         6 * one.get("measure.evaluations"),
@@ -532,7 +475,7 @@ fn seeds_and_materials_share_schedules_and_tours() {
         "{one:?}"
     );
     for threads in ["1", "2"] {
-        let again = run(&bench, &["--force", "--threads", threads]);
+        let again = run(&bench, &format!("--force --threads {threads}"));
         assert_eq!(again.without_files(), many.clone().without_files());
     }
 }
@@ -544,8 +487,8 @@ fn profiles_cost_what_their_slices_say() {
         "experiment = \"moments\"\n[moments]\nviews = 5\norder = 2\n\
          estimator = {{ kind = \"sobol\", samples = 512 }}\n{MATERIALS}"
     );
-    fs::write(bench.path("c.toml"), text).unwrap();
-    let counts = run(&bench, &[]);
+    bench.write("c.toml", text);
+    let counts = run(&bench, "");
     let mut expected = Counts::default();
     expected.add("load.materials", 3);
     // 3 materials of 5 slices: the points of each, and a look where the peak should be.
@@ -559,12 +502,10 @@ fn profiles_cost_what_their_slices_say() {
         .flat_map(|p| p.slices);
     assert_eq!(slices.map(|s| s.evaluations).sum::<usize>(), points);
     // Gone on with, nothing is evaluated.
-    let shown = bench.good(&["run", "c.toml", "-q", "-o", "a", "--explain"]);
+    let shown = bench.good("run c.toml -q -o a --explain");
     assert_eq!(Counts::of(&bench, "a").without_files(), Counts::default());
-    for line in [
-        "0 rows made, 3 rows known before",
-        "spheres     analysis.spheres names no material",
-    ] {
-        assert!(shown.contains(line), "{shown}");
-    }
+    says(
+        &shown,
+        "0 rows made, 3 rows known before … spheres     analysis.spheres names no material",
+    );
 }

@@ -2,11 +2,13 @@
 //! folder is moved, its data change, nobody hears what it prints. Whoever runs it again has the results of one that
 //! nothing happened to, and nothing that was finished is made again.
 
-use super::common::{Level, levels};
-use super::{Bench, SMALL, assert_same, results};
+use super::common::{Level, levels, says};
+use super::{Bench, Line, SMALL, assert_same, finished, results};
 use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
+
+const RECORDS: &str = "results.jsonl";
 
 /// A study with pictures, and an acquisition by an instrument in minutes.
 fn configs() -> [String; 2] {
@@ -22,14 +24,6 @@ fn configs() -> [String; 2] {
              [output]\nschedules = \"csv\"\n"
         ),
     ]
-}
-
-/// Lines of the records of a run that are whole.
-fn finished(bench: &Bench, run: &str) -> Vec<String> {
-    let bytes = fs::read(bench.path(run).join("results.jsonl")).unwrap_or_default();
-    let end = bytes.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
-    let text = String::from_utf8(bytes[..end].to_vec()).expect("whole lines are text");
-    text.lines().map(str::to_owned).collect()
 }
 
 /// Whatever is there under its name is whole: what is drawn or laid out, and the report to its end.
@@ -63,16 +57,15 @@ levels! {
 
 fn a_run_that_is_killed_again_and_again_ends_as_one_that_is_not(level: Level) {
     for text in configs() {
-        let bench = Bench::new();
-        fs::write(bench.path("c.toml"), text).unwrap();
+        let bench = Bench::of(text);
         let start = Instant::now();
-        bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+        bench.good("run c.toml -q -o whole");
         let whole = start.elapsed().as_secs_f64();
         let expected = results(&bench, "whole");
         let again = ["run", "c.toml", "-q", "-o", "killed"];
         let mut before: Vec<String> = Vec::new();
         for kill in 0..level.of(2, 24) {
-            let mut run = bench.command(&again);
+            let mut run = bench.command(again);
             let mut run = run
                 .stderr(Stdio::null())
                 .stdout(Stdio::null())
@@ -83,7 +76,7 @@ fn a_run_that_is_killed_again_and_again_ends_as_one_that_is_not(level: Level) {
             std::thread::sleep(Duration::from_secs_f64(moment * moment * whole));
             run.kill().unwrap();
             let ended = run.wait().unwrap().success();
-            let after = finished(&bench, "killed");
+            let after = finished(&bench, "killed", RECORDS);
             assert!(
                 holds(&after, &before),
                 "kill {kill}: finished rows are lost"
@@ -96,8 +89,8 @@ fn a_run_that_is_killed_again_and_again_ends_as_one_that_is_not(level: Level) {
                 before.clear();
             }
         }
-        bench.good(&again);
-        assert!(holds(&finished(&bench, "killed"), &before));
+        bench.good(again);
+        assert!(holds(&finished(&bench, "killed", RECORDS), &before));
         assert_same(&expected, &results(&bench, "killed"));
         let left = bench.files("killed");
         assert!(!left.iter().any(|file| file.contains(".tmp")), "{left:?}");
@@ -111,8 +104,8 @@ fn a_run_that_is_killed_while_it_draws_leaves_no_half_of_a_picture() {
     // Its schedules are written as they are measured, slices and pictures as they are drawn.
     let [study, _] = configs();
     let text = study + "\n[output]\nschedules = \"csv\"\nslices = true\n";
-    fs::write(bench.path("c.toml"), text).unwrap();
-    bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+    bench.write("c.toml", text);
+    bench.good("run c.toml -q -o whole");
     let expected = results(&bench, "whole");
     let again = ["run", "c.toml", "-q", "-o", "killed"];
     let drawn = || match bench.path("killed").exists() {
@@ -124,7 +117,7 @@ fn a_run_that_is_killed_while_it_draws_leaves_no_half_of_a_picture() {
         false => 0,
     };
     for files in [1, 9] {
-        let mut run = bench.command(&again);
+        let mut run = bench.command(again);
         run.stderr(Stdio::null()).stdout(Stdio::null());
         let mut run = run.spawn().unwrap();
         while drawn() < files && run.try_wait().unwrap().is_none() {
@@ -134,7 +127,7 @@ fn a_run_that_is_killed_while_it_draws_leaves_no_half_of_a_picture() {
         run.wait().unwrap();
         assert_whole(&bench, "killed", &expected);
     }
-    bench.good(&again);
+    bench.good(again);
     assert_same(&expected, &results(&bench, "killed"));
     let left = bench.files("killed");
     assert!(!left.iter().any(|file| file.contains(".part")), "{left:?}");
@@ -148,15 +141,15 @@ fn a_table_of_random_paths_that_is_killed_goes_on() {
             "[[material]]\nkind = \"smith-multiple\"\nalpha = [0.3, 0.6]\npaths = 4\nseed = {seed}\n"
         )
     };
-    fs::write(bench.path("c.toml"), material(1)).unwrap();
-    fs::write(bench.path("other.toml"), material(2)).unwrap();
-    bench.good(&["tabulate", "c.toml", "-o", "whole.bin"]);
+    bench.write("c.toml", material(1));
+    bench.write("other.toml", material(2));
+    bench.good("tabulate c.toml -o whole.bin");
     assert!(!bench.path("whole.bin.part").exists());
     let again = ["tabulate", "c.toml", "-o", "killed.bin"];
     let part = bench.path("killed.bin.part");
     let kept = || fs::metadata(&part).map_or(0, |of| of.len());
     for bytes in [1, 800_000] {
-        let mut table = bench.command(&again);
+        let mut table = bench.command(again);
         table.stderr(Stdio::null()).stdout(Stdio::null());
         let mut table = table.spawn().unwrap();
         while kept() < bytes && table.try_wait().unwrap().is_none() {
@@ -166,14 +159,14 @@ fn a_table_of_random_paths_that_is_killed_goes_on() {
         table.wait().unwrap();
         assert!(kept() >= bytes && !bench.path("killed.bin").exists());
     }
-    let of_other = bench.refused(&["tabulate", "other.toml", "-o", "killed.bin"], 2);
-    assert!(
-        of_other.contains("killed.bin.part") && of_other.contains("--force"),
-        "{of_other}"
+    bench.refuses(
+        "tabulate other.toml -o killed.bin",
+        2,
+        "killed.bin.part … --force",
     );
-    let output = bench.gonio(&again);
+    let output = bench.gonio(again);
     let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("gonio: goes on from "), "{told}");
+    says(&told, "gonio: goes on from ");
     let [whole, killed] = ["whole.bin", "killed.bin"].map(|name| fs::read(bench.path(name)));
     assert!(whole.unwrap() == killed.unwrap() && !part.exists());
 }
@@ -181,14 +174,13 @@ fn a_table_of_random_paths_that_is_killed_goes_on() {
 #[test]
 fn a_folder_that_is_moved_away_ends_its_run() {
     for text in configs() {
-        let bench = Bench::new();
-        fs::write(bench.path("c.toml"), text).unwrap();
-        bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+        let bench = Bench::of(text);
+        bench.good("run c.toml -q -o whole");
         let again = ["run", "c.toml", "-q", "-o", "here"];
-        let mut run = bench.command(&again);
+        let mut run = bench.command(again);
         let run = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn();
         let run = run.unwrap();
-        while finished(&bench, "here").is_empty() {
+        while finished(&bench, "here", RECORDS).is_empty() {
             std::thread::sleep(Duration::from_millis(1));
         }
         fs::rename(bench.path("here"), bench.path("away")).unwrap();
@@ -202,29 +194,27 @@ fn a_folder_that_is_moved_away_ends_its_run() {
             assert!(!bench.path("here").exists());
         }
         fs::rename(bench.path("away"), bench.path("here")).unwrap();
-        bench.good(&again);
+        bench.good(again);
         assert_same(&results(&bench, "whole"), &results(&bench, "here"));
     }
 }
 
 /// The commands that print, each of which can do its work in a folder of [`prints`].
-const PRINTING: [&[&str]; 14] = [
-    &["--help"],
-    &["--version"],
-    &["run", "--help"],
-    &["list"],
-    &["list", "--json"],
-    &["check", "c.toml"],
-    &["check", "c.toml", "--json"],
-    &["schema", "config"],
-    &["completions", "bash"],
-    &["man"],
-    &["run", "c.toml", "-q", "-o", "run"],
-    &["schedule", "c.toml", "-o", "-"],
-    &[
-        "measure", "p.csv", "--config", "c.toml", "-o", "r.csv", "--force",
-    ],
-    &["tabulate", "c.toml", "-o", "t.bin", "--force"],
+const PRINTING: [&str; 14] = [
+    "--help",
+    "--version",
+    "run --help",
+    "list",
+    "list --json",
+    "check c.toml",
+    "check c.toml --json",
+    "schema config",
+    "completions bash",
+    "man",
+    "run c.toml -q -o run",
+    "schedule c.toml -o -",
+    "measure p.csv --config c.toml -o r.csv --force",
+    "tabulate c.toml -o t.bin --force",
 ];
 
 #[test]
@@ -232,9 +222,9 @@ const PRINTING: [&[&str]; 14] = [
 fn results_that_cannot_be_printed_are_an_error() {
     let bench = Bench::new();
     let text = "budgets = [9]\n[[material]]\nkind = \"lambert\"\n";
-    fs::write(bench.path("c.toml"), text).unwrap();
-    bench.good(&["schedule", "c.toml", "-o", "p.csv"]);
-    bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+    bench.write("c.toml", text);
+    bench.good("schedule c.toml -o p.csv");
+    bench.good("run c.toml -q -o whole");
     let expected = results(&bench, "whole");
     for args in PRINTING {
         let full = fs::OpenOptions::new().write(true).open("/dev/full");
@@ -256,7 +246,7 @@ fn results_that_cannot_be_printed_are_an_error() {
             env!("CARGO_BIN_EXE_gonio"),
         ]);
         let closed = closed
-            .args(args)
+            .args(args.words())
             .current_dir(bench.path(""))
             .output()
             .unwrap();
@@ -273,7 +263,7 @@ fn results_that_cannot_be_printed_are_an_error() {
 
 /// The program as a user who may not write everywhere, as root may; `None`, aloud, where root cannot be another.
 #[cfg(unix)]
-fn unprivileged(bench: &Bench) -> Option<impl Fn(&[&str]) -> std::process::Output> {
+fn unprivileged(bench: &Bench) -> Option<impl Fn(&str) -> std::process::Output> {
     use std::os::unix::fs::{MetadataExt, PermissionsExt};
     use std::os::unix::process::CommandExt;
     const NOBODY: u32 = 65_534;
@@ -288,16 +278,19 @@ fn unprivileged(bench: &Bench) -> Option<impl Fn(&[&str]) -> std::process::Outpu
         // The folder is only ours at first.
         fs::set_permissions(&dir, fs::Permissions::from_mode(0o777)).unwrap();
     }
-    let run = move |args: &[&str]| {
+    let run = move |args: &str| {
         let mut command = Command::new(&program);
-        command.args(args).current_dir(&dir).stdin(Stdio::null());
+        command
+            .args(args.words())
+            .current_dir(&dir)
+            .stdin(Stdio::null());
         if root {
             command.uid(NOBODY).gid(NOBODY);
         }
         command.output()
     };
-    match run(&["--version"]) {
-        Ok(output) if output.status.success() => Some(move |args: &[&str]| run(args).unwrap()),
+    match run("--version") {
+        Ok(output) if output.status.success() => Some(move |args: &str| run(args).unwrap()),
         other => {
             eprintln!("skipped: no other user can run the program here ({other:?})");
             None
@@ -316,43 +309,32 @@ fn what_may_not_be_written_or_read_is_said() {
     let Some(run) = unprivileged(&bench) else {
         return;
     };
-    let good = |args: &[&str]| {
+    let good = |args: &str| {
         let output = run(args);
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(0), "{args:?}: {stderr}");
     };
-    let refused = |args: &[&str], code, place: &str| {
+    let refused = |args: &str, code, place: &str| {
         let output = run(args);
         let stderr = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(code), "{args:?}: {stderr}");
         assert!(stderr.starts_with(&format!("gonio: {place}")), "{stderr}");
         assert_eq!(stderr.lines().count(), 1, "{args:?}: {stderr}");
-        assert!(stderr.contains("ermission denied"), "{stderr}");
+        says(&stderr, "ermission denied");
     };
     let [text, _] = configs();
-    fs::write(bench.path("c.toml"), text).unwrap();
-    let args = |folder| ["run", "c.toml", "-q", "-o", folder];
-    good(&args("whole"));
+    bench.write("c.toml", text);
+    good("run c.toml -q -o whole");
     let expected = results(&bench, "whole");
     fs::create_dir(bench.path("closed")).unwrap();
     mode("closed", 0o555);
     for (args, place) in [
-        (&args("closed")[..], "closed"),
-        (&args("closed/run"), "closed/run"),
-        (&["init", "-o", "closed/a.toml"], "closed/a.toml"),
+        ("run c.toml -q -o closed", "closed"),
+        ("run c.toml -q -o closed/run", "closed/run"),
+        ("init -o closed/a.toml", "closed/a.toml"),
+        ("schedule small.toml -o closed/all/", "closed/all"),
         (
-            &["schedule", "small.toml", "-o", "closed/all/"],
-            "closed/all",
-        ),
-        (
-            &[
-                "tabulate",
-                "small.toml",
-                "--material",
-                "lambert",
-                "-o",
-                "closed/t.bin",
-            ],
+            "tabulate small.toml --material lambert -o closed/t.bin",
             "closed/t.bin",
         ),
     ] {
@@ -360,28 +342,24 @@ fn what_may_not_be_written_or_read_is_said() {
     }
     assert!(bench.files("closed").is_empty());
     // A run some of whose files were made by somebody else.
-    let records = fs::read(bench.path("whole/results.jsonl")).unwrap();
+    let records = bench.read_bytes("whole/results.jsonl");
     let half = records.iter().position(|b| *b == b'\n').unwrap() + 1;
     fs::create_dir(bench.path("half")).unwrap();
-    fs::write(bench.path("half/results.jsonl"), &records[..half]).unwrap();
+    bench.write("half/results.jsonl", &records[..half]);
     mode("half", 0o777);
     mode("half/results.jsonl", 0o444);
-    refused(&args("half"), 2, "half");
+    refused("run c.toml -q -o half", 2, "half");
     mode("half/results.jsonl", 0o666);
     mode("half", 0o555);
-    refused(&args("half"), 2, "half");
+    refused("run c.toml -q -o half", 2, "half");
     mode("half", 0o777);
-    good(&args("half"));
+    good("run c.toml -q -o half");
     assert_same(&expected, &results(&bench, "half"));
     // What may not be read.
-    fs::write(
-        bench.path("p.csv"),
-        "theta_i_deg,theta_o_deg,phi_o_deg,value\n",
-    )
-    .unwrap();
+    bench.write("p.csv", "theta_i_deg,theta_o_deg,phi_o_deg,value\n");
     for (args, code, file) in [
-        (&["reconstruct", "p.csv"][..], 3, "p.csv"),
-        (&["check", "c.toml"], 2, "c.toml"),
+        ("reconstruct p.csv", 3, "p.csv"),
+        ("check c.toml", 2, "c.toml"),
     ] {
         mode(file, 0o000);
         refused(args, code, file);
@@ -390,63 +368,11 @@ fn what_may_not_be_written_or_read_is_said() {
 }
 
 #[test]
-#[cfg(target_os = "linux")]
-fn a_small_file_system_fills_up() {
-    struct Mounted(std::path::PathBuf);
-    impl Drop for Mounted {
-        fn drop(&mut self) {
-            let gone = Command::new("umount").arg(&self.0).status();
-            assert!(
-                gone.is_ok_and(|s| s.success()),
-                "umount {}",
-                self.0.display()
-            );
-        }
-    }
-    let bench = Bench::new();
-    let mount = |options: &str| {
-        let mut mount = Command::new("mount");
-        mount
-            .args(["-t", "tmpfs", "-o", options, "tmpfs"])
-            .arg(bench.path("disk"));
-        mount
-            .stderr(Stdio::null())
-            .status()
-            .is_ok_and(|s| s.success())
-    };
-    fs::create_dir(bench.path("disk")).unwrap();
-    if !mount("size=32k") {
-        eprintln!("skipped: no file system may be mounted here; full disks are those of ulimit -f");
-        return;
-    }
-    let disk = Mounted(bench.path("disk"));
-    for (text, name) in configs().into_iter().zip(["a", "b"]) {
-        let (whole, folder) = (format!("whole-{name}"), format!("disk/{name}"));
-        fs::write(bench.path("c.toml"), text).unwrap();
-        bench.good(&["run", "c.toml", "-q", "-o", &whole]);
-        let again = ["run", "c.toml", "-q", "-o", &folder];
-        assert!(mount("remount,size=32k"));
-        let output = bench.gonio(&again);
-        let sentence = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{sentence}");
-        assert!(sentence.starts_with("gonio: disk"), "{sentence}");
-        let before = finished(&bench, &folder);
-        assert!(mount("remount,size=64m"));
-        bench.good(&again);
-        assert!(holds(&finished(&bench, &folder), &before));
-        assert_same(&results(&bench, &whole), &results(&bench, &folder));
-        fs::remove_dir_all(bench.path(&folder)).unwrap();
-    }
-    drop(disk);
-}
-
-#[test]
 #[cfg(unix)]
 fn a_full_disk_is_said_and_room_is_all_that_it_takes() {
     for text in configs() {
-        let bench = Bench::new();
-        fs::write(bench.path("c.toml"), text).unwrap();
-        bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+        let bench = Bench::of(text);
+        bench.good("run c.toml -q -o whole");
         let expected = results(&bench, "whole");
         // No file may be larger than so many blocks of 512 or 1024 bytes.
         for blocks in [0, 4] {
@@ -459,7 +385,7 @@ fn a_full_disk_is_said_and_room_is_all_that_it_takes() {
             assert_eq!(output.status.code(), Some(2), "{blocks}: {stderr}");
             assert!(stderr.starts_with("gonio: full"), "{stderr}");
         }
-        bench.good(&["run", "c.toml", "-q", "-o", "full"]);
+        bench.good("run c.toml -q -o full");
         assert_same(&expected, &results(&bench, "full"));
     }
 }
@@ -467,24 +393,17 @@ fn a_full_disk_is_said_and_room_is_all_that_it_takes() {
 #[test]
 fn two_runs_in_one_folder_do_not_mix() {
     for text in configs() {
-        let bench = Bench::new();
-        fs::write(bench.path("c.toml"), text).unwrap();
-        bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+        let bench = Bench::of(text);
+        bench.good("run c.toml -q -o whole");
         let again = ["run", "c.toml", "-q", "-o", "both"];
-        let runs = [(); 2].map(|()| {
-            bench
-                .command(&again)
-                .stderr(Stdio::piped())
-                .spawn()
-                .unwrap()
-        });
+        let runs = [(); 2].map(|()| bench.command(again).stderr(Stdio::piped()).spawn().unwrap());
         let ended = runs.map(|run| run.wait_with_output().unwrap());
         let codes = ended.each_ref().map(|run| run.status.code());
         assert!(codes.contains(&Some(0)), "{codes:?}");
         for run in ended.iter().filter(|run| !run.status.success()) {
             let stderr = String::from_utf8_lossy(&run.stderr);
             assert_eq!(run.status.code(), Some(2), "{stderr}");
-            assert!(stderr.contains("another"), "{stderr}");
+            says(&stderr, "another");
         }
         assert_same(&results(&bench, "whole"), &results(&bench, "both"));
     }
@@ -495,8 +414,8 @@ fn data_that_change_between_runs_are_measured_again() {
     let bench = Bench::new();
     let table = |alpha: f64| {
         let text = format!("[[material]]\nkind = \"ggx\"\nalpha = {alpha}\n");
-        fs::write(bench.path("m.toml"), text).unwrap();
-        bench.good(&["tabulate", "m.toml", "-o", "table.binary", "-q", "--force"]);
+        bench.write("m.toml", text);
+        bench.good("tabulate m.toml -o table.binary -q --force");
     };
     let small = SMALL.replace(
         "budgets = [60, 150]\nseeds = [1, 2]",
@@ -506,13 +425,13 @@ fn data_that_change_between_runs_are_measured_again() {
         "kind = \"ggx\"\nalpha = 0.4",
         "kind = \"merl\"\npath = \"table.binary\"",
     );
-    fs::write(bench.path("c.toml"), text).unwrap();
+    bench.write("c.toml", text);
     table(0.3);
-    bench.good(&["run", "c.toml", "-q", "-o", "a"]);
-    let before = finished(&bench, "a");
+    bench.good("run c.toml -q -o a");
+    let before = finished(&bench, "a", RECORDS);
     table(0.5);
-    bench.good(&["run", "c.toml", "-q", "-o", "a"]);
-    bench.good(&["run", "c.toml", "-q", "-o", "new"]);
+    bench.good("run c.toml -q -o a");
+    bench.good("run c.toml -q -o new");
     // Rows of the table as it was stay in the file of records, behind the others, and nowhere else.
     let [of_new, of_a] = ["new", "a"].map(|run| {
         let files = results(&bench, run).into_iter();
@@ -521,5 +440,5 @@ fn data_that_change_between_runs_are_measured_again() {
     });
     assert_same(&of_new.1, &of_a.1);
     assert!(of_a.0.starts_with(&of_new.0));
-    assert!(holds(&finished(&bench, "a"), &before));
+    assert!(holds(&finished(&bench, "a", RECORDS), &before));
 }

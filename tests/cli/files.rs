@@ -1,6 +1,7 @@
 //! Poses and readings as files: schedule → measure → reconstruct.
 
 use super::Bench;
+use super::common::{says, table};
 use std::fs;
 
 /// The numbers of a column of the table of errors.
@@ -29,15 +30,8 @@ pub fn errors(text: &str, measure: &str) -> Vec<f64> {
 fn the_way_through_files_ends_where_a_run_does() {
     let bench = Bench::new();
     let config = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/quickstart.toml");
-    let set = [
-        "--set",
-        "material=[{kind=\"ggx\",alpha=0.3}]",
-        "--set",
-        "budgets=[250]",
-        "--set",
-        "metrics={ pairs = 500, max_pairs = 1 }",
-    ];
-    bench.good(&[&["run", config, "-o", "run", "-q"], &set[..]].concat());
+    let set = "--set material=[{kind=\"ggx\",alpha=0.3}] --set budgets=[250] --set 'metrics={ pairs = 500, max_pairs = 1 }'";
+    bench.good(format!("run {config} -o run -q {set}"));
     let rows = bench.rows("run");
     let material = rows
         .iter()
@@ -59,21 +53,21 @@ fn the_way_through_files_ends_where_a_run_does() {
     ] {
         for (name, warp) in choices {
             let (poses, readings) = (format!("p.{format}"), format!("r.{format}"));
-            let choice = ["--parametrization", name, "--warp", warp];
-            let file = ["-o", &poses, "--force", "--material", &material];
-            bench.good(&[&["schedule", config], &set[..], &choice, &file].concat());
-            let file = ["--material", &material, "-o", &readings, "--force"];
-            let said = bench.good(&[&["measure", &poses, "--config", config], &file[..]].concat());
-            assert!(said.contains(" 0 without data"), "{said}");
+            let choice = format!("--parametrization {name} --warp '{warp}'");
+            let file = format!("-o {poses} --force --material {material}");
+            bench.good(format!("schedule {config} {set} {choice} {file}"));
+            let file = format!("--material {material} -o {readings} --force");
+            let said = bench.good(format!("measure {poses} --config {config} {file}"));
+            says(&said, " 0 without data");
             for kind in ["multilinear", "cubic"] {
-                let how = ["--reconstruction", kind, "--against", "c.toml"];
+                let how = format!("--reconstruction {kind} --against c.toml");
                 // The same test pairs as the run.
                 let text = fs::read_to_string(config).unwrap()
                     + "\n[metrics]\npairs = 500\nmax_pairs = 1\n";
-                fs::write(bench.path("c.toml"), text).unwrap();
-                let of = ["--material", &material];
-                let said = bench.good(&[&["reconstruct", &readings], &how[..], &of].concat());
-                assert!(said.contains(&format!("in {name} coordinates")), "{said}");
+                bench.write("c.toml", text);
+                let of = format!("--material {material}");
+                let said = bench.good(format!("reconstruct {readings} {how} {of}"));
+                says(&said, &format!("in {name} coordinates"));
                 let mut compared = 0;
                 for row in &rows {
                     let same = row.material == material
@@ -129,8 +123,8 @@ preset = "utia"
 pairs = 2000
 max_pairs = 1
 "#;
-    fs::write(bench.path("i.toml"), config).unwrap();
-    bench.good(&["run", "i.toml", "-o", "run", "-q"]);
+    bench.write("i.toml", config);
+    bench.good("run i.toml -o run -q");
     let rows = bench.rows("run");
     let [row] = rows.as_slice() else {
         panic!("{} rows", rows.len())
@@ -138,25 +132,25 @@ max_pairs = 1
     assert!(row.reachable < 1.0);
     for format in ["csv", "jsonl"] {
         let (poses, readings) = (format!("p.{format}"), format!("r.{format}"));
-        let sentence = bench.refused(&["schedule", "i.toml", "-o", &poses], 4);
+        let sentence = bench.refused(format!("schedule i.toml -o {poses}"), 4);
         let lost = row.poses - row.readings;
         let told = format!("utia cannot take {lost} of {} poses (", row.poses);
-        assert!(sentence.contains(&told), "{sentence}");
-        assert!(sentence.contains("--skip-unreachable"), "{sentence}");
+        says(&sentence, &told);
+        says(&sentence, "--skip-unreachable");
         assert!(!bench.path(&poses).exists());
-        bench.good(&["schedule", "i.toml", "-o", &poses, "--skip-unreachable"]);
-        let said = bench.good(&["measure", &poses, "--config", "i.toml", "-o", &readings]);
+        bench.good(format!("schedule i.toml -o {poses} --skip-unreachable"));
+        let said = bench.good(format!("measure {poses} --config i.toml -o {readings}"));
         let minutes = row.instrument_seconds.unwrap() / 60.0;
         let told = format!(
             "{} readings, 0 without data, {lost} out of reach, {minutes:.1} min",
             row.readings
         );
-        assert!(said.contains(&told), "{said}");
+        says(&said, &told);
         // What the schedule left out keeps its reason.
-        let text = fs::read_to_string(bench.path(&readings)).unwrap();
-        assert!(text.contains("unreachable:light-elevation"), "{text}");
-        let against = ["--against", "i.toml", "--reconstruction", "cubic"];
-        let said = bench.good(&[&["reconstruct", &readings], &against[..]].concat());
+        let text = bench.read(&readings);
+        says(&text, "unreachable:light-elevation");
+        let against = "--against i.toml --reconstruction cubic";
+        let said = bench.good(format!("reconstruct {readings} {against}"));
         // The same poses, times and noise: the same readings, hence the same errors.
         let found = errors(&said, "cosine")[0];
         let of_run = row.value("nrmse").unwrap();
@@ -170,73 +164,46 @@ max_pairs = 1
 #[test]
 fn a_table_without_its_comments_is_taken_at_its_word() {
     let bench = Bench::new();
-    let instrument = ["--instrument", "utia", "--skip-unreachable"];
-    let choice = ["--material", "ggx-0.4", "--budget", "150", "--seed", "1"];
-    let more = ["--warp", "none", "--sample-set", "grid", "-o", "p.csv"];
-    bench.good(&[&["schedule", "small.toml"], &choice[..], &more, &instrument].concat());
-    let text = fs::read_to_string(bench.path("p.csv")).unwrap();
+    let instrument = "--instrument utia --skip-unreachable";
+    let choice = "--material ggx-0.4 --budget 150 --seed 1";
+    let more = "--warp none --sample-set grid -o p.csv";
+    bench.good(format!("schedule small.toml {choice} {more} {instrument}"));
+    let text = bench.read("p.csv");
     let rows: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
     assert!(rows[0].contains("turntable_deg"));
-    fs::write(bench.path("bare.csv"), rows.join("\n") + "\n").unwrap();
-    let of = [
-        "--config",
-        "small.toml",
-        "--material",
-        "ggx-0.4",
-        "-o",
-        "r.csv",
-    ];
-    let said = bench.good(&[&["measure", "bare.csv"], &of[..]].concat());
+    bench.write("bare.csv", rows.join("\n") + "\n");
+    let of = "--config small.toml --material ggx-0.4 -o r.csv";
+    let said = bench.good(format!("measure bare.csv {of}"));
     let told = format!("{0} poses: {0} readings", rows.len() - 1);
-    assert!(said.contains(&told), "{said}");
+    says(&said, &told);
     // A schedule is no measurement, and says so.
-    let sentence = bench.refused(&["reconstruct", "p.csv"], 3);
-    assert!(sentence.contains("measure it first"), "{sentence}");
+    bench.refuses("reconstruct p.csv", 3, "measure it first");
 }
 
 #[test]
 fn poses_by_hand_are_measured_or_refused_with_their_reason() {
     let bench = Bench::new();
     let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n";
-    fs::write(
-        bench.path("good.csv"),
-        format!("{head}30,0,40,90\n45,0,45,180\n"),
-    )
-    .unwrap();
-    fs::write(
-        bench.path("retro.csv"),
+    bench.write("good.csv", format!("{head}30,0,40,90\n45,0,45,180\n"));
+    bench.write(
+        "retro.csv",
         format!("{head}30,0,40,90\n45,0,45,0\n80,0,10,180\n"),
-    )
-    .unwrap();
-    let measure = |file: &str, more: &[&str]| {
-        let out = format!("{file}.readings.csv");
-        let args = [
-            "measure",
-            file,
-            "--config",
-            "small.toml",
-            "--material",
-            "ggx-0.4",
-        ];
-        let out = ["--instrument", "utia", "-o", &out, "--force"];
-        let more = [&args[..], &out[..], more].concat();
-        bench.command(&more).output().unwrap()
-    };
-    assert_eq!(measure("good.csv", &[]).status.code(), Some(0));
-    let refused = measure("retro.csv", &[]);
-    assert_eq!(refused.status.code(), Some(4));
-    let sentence = String::from_utf8(refused.stderr).unwrap();
-    let told = "utia cannot take 2 of 3 poses (1: occluded, 2: light-elevation)";
-    assert!(sentence.contains(told), "{sentence}");
-    assert!(!bench.path("retro.csv.readings.csv").exists());
-    assert_eq!(
-        measure("retro.csv", &["--skip-unreachable"]).status.code(),
-        Some(0)
     );
-    let text = fs::read_to_string(bench.path("retro.csv.readings.csv")).unwrap();
+    let measure = |file: &str, more: &str| {
+        let out = format!("{file}.readings.csv");
+        let args = format!("measure {file} --config small.toml --material ggx-0.4");
+        let out = format!("--instrument utia -o {out} --force");
+        format!("{args} {out} {more}")
+    };
+    bench.good(measure("good.csv", ""));
+    let told = "utia cannot take 2 of 3 poses (1: occluded, 2: light-elevation)";
+    bench.refuses(measure("retro.csv", ""), 4, told);
+    assert!(!bench.path("retro.csv.readings.csv").exists());
+    bench.good(measure("retro.csv", "--skip-unreachable"));
+    let text = bench.read("retro.csv.readings.csv");
     // Nothing is lost: the rows of both are there, without a value.
-    assert!(text.contains(",occluded,1\n"), "{text}");
-    assert!(text.contains(",unreachable:light-elevation,1\n"), "{text}");
+    says(&text, ",occluded,1\n");
+    says(&text, ",unreachable:light-elevation,1\n");
     // The order of the file is the order of time.
     let rows: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
     assert_eq!(rows.len(), 4);
@@ -244,35 +211,23 @@ fn poses_by_hand_are_measured_or_refused_with_their_reason() {
 
 #[test]
 fn a_table_from_a_spreadsheet_goes_all_the_way() {
-    let bench = Bench::new();
-    fs::write(bench.path("c.toml"), CONFIG).unwrap();
+    let bench = Bench::of(CONFIG);
     let mut table = "\u{feff}theta_i_deg;phi_i_deg;theta_o_deg;phi_o_deg\r\n".to_owned();
     for i in 0..9 {
         for j in 0..9 {
             table += &format!("{};0;{},5;{}\r\n", 10 * i, 9 * j, 20 * ((i + j) % 9));
         }
     }
-    fs::write(bench.path("hand.csv"), table).unwrap();
-    let said = bench.good(&["measure", "hand.csv", "--config", "c.toml", "-o", "r.csv"]);
-    assert!(said.contains("81 poses: 81 readings"), "{said}");
-    let said = bench.good(&[
-        "reconstruct",
-        "r.csv",
-        "--against",
-        "c.toml",
-        "--reconstruction",
-        "inverse-distance",
-        "--set",
-        "values=linear",
-        "-o",
-        "copy.bin",
-    ]);
-    for part in [
-        "81 poses (file) in half-difference coordinates",
-        "theta_i 0.00° to 80.00°, theta_o 0.50° to 72.50°",
-    ] {
-        assert!(said.contains(part), "{said}");
-    }
+    bench.write("hand.csv", table);
+    bench.tells(
+        "measure hand.csv --config c.toml -o r.csv",
+        "81 poses: 81 readings",
+    );
+    let said = bench.good("reconstruct r.csv --against c.toml --reconstruction inverse-distance --set values=linear -o copy.bin");
+    says(
+        &said,
+        "81 poses (file) in half-difference coordinates … theta_i 0.00° to 80.00°, theta_o 0.50° to 72.50°",
+    );
     // Whatever mean of equal readings it is, it is that reading.
     assert!(errors(&said, "cosine")[0] < 1e-12, "{said}");
     assert_eq!(
@@ -283,310 +238,130 @@ fn a_table_from_a_spreadsheet_goes_all_the_way() {
             .count(),
         1
     );
-    let said = bench.good(&["reconstruct", "r.csv", "--against", "copy.bin"]);
+    let said = bench.good("reconstruct r.csv --against copy.bin");
     assert!(errors(&said, "lobe")[1] < 1e-3, "{said}");
 }
 
 #[test]
-fn alta_files_are_readings_too() {
-    let bench = Bench::new();
-    let mut text = "#DIM 3 1\n#PARAM_IN RUSIN_TH_TD_PD\n#PARAM_OUT INV_STERADIAN\n".to_owned();
-    for i in 0..20 {
-        for j in 0..8 {
-            let (h, d) = (0.07 * f64::from(i), 0.19 * f64::from(j));
-            text += &format!("{h} {d} 1.2 0.25\n");
-        }
-    }
-    fs::write(bench.path("alta.dat"), text).unwrap();
-    let said = bench.good(&["reconstruct", "alta.dat", "--reconstruction", "nearest"]);
-    assert!(
-        said.contains("ALTA RUSIN_TH_TD_PD: ") && said.contains("nearest"),
-        "{said}"
-    );
-    let below: usize = said
-        .split("RUSIN_TH_TD_PD: ")
-        .nth(1)
-        .and_then(|rest| rest.split_whitespace().next()?.parse().ok())
-        .unwrap();
-    assert!((1..160).contains(&below), "{said}");
-    fs::write(bench.path("bad.dat"), "#DIM 3 1\n#PARAM_IN COS_TH\n").unwrap();
-    let sentence = bench.refused(&["reconstruct", "bad.dat"], 3);
-    assert!(
-        sentence.contains("bad.dat:2: #PARAM_IN COS_TH"),
-        "{sentence}"
-    );
-}
-
-#[test]
 fn bad_input_is_refused_with_its_line() {
-    let bench = Bench::new();
-    fs::write(bench.path("c.toml"), CONFIG).unwrap();
+    let bench = Bench::of(CONFIG);
     let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
-    let poses = |text: String| fs::write(bench.path("p.csv"), text).unwrap();
-    let measure = ["measure", "p.csv", "--config", "c.toml", "-o", "r.csv"];
+    let poses = |text: String| bench.write("p.csv", text);
+    let measure = "measure p.csv --config c.toml -o r.csv";
     for (rows, part) in [
         (
             "1,2,3,4\n1,2,93,4\n",
             "p.csv:3: theta_o_deg = 93: allowed is",
         ),
-        (
-            "1,2,3,4\n5,6,7,8\n1,2,3,4\n",
-            "p.csv:4: this pose is that of line 2",
-        ),
-        ("1,2,3\n", "p.csv:2: 3 cells where there are 4 columns"),
-        ("1,2,x,4\n", "p.csv:2: theta_o_deg = x"),
         ("", "p.csv: there is no row"),
     ] {
         poses(format!("{head}\n{rows}"));
-        let sentence = bench.refused(&measure, 3);
-        assert!(sentence.contains(part), "{sentence}");
+        bench.refuses(measure, 3, part);
         assert!(!bench.path("r.csv").exists());
     }
-    poses(format!("{head},colour\n1,2,3,4,5\n"));
-    let sentence = bench.refused(&measure, 3);
-    assert!(
-        sentence.contains("p.csv:1: column \"colour\" is not known"),
-        "{sentence}"
-    );
-    let sentence = bench.refused(
-        &["measure", "none.csv", "--config", "c.toml", "-o", "r.csv"],
-        3,
-    );
-    assert!(sentence.contains("none.csv: cannot read"), "{sentence}");
     poses(format!("{head}\n1,2,3,4\n"));
-    let to = |file| ["measure", "p.csv", "--config", "c.toml", "-o", file];
-    assert!(
-        bench
-            .refused(&to("r.txt"), 2)
-            .contains("allowed: .csv, .jsonl")
-    );
-    bench.good(&to("r.csv"));
-    assert!(bench.refused(&to("r.csv"), 2).contains("--force"));
-    bench.good(&[&to("r.csv")[..], &["--force"]].concat());
-
-    let reconstruct =
-        |more: &[&str], code| bench.refused(&[&["reconstruct", "r.csv"], more].concat(), code);
-    for (more, code, part) in [
-        (&["--reconstruction", "magic"][..], 2, "allowed: nearest"),
-        (&["--reconstruction", "cubic"], 3, "cubic needs a grid"),
-        (
-            &["--reconstruction", "nearest", "--set", "wings=2"],
-            2,
-            "wings",
-        ),
-        (&["--parametrization", "cube"], 2, "allowed: spherical"),
-        (
-            &["--against", "c.toml", "--material", "gold"],
-            2,
-            "allowed: lambert",
-        ),
-        (&["--against", "nothing"], 2, "neither a config"),
-    ] {
-        let sentence = reconstruct(more, code);
-        assert!(sentence.contains(part), "{sentence}");
-    }
-    // What is behind an error is told after it, a line each.
-    let angles = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
-    let odd = format!("{angles},value,flags\n1,2,3,4,5,dirty\n");
-    fs::write(bench.path("odd.csv"), odd).unwrap();
-    let output = bench.gonio(&["reconstruct", "odd.csv"]);
-    let told = String::from_utf8(output.stderr).unwrap();
-    let lines: Vec<_> = told.lines().collect();
-    assert_eq!((output.status.code(), lines.len()), (Some(3), 2), "{told}");
-    assert!(lines[0].contains("odd.csv:2: flags = \"dirty\" cannot be read"));
-    assert!(lines[1].starts_with("  because: \"dirty\" is no flag; allowed are saturated"));
-
+    bench.good(measure);
+    bench.write("t.binary", "");
     // A table is no text, whatever it is wanted for; what is written has a format.
-    fs::write(bench.path("t.binary"), "").unwrap();
-    for (args, code, part) in [
-        (
-            &["reconstruct", "t.binary"][..],
-            3,
-            "allowed: csv, json-lines, npz, alta, pab-opto, astm",
-        ),
-        (
-            &["measure", "t.binary", "--config", "c.toml", "-o", "x.csv"],
-            3,
-            "allowed: csv, json-lines, npz",
-        ),
-        (
-            &["reconstruct", "r.csv", "-o", "x.ssdd"],
-            2,
-            "allowed: .binary, .bin, .bsdf, .xml, .zbsdf, .mbsdf, or --format",
-        ),
-        (
-            &["tabulate", "c.toml", "-o", "x.ssdd"],
-            2,
-            "allowed: .binary, .bin, .bsdf, .xml, .zbsdf, .mbsdf, or --format",
-        ),
-    ] {
-        let sentence = bench.refused(args, code);
-        assert!(sentence.contains(part), "{sentence}");
-    }
-    bench.good(&[
-        "reconstruct",
-        "r.csv",
-        "--reconstruction",
-        "nearest",
-        "-o",
-        "x.BIN",
-    ]);
-    assert_eq!(fs::metadata(bench.path("x.BIN")).unwrap().len(), 1_990_656);
-
-    let cut = bench.read("r.csv");
-    fs::write(bench.path("r.csv"), &cut[..cut.len() - 4]).unwrap();
-    let sentence = bench.refused(&["reconstruct", "r.csv"], 3);
-    assert!(sentence.contains("r.csv:"), "{sentence}");
-}
-
-#[test]
-fn the_schema_is_json() {
-    let bench = Bench::new();
-    for file in ["schedule", "measurement"] {
-        let schema: serde_json::Value =
-            serde_json::from_str(&bench.good(&["schema", file])).unwrap();
-        assert_eq!(schema["oneOf"].as_array().unwrap().len(), 2);
-    }
-}
-
-#[test]
-fn a_picture_is_a_png() {
-    let bench = Bench::new();
-    fs::write(bench.path("c.toml"), CONFIG).unwrap();
-    let poses = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n1,0,2,0,0.1\n40,0,50,90,0.2\n";
-    fs::write(bench.path("r.csv"), poses).unwrap();
-    let picture = ["--reconstruction", "nearest", "--picture", "s.png"];
-    bench.good(&[&["reconstruct", "r.csv"], &picture[..]].concat());
-    assert!(
-        fs::read(bench.path("s.png"))
-            .unwrap()
-            .starts_with(b"\x89PNG")
+    bench.refuses_all(
+        "3 | measure none.csv --config c.toml -o x.csv | none.csv: cannot read
+         2 | measure p.csv --config c.toml -o r.txt | allowed: .csv, .jsonl
+         2 | measure p.csv --config c.toml -o r.csv | --force
+         2 | reconstruct r.csv --reconstruction magic | allowed: nearest
+         3 | reconstruct r.csv --reconstruction cubic | cubic needs a grid
+         2 | reconstruct r.csv --reconstruction nearest --set wings=2 | wings
+         2 | reconstruct r.csv --parametrization cube | allowed: spherical
+         2 | reconstruct r.csv --against c.toml --material gold | allowed: lambert
+         2 | reconstruct r.csv --against nothing | neither a config
+         3 | reconstruct t.binary | allowed: csv, json-lines, npz, alta, pab-opto, astm
+         3 | measure t.binary --config c.toml -o x.csv | allowed: csv, json-lines, npz
+         2 | reconstruct r.csv -o x.ssdd | allowed: .binary, .bin, .bsdf, .xml, .zbsdf, .mbsdf, or --format
+         2 | tabulate c.toml -o x.ssdd | allowed: .binary, .bin, .bsdf, .xml, .zbsdf, .mbsdf, or --format",
     );
+    bench.good(format!("{measure} --force"));
+    // What is behind an error is told after it, a line each.
+    bench.write("odd.csv", format!("{head},value,flags\n1,2,3,4,5,dirty\n"));
+    let told = bench.refused("reconstruct odd.csv", 3);
+    says(&told, "odd.csv:2: flags = \"dirty\" cannot be read");
+    says(
+        &told,
+        "\n  because: \"dirty\" is no flag; allowed are saturated",
+    );
+    bench.good("reconstruct r.csv --reconstruction nearest -o x.BIN --picture s.png");
+    assert_eq!(bench.read_bytes("x.BIN").len(), 1_990_656);
+    assert!(bench.read_bytes("s.png").starts_with(b"\x89PNG"));
+    let cut = bench.read("r.csv");
+    bench.write("r.csv", &cut[..cut.len() - 4]);
+    bench.refuses("reconstruct r.csv", 3, "r.csv:");
 }
 
 #[test]
 fn a_message_repeats_the_start_of_a_long_text() {
-    let bench = Bench::new();
-    fs::write(bench.path("c.toml"), CONFIG).unwrap();
+    let bench = Bench::of(CONFIG);
     let long = "1e x".repeat(1 << 18);
     let angles = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
     let alta = "#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n#PARAM_OUT INV_STERADIAN\n";
-    let word = long.replace(' ', "_");
-    for (line, part, text) in [
-        (
-            2,
-            "value = 1e x1e",
-            format!("{angles},value\n1,2,3,4,{long}\n"),
-        ),
-        (
-            2,
-            "value = 1e x1e",
-            format!("{angles},value\n1,2,3,4,\"{long}\"\n"),
-        ),
-        (
-            2,
-            "flags = \"1e x",
-            format!("{angles},value,flags\n1,2,3,4,5,{long}\n"),
-        ),
-        (1, "column \"1e x", format!("{angles},{long}\n1,2,3,4,5\n")),
-        (
-            1,
-            "seed = \"1e x",
-            format!("# seed = \"{long}\"\n{angles},value\n1,2,3,4,5\n"),
-        ),
-        (
-            1,
-            "parametrization = \"1e x",
-            format!("# parametrization = \"{long}\"\n{angles},value\n1,2,3,4,5\n"),
-        ),
-        (
-            1,
-            "warp = \"1e x",
-            format!("# warp = \"{long}\"\n{angles},value\n1,2,3,4,5\n"),
-        ),
-        (1, "value = \"1e x", format!("{{\"value\":\"{long}\"}}\n")),
-        (
-            2,
-            "\"1e x",
-            format!("{{\"value\":1}}\n{{\"value\":1,\"{long}\":1}}\n"),
-        ),
-        (1, "key \"1e x", format!("{{\"{long}\":1,\"{long}\":1}}\n")),
-        (4, "1e_x", format!("{alta}{word} 0 0 0 1\n")),
-        (1, "#DIM 1e x", alta.replace("4 1", &long)),
-        (
-            2,
-            "#PARAM_IN 1e x",
-            alta.replace("SPHERICAL_TL_PL_TV_PV", &long),
-        ),
-        (3, "#PARAM_OUT 1e x", alta.replace("INV_STERADIAN", &long)),
-        (4, "#VS 1e x", format!("{alta}#VS {long}\n")),
-        (4, "#FORMAT 1e x", format!("{alta}#FORMAT {long}\n")),
-    ] {
-        fs::write(bench.path("r.csv"), text).unwrap();
-        let sentence = bench.refused(&["reconstruct", "r.csv"], 3);
-        assert!(
-            sentence.contains(&format!("r.csv:{line}: {part}")),
-            "{sentence}"
-        );
+    // LONG and WORD are long.
+    let filled = |text: &str| {
+        let text = text.replace("ANGLES", angles).replace("ALTA", alta);
+        let text = text.replace("WORD", &long.replace(' ', "_"));
+        text.replace("LONG", &long) + "\n"
+    };
+    for [line, part, text] in table(
+        r#"
+        2 | value = 1e x1e | ANGLES,value\n1,2,3,4,LONG
+        2 | value = 1e x1e | ANGLES,value\n1,2,3,4,"LONG"
+        2 | flags = "1e x | ANGLES,value,flags\n1,2,3,4,5,LONG
+        1 | column "1e x | ANGLES,LONG\n1,2,3,4,5
+        2 | seed = "1e x | # sample_set = "file"\n# seed = "LONG"\nANGLES,value\n1,2,3,4,5
+        1 | parametrization = "1e x | # parametrization = "LONG"\nANGLES,value\n1,2,3,4,5
+        2 | warp = "1e x | # sample_set = "file"\n# warp = "LONG"\nANGLES,value\n1,2,3,4,5
+        1 | value = "1e x | {"value":"LONG"}
+        2 | "1e x | {"value":1}\n{"value":1,"LONG":1}
+        1 | key "1e x | {"LONG":1,"LONG":1}
+        4 | 1e_x | ALTAWORD 0 0 0 1
+        1 | #DIM 1e x | #DIM LONG\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n#PARAM_OUT INV_STERADIAN
+        2 | #PARAM_IN 1e x | #DIM 4 1\n#PARAM_IN LONG
+        3 | #PARAM_OUT 1e x | #DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n#PARAM_OUT LONG
+        4 | #VS 1e x | ALTA#VS LONG
+        4 | #FORMAT 1e x | ALTA#FORMAT LONG"#,
+    ) {
+        bench.write("r.csv", filled(text));
+        let part = format!("r.csv:{line}: {part}");
+        let sentence = bench.refuses("reconstruct r.csv", 3, &part);
         // The list of columns that are allowed is the longest part of any.
         assert!(sentence.len() < 2000, "{sentence}");
     }
-    let config = |text: String| fs::write(bench.path("long.toml"), text).unwrap();
-    let quoted = format!("\"{long}\"");
     for text in [
-        format!("experiment = {quoted}\n"),
-        format!("channels = {quoted}\n"),
-        format!("seeds = {quoted}\n"),
-        format!("measures = [{quoted}]\n"),
-        format!("{quoted} = 1\n"),
-        format!("{quoted} = 1\n{quoted} = 1\n"),
-        format!("[[material]]\nkind = {quoted}\n"),
-        format!("[[material]]\nkind = {}\n", long.replace(' ', "")),
-        format!("[[material]]\nkind = \"ggx\"\nalpha = {quoted}\n"),
-        format!("[[material]]\nkind = \"ggx\"\n{quoted} = 1\n"),
-        format!("{CONFIG}[[instrument]]\npreset = {quoted}\n"),
-        format!("{CONFIG}name = {quoted}\n"),
+        r#"experiment = "LONG""#,
+        r#"channels = "LONG""#,
+        r#"seeds = "LONG""#,
+        r#"measures = ["LONG"]"#,
+        r#""LONG" = 1"#,
+        "[[material]]\nkind = \"LONG\"",
+        "[[material]]\nkind = WORD",
+        "[[material]]\nkind = \"ggx\"\nalpha = \"LONG\"",
+        "[[material]]\nkind = \"ggx\"\n\"LONG\" = 1",
+        "[[material]]\nkind = \"ggx\"\n[[instrument]]\npreset = \"LONG\"",
     ] {
-        config(text);
-        let sentence = bench.refused(&["check", "long.toml"], 2);
-        assert!(sentence.contains("long.toml"), "{sentence}");
+        bench.write("long.toml", filled(text));
+        let sentence = bench.refuses("check long.toml", 2, "long.toml");
         assert!(sentence.len() < 2000, "{sentence}");
     }
     let word = "w".repeat(100_000);
-    for args in [
-        &["check", "c.toml", "--set", &word][..],
-        &["check", "c.toml", "--set", &format!("{word}=1")],
-        &["check", "c.toml", "--set", &format!("material.{word}=1")],
-        &[
-            "check",
-            "c.toml",
-            "--set",
-            &format!("material.0.kind={word}"),
-        ],
-        &["schedule", "c.toml", "--material", &word, "-o", "p.csv"],
-        &[
-            "schedule",
-            "c.toml",
-            "--parametrization",
-            &word,
-            "-o",
-            "p.csv",
-        ],
-        &[
-            "slice",
-            "c.toml",
-            "--material",
-            &word,
-            "--view-deg",
-            "3",
-            "-o",
-            ".",
-        ],
-        &["tabulate", "c.toml", "--material", &word, "-o", "t.binary"],
-        &["subset", "--parametrization", &word, "--box", "k=0..1"],
-        &["subset", "--parametrization", "hybrid", "--box", &word],
+    for line in [
+        "check c.toml --set WORD",
+        "check c.toml --set WORD=1",
+        "check c.toml --set material.WORD=1",
+        "check c.toml --set material.0.kind=WORD",
+        "schedule c.toml --material WORD -o p.csv",
+        "schedule c.toml --parametrization WORD -o p.csv",
+        "slice c.toml --material WORD --view-deg 3 -o .",
+        "tabulate c.toml --material WORD -o t.binary",
+        "subset --parametrization WORD --box k=0..1",
+        "subset --parametrization hybrid --box WORD",
     ] {
-        let sentence = bench.refused(args, 2);
+        let sentence = bench.refused(line.replace("WORD", &word), 2);
         assert!(sentence.len() < 2000, "{sentence}");
     }
 }
@@ -594,29 +369,17 @@ fn a_message_repeats_the_start_of_a_long_text() {
 #[test]
 fn a_key_that_is_there_twice_is_refused() {
     let bench = Bench::new();
-    let row = "\"theta_i_deg\":1,\"phi_i_deg\":2,\"theta_o_deg\":3,\"phi_o_deg\":4";
-    for (text, place) in [
-        (
-            format!("{{{row},\"value\":1,\"value\":2}}\n"),
-            "r.csv:1: key \"value\"",
-        ),
-        (
-            format!("{{\"header\":{{\"rows\":7,\"rows\":1}}}}\n{{{row},\"value\":1}}\n"),
-            "r.csv:1: key \"rows\"",
-        ),
-        (
-            format!("{{\"header\":{{}},\"header\":{{}}}}\n{{{row},\"value\":1}}\n"),
-            "r.csv:1: key \"header\"",
-        ),
-        (
-            format!("{{{row},\"value\":1}}\n{{{row},\"phi_o_deg\":4,\"value\":1}}\n"),
-            "r.csv:2: key \"phi_o_deg\"",
-        ),
-    ] {
-        fs::write(bench.path("r.csv"), text).unwrap();
-        let sentence = bench.refused(&["reconstruct", "r.csv"], 3);
+    let row = r#""theta_i_deg":1,"phi_i_deg":2,"theta_o_deg":3,"phi_o_deg":4"#;
+    for [place, text] in table(
+        r#"
+        r.csv:1: key "value" | {ROW,"value":1,"value":2}
+        r.csv:1: key "rows" | {"header":{"rows":7,"rows":1}}\n{ROW,"value":1}
+        r.csv:1: key "header" | {"header":{},"header":{}}\n{ROW,"value":1}
+        r.csv:2: key "phi_o_deg" | {ROW,"value":1}\n{ROW,"phi_o_deg":4,"value":1}"#,
+    ) {
+        bench.write("r.csv", text.replace("ROW", row));
         let told = format!("{place} is there twice; allowed: once");
-        assert!(sentence.contains(&told), "{sentence}");
+        bench.refuses("reconstruct r.csv", 3, &told);
     }
 }
 
@@ -630,53 +393,35 @@ fn a_config_nested_without_end_is_refused() {
         format!("{}a = 1\n", "a.".repeat(n)),
         format!("[{}a]\n", "a.".repeat(n)),
     ] {
-        fs::write(bench.path("deep.toml"), text).unwrap();
-        let sentence = bench.refused(&["check", "deep.toml"], 2);
-        assert!(sentence.contains("deep.toml"), "{sentence}");
-        assert!(
-            sentence.contains("nested too deep; allowed: less than 80"),
-            "{sentence}"
-        );
+        bench.write("deep.toml", text);
+        let told = "deep.toml … nested too deep; allowed: less than 80";
+        bench.refuses("check deep.toml", 2, told);
     }
 }
 
 #[test]
 fn a_name_that_no_file_can_have_is_refused() {
     let bench = Bench::new();
-    let named = |table: &str, bytes: usize| {
-        let name = "n".repeat(bytes);
-        let text = format!("{CONFIG}[[parametrization]]\nkind = \"hybrid\"\n{table}");
-        let text = text.replace("NAME", &format!("name = \"{name}\""));
-        fs::write(bench.path("c.toml"), text).unwrap();
-    };
-    for (table, key) in [
-        ("[[material]]\nkind = \"ggx\"\nNAME\n", "material[1].name"),
-        (
-            "[[sample_set]]\nkind = \"grid\"\nNAME\n",
-            "sample_set[0].name",
-        ),
-        (
-            "[[instrument]]\npreset = \"utia\"\nNAME\n",
-            "instrument[0].name",
-        ),
-    ] {
-        named(table, 201);
-        for command in [
-            &["check", "c.toml"][..],
-            &["schedule", "c.toml", "-o", "out/"],
-        ] {
-            let sentence = bench.refused(command, 2);
-            let told = format!("{key} = \"nnn");
-            assert!(sentence.contains(&told), "{sentence}");
-            assert!(
-                sentence.contains("allowed is at most 200 bytes"),
-                "{sentence}"
-            );
+    for [key, table] in table(
+        r#"
+        material[1] | [[material]]\nkind = "ggx"
+        sample_set[0] | [[sample_set]]\nkind = "grid"
+        instrument[0] | [[instrument]]\npreset = "utia""#,
+    ) {
+        let named = |bytes: usize| {
+            let name = format!("name = {:?}", "n".repeat(bytes));
+            let hybrid = "[[parametrization]]\nkind = \"hybrid\"";
+            bench.write("c.toml", format!("{CONFIG}{hybrid}\n{table}\n{name}\n"));
+        };
+        named(201);
+        for command in ["check c.toml", "schedule c.toml -o out/"] {
+            let told = format!("{key}.name = \"nnn … allowed is at most 200 bytes");
+            let sentence = bench.refuses(command, 2, &told);
             assert!(sentence.len() < 300, "{sentence}");
         }
         assert!(!bench.path("out").exists());
-        named(table, 200);
-        bench.good(&["schedule", "c.toml", "-o", "out/", "--skip-unreachable"]);
+        named(200);
+        bench.good("schedule c.toml -o out/ --skip-unreachable");
         assert!(!bench.files("out").is_empty());
         fs::remove_dir_all(bench.path("out")).unwrap();
     }
@@ -695,56 +440,42 @@ fn pipe(bench: &Bench, name: &str) {
 #[test]
 fn only_files_are_replaced_and_links_are_followed() {
     use std::os::unix::fs::{FileTypeExt, symlink};
-    let bench = Bench::new();
-    fs::write(bench.path("c.toml"), CONFIG).unwrap();
-    bench.good(&["schedule", "c.toml", "-o", "p.csv"]);
-    bench.good(&["measure", "p.csv", "--config", "c.toml", "-o", "r.csv"]);
-    let commands: [&[&str]; 5] = [
-        &["schedule", "c.toml"],
-        &["measure", "p.csv", "--config", "c.toml"],
-        &[
-            "reconstruct",
-            "r.csv",
-            "--reconstruction",
-            "nearest",
-            "--format",
-            "utia",
-        ],
-        &["tabulate", "c.toml", "--format", "utia"],
-        &["claims", "--format", "csv"],
-    ];
+    let bench = Bench::of(CONFIG);
+    bench.good("schedule c.toml -o p.csv");
+    bench.good("measure p.csv --config c.toml -o r.csv");
     pipe(&bench, "pipe.csv");
     fs::create_dir(bench.path("folder.csv")).unwrap();
-    for command in commands {
-        for (name, force) in [
-            ("pipe.csv", &["--force"][..]),
-            ("pipe.csv", &[]),
-            ("folder.csv", &["--force"]),
-        ] {
-            if name == "folder.csv" && command[0] == "schedule" {
-                continue; // Writes into it.
+    for command in [
+        "schedule c.toml",
+        "measure p.csv --config c.toml",
+        "reconstruct r.csv --reconstruction nearest --format utia",
+        "tabulate c.toml --format utia",
+        "claims --format csv",
+    ] {
+        for to in ["pipe.csv --force", "pipe.csv", "folder.csv --force"] {
+            // A schedule is written into a folder.
+            if !(to.starts_with("folder") && command.starts_with("schedule")) {
+                bench.refuses(format!("{command} -o {to}"), 2, "is no regular file");
             }
-            let sentence = bench.refused(&[command, &["-o", name], force].concat(), 2);
-            assert!(sentence.contains("is no regular file"), "{sentence}");
         }
         // A link is somebody's choice of place; what it leads to is replaced whole.
         let [link, dangling] = ["link.csv", "dangling.csv"];
         for name in ["file", link, dangling, "new"] {
             let _ = fs::remove_file(bench.path(name));
         }
-        fs::write(bench.path("file"), "old").unwrap();
+        bench.write("file", "old");
         symlink("file", bench.path(link)).unwrap();
         symlink("new", bench.path(dangling)).unwrap();
-        let to = |name| [command, &["-o", name]].concat();
-        assert!(bench.refused(&to(link), 2).contains("--force"));
+        let to = |name| format!("{command} -o {name}");
+        bench.refuses(to(link), 2, "--force");
         assert_eq!(bench.read("file"), "old");
-        bench.good(&[&to(link)[..], &["--force"]].concat());
-        bench.good(&to(dangling));
+        bench.good(to(link) + " --force");
+        bench.good(to(dangling));
         for name in [link, dangling] {
             let kind = bench.path(name).symlink_metadata().unwrap().file_type();
             assert!(kind.is_symlink(), "{command:?}");
         }
-        let bytes = |name| fs::read(bench.path(name)).unwrap();
+        let bytes = |name| bench.read_bytes(name);
         assert!(bytes("new") == bytes("file") && bytes("file").len() > 100);
     }
     let kind = bench.path("pipe.csv").symlink_metadata().unwrap();
@@ -756,35 +487,24 @@ fn only_files_are_replaced_and_links_are_followed() {
 #[test]
 fn an_input_without_an_end_is_refused() {
     use std::process::Stdio;
-    let bench = Bench::new();
-    fs::write(bench.path("c.toml"), CONFIG).unwrap();
+    let bench = Bench::of(CONFIG);
     for name in ["pipe", "pipe.binary", "pipe.bin", "pipe.hdr"] {
         pipe(&bench, name);
     }
-    let map = [
-        "picture",
-        "sphere",
-        "ggx",
-        "-o",
-        ".",
-        "--lighting",
-        "pipe.hdr",
-    ];
     for (args, code) in [
-        (&["check", "pipe"][..], 2),
-        (&["check", "/dev/zero"], 2),
-        (&["measure", "pipe", "--config", "c.toml", "-o", "r.csv"], 3),
-        (&["reconstruct", "/dev/zero"], 3),
-        (&["slice", "pipe.binary", "--view-deg", "30", "-o", "."], 3),
-        (&["slice", "pipe.bin", "--view-deg", "30", "-o", "."], 3),
-        (&map, 3),
+        ("check pipe", 2),
+        ("check /dev/zero", 2),
+        ("measure pipe --config c.toml -o r.csv", 3),
+        ("reconstruct /dev/zero", 3),
+        ("slice pipe.binary --view-deg 30 -o .", 3),
+        ("slice pipe.bin --view-deg 30 -o .", 3),
+        ("picture sphere ggx -o . --lighting pipe.hdr", 3),
     ] {
-        let sentence = bench.refused(args, code);
-        assert!(sentence.contains("regular file"), "{sentence}");
+        bench.refuses(args, code, "regular file");
     }
     // What the process was given to read has an end, or is no text from the first byte on.
     let from = |file: &str| {
-        let mut command = bench.command(&["check", "/dev/stdin"]);
+        let mut command = bench.command("check /dev/stdin");
         let input = fs::File::open(bench.path(file)).unwrap();
         command.stdin(Stdio::from(input)).output().unwrap()
     };
@@ -792,5 +512,5 @@ fn an_input_without_an_end_is_refused() {
     let endless = from("/dev/zero");
     assert_eq!(endless.status.code(), Some(2));
     let sentence = String::from_utf8(endless.stderr).unwrap();
-    assert!(sentence.contains("line 1 has a zero byte"), "{sentence}");
+    says(&sentence, "line 1 has a zero byte");
 }

@@ -1,7 +1,8 @@
 //! Files that gonio did not write, and what is no file: one sentence with the place and what is wrong, the right exit
 //! code, soon, and no more memory than the file bears out.
 
-use super::Bench;
+use super::common::says;
+use super::{Bench, Line};
 use std::fs;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
@@ -25,7 +26,7 @@ fn cells(text: &str, of: impl Fn(&str) -> String) -> String {
     lines.collect()
 }
 
-const RECONSTRUCT: [&str; 2] = ["--reconstruction", "nearest"];
+const RECONSTRUCT: &str = "--reconstruction nearest";
 
 #[test]
 fn readings_are_taken_in_every_dress() {
@@ -57,9 +58,8 @@ fn readings_are_taken_in_every_dress() {
         ("degrees", rows(|t| format!("# angles in °\n{t}"))),
     ] {
         let file = format!("{name}.csv");
-        fs::write(bench.path(&file), bytes).unwrap();
-        let said = bench.good(&[&["reconstruct", &file], &RECONSTRUCT[..]].concat());
-        assert!(said.contains("25 poses"), "{name}: {said}");
+        bench.write(&file, bytes);
+        bench.tells(format!("reconstruct {file} {RECONSTRUCT}"), "25 poses");
     }
 }
 
@@ -103,13 +103,13 @@ fn text_that_is_none_and_numbers_that_are_none_are_refused() {
             "column \"value\" is there twice",
         ),
     ] {
-        fs::write(bench.path("f.csv"), bytes).unwrap();
-        let sentence = bench.refused(&["reconstruct", "f.csv"], 3);
+        bench.write("f.csv", bytes);
+        let sentence = bench.refused("reconstruct f.csv", 3);
         assert!(
             sentence.starts_with(&format!("gonio: {place}: ")),
             "{sentence}"
         );
-        assert!(sentence.contains(part), "{part}: {sentence}");
+        says(&sentence, part);
         assert!(
             !sentence.contains(|c: char| c.is_control() && c != '\n'),
             "{sentence:?}"
@@ -117,20 +117,15 @@ fn text_that_is_none_and_numbers_that_are_none_are_refused() {
     }
     let mut config = b"budgets = [9]\n".to_vec();
     config.extend([0; 9]);
-    fs::write(bench.path("c.toml"), config).unwrap();
-    let sentence = bench.refused(&["check", "c.toml"], 2);
-    assert!(sentence.contains("line 2 has a zero byte"), "{sentence}");
+    bench.write("c.toml", config);
+    bench.refuses("check c.toml", 2, "line 2 has a zero byte");
 }
 
 #[test]
 fn a_line_may_have_any_number_of_columns() {
     let bench = Bench::new();
     let columns: Vec<String> = (0..100_000).map(|nm| format!("value_{nm}nm")).collect();
-    fs::write(
-        bench.path("f.csv"),
-        format!("{HEAD},{}\n", columns.join(",")),
-    )
-    .unwrap();
+    bench.write("f.csv", format!("{HEAD},{}\n", columns.join(",")));
     for args in [
         &["reconstruct", "f.csv"][..],
         &["reconstruct", "f.csv", "--columns", "value=none"],
@@ -150,7 +145,7 @@ fn names_of_any_bytes_are_names() {
     for name in [&b"a\nb.csv"[..], b"a\x1b[31mb.csv", b"a\xe9b.csv"] {
         let name = OsStr::from_bytes(name);
         fs::write(bench.path("").join(name), "no columns\n").unwrap();
-        let output = bench.command(&["reconstruct"]).arg(name).output().unwrap();
+        let output = bench.command("reconstruct").arg(name).output().unwrap();
         let sentence = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(3), "{sentence}");
         assert_eq!(sentence.lines().count(), 1, "{sentence}");
@@ -161,7 +156,7 @@ fn names_of_any_bytes_are_names() {
     }
     // Where names are texts.
     let name = OsStr::from_bytes(b"a\xe9b.csv");
-    let output = bench.command(&["moments"]).arg(name).output().unwrap();
+    let output = bench.command("moments").arg(name).output().unwrap();
     let sentence = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{sentence}");
     assert_eq!(
@@ -208,7 +203,7 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
     let pipe = made.is_ok_and(|made| made.success());
     let hole = fs::File::create(bench.path("hole")).unwrap();
     hole.set_len(2 << 30).unwrap();
-    fs::write(bench.path("empty"), "").unwrap();
+    bench.write("empty", "");
     for name in [
         "folder",
         "circle",
@@ -222,16 +217,15 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
             eprintln!("skipped: there is no mkfifo here");
             continue;
         }
-        bench.refused(&["reconstruct", name], 3);
-        let check = bench.gonio(&["check", name]);
+        bench.refused(format!("reconstruct {name}"), 3);
+        let check = bench.gonio(format!("check {name}"));
         assert!(
             [Some(2), Some(3)].contains(&check.status.code()),
             "{check:?}"
         );
         for (config, code) in NAMING {
-            fs::write(bench.path("c.toml"), config.replace("FILE", name)).unwrap();
-            let sentence = bench.refused(&["check", "c.toml"], code);
-            assert!(sentence.contains(name), "{sentence}");
+            bench.write("c.toml", config.replace("FILE", name));
+            bench.refuses("check c.toml", code, name);
         }
         // In the place of the files of a run.
         if ["folder", "pipe"].contains(&name) {
@@ -241,9 +235,9 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
                 if fs::rename(&from, &to).is_err() {
                     continue;
                 }
-                fs::write(bench.path("c.toml"), super::SMALL).unwrap();
+                bench.write("c.toml", super::SMALL);
                 let start = Instant::now();
-                let output = bench.gonio(&["run", "c.toml", "-q", "-o", "run"]);
+                let output = bench.gonio("run c.toml -q -o run");
                 let told = String::from_utf8_lossy(&output.stderr).into_owned();
                 assert_eq!(output.status.code(), Some(2), "{name} {file}: {told}");
                 assert!(start.elapsed() < Duration::from_secs(5), "{name} {file}");
@@ -256,12 +250,12 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
 
 /// Runs a command that may have so much memory beside the program.
 #[cfg(target_os = "linux")]
-fn within(bench: &Bench, megabytes: usize, args: &[&str]) -> Output {
-    let line = format!("ulimit -v {}; exec \"$0\" \"$@\"", megabytes << 10);
+fn within(bench: &Bench, megabytes: usize, line: &str) -> Output {
+    let limited = format!("ulimit -v {}; exec \"$0\" \"$@\"", megabytes << 10);
     let mut command = Command::new("sh");
     command
-        .args(["-c", &line, env!("CARGO_BIN_EXE_gonio")])
-        .args(args);
+        .args(["-c", &limited, env!("CARGO_BIN_EXE_gonio")])
+        .args(line.words());
     command.env("RAYON_NUM_THREADS", "1");
     command.current_dir(bench.path("")).output().unwrap()
 }
@@ -271,9 +265,9 @@ fn within(bench: &Bench, megabytes: usize, args: &[&str]) -> Output {
 fn a_promise_is_not_paid_before_the_rows_are_there() {
     let bench = Bench::new();
     // What the program takes for itself: maps of its own file, and a stack a thread.
-    fs::write(bench.path("small.csv"), rows(str::to_owned)).unwrap();
+    bench.write("small.csv", rows(str::to_owned));
     let takes = |megabytes: usize| {
-        let args = [&["reconstruct", "small.csv"], &RECONSTRUCT[..]].concat();
+        let args = format!("reconstruct small.csv {RECONSTRUCT}");
         within(&bench, megabytes, &args).status.success()
     };
     let own = (1..200).map(|n| 8 * n).find(|n| takes(*n)).unwrap();
@@ -281,7 +275,7 @@ fn a_promise_is_not_paid_before_the_rows_are_there() {
         let axis =
             |name| format!("{{\"n\":{n},\"origin\":0.001,\"step\":1e-9,\"periodic\":{name}}}");
         format!(
-            "# parametrization = \"half-difference\"\n# symmetry = {{\"isotropic\":true,\"reciprocal\":true,\"bilateral\":true}}\n\
+            "# sample_set = \"grid\"\n# parametrization = \"half-difference\"\n# symmetry = {{\"isotropic\":true,\"reciprocal\":true,\"bilateral\":true}}\n\
              # poses = {n}\n# lattice = [{},{},{}]\nindex,{HEAD}\n0,1,2,3,4,5\n1,2,3,4,5,6\n2,3,4,5,6,7\n",
             axis("false"),
             axis("false"),
@@ -290,14 +284,14 @@ fn a_promise_is_not_paid_before_the_rows_are_there() {
     };
     let text = String::from_utf8(rows(str::to_owned)).unwrap();
     let three: String = text.lines().take(4).map(|l| l.to_owned() + "\n").collect();
-    let promise = "{\"header\":{\"rows\":1000000000,\"columns\":{}}}\n";
+    let promise = "{\"header\":{\"sample_set\":\"grid\",\"rows\":1000000000,\"columns\":{}}}\n";
     // 2^30 × 2^29 pixels; what is unpacked would have zeros only.
     let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 536870912 +X 1073741824\n\x02\x02\x7f\xff"
         .to_vec();
     for (name, bytes) in [
         (
             "rows.csv",
-            format!("# rows = 1000000000\n{three}").into_bytes(),
+            format!("# sample_set = \"grid\"\n# rows = 1000000000\n{three}").into_bytes(),
         ),
         ("rows.jsonl", promise.into()),
         ("lattice.csv", lattice(1_000_000_000).into_bytes()),
@@ -322,7 +316,7 @@ fn a_promise_is_not_paid_before_the_rows_are_there() {
         ("short.bin", vec![0; 24]),
         ("bomb.hdr", hdr),
     ] {
-        fs::write(bench.path(name), bytes).unwrap();
+        bench.write(name, bytes);
         let (kind, key) = match name.rsplit('.').next().unwrap() {
             "binary" => ("merl", "path"),
             "bin" => ("utia", "path"),
@@ -334,10 +328,10 @@ fn a_promise_is_not_paid_before_the_rows_are_there() {
             _ => "budgets = [9]\n[[material]]",
         };
         let config = format!("{head}\nkind = \"{kind}\"\n{key} = '{name}'\n");
-        fs::write(bench.path("c.toml"), config).unwrap();
-        let output = within(&bench, own + 16, &["check", "c.toml"]);
+        bench.write("c.toml", config);
+        let output = within(&bench, own + 16, "check c.toml");
         let told = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(3), "{name}: {told}");
-        assert!(told.contains(name), "{told}");
+        says(&told, name);
     }
 }

@@ -1,6 +1,7 @@
 //! Inputs: several that do not belong together, and outputs that are inputs.
 
 use super::Bench;
+use super::common::{says, table};
 use std::fs;
 use std::process::{Command, Stdio};
 use std::thread;
@@ -13,11 +14,7 @@ const LAMBERT: &str =
 fn bench() -> Bench {
     let bench = Bench::new();
     for name in ["matte", "=matte"] {
-        fs::write(
-            bench.path(&format!("{name}.toml")),
-            LAMBERT.replace("NAME", name),
-        )
-        .unwrap();
+        bench.write(&format!("{name}.toml"), LAMBERT.replace("NAME", name));
     }
     let poses = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n";
     let rows = |from: usize| -> String {
@@ -26,20 +23,14 @@ fn bench() -> Bench {
             .collect()
     };
     for (file, config, from) in [("a", "matte", 1), ("b", "matte", 2), ("c", "=matte", 3)] {
-        fs::write(bench.path("poses.csv"), poses.to_owned() + &rows(from)).unwrap();
+        bench.write("poses.csv", poses.to_owned() + &rows(from));
         let config = format!("{config}.toml");
         let file = format!("{file}.csv");
-        bench.good(&[
-            "measure",
-            "poses.csv",
-            "--config",
-            &config,
-            "-o",
-            &file,
-            "--force",
-        ]);
+        bench.good(format!(
+            "measure poses.csv --config {config} -o {file} --force"
+        ));
     }
-    bench.good(&["tabulate", "matte.toml", "-o", "matte.binary"]);
+    bench.good("tabulate matte.toml -o matte.binary");
     bench
 }
 
@@ -53,12 +44,12 @@ fn readings_of_two_materials_are_not_taken_for_one() {
     ] {
         let run = |file: &str, more: &str| command.replace("FILE", file) + more;
         let run_c = run("c.csv", "");
-        let told = bench.refused(&run_c.split(' ').collect::<Vec<_>>(), 3);
+        let told = bench.refused(&run_c, 3);
         let sentence = "c.csv: these readings are of the material \"=matte\", those of a.csv of \"matte\"; allowed: readings of one, or --mixed";
-        assert!(told.contains(sentence), "{told}");
+        says(&told, sentence);
         for (file, more) in [("c.csv", " --mixed"), ("b.csv", "")] {
             output.map(|file| fs::remove_file(bench.path(file)));
-            bench.good(&run(file, more).split(' ').collect::<Vec<_>>());
+            bench.good(run(file, more));
         }
     }
     assert!(bench.read("both.csv").contains("# material = \"matte\""));
@@ -68,17 +59,11 @@ fn readings_of_two_materials_are_not_taken_for_one() {
             "#sample_name \"{name}\"\n#format: theta phi BRDF\n#intheta 30\n#inphi 0\n10 0 .1\n20 0 .1\n"
         )
     };
-    fs::write(
-        bench.path("two.pab"),
-        pab("tile") + &pab("wood").replace("30", "40"),
-    )
-    .unwrap();
-    let told = bench.refused(&["reconstruct", "two.pab"], 3);
-    assert!(
-        told.contains(
-            "two.pab:7: these readings are of the material \"wood\", those before of \"tile\""
-        ),
-        "{told}"
+    bench.write("two.pab", pab("tile") + &pab("wood").replace("30", "40"));
+    bench.refuses(
+        "reconstruct two.pab",
+        3,
+        "two.pab:7: these readings are of the material \"wood\", those before of \"tile\"",
     );
 }
 
@@ -115,27 +100,17 @@ fn an_output_is_no_input() {
         before,
         ["a.csv", "matte.binary", "matte.toml"].map(|file| bench.read_bytes(file))
     );
-    let told = bench.refused(&["convert", "a.csv", "a.csv", "--force"], 2);
-    assert!(
-        told.contains("a.csv: this file is read and was to be replaced; choose another name"),
-        "{told}"
+    bench.refuses(
+        "convert a.csv a.csv --force",
+        2,
+        "a.csv: this file is read and was to be replaced; choose another name",
     );
     // A copy is replaced, and two outputs are not one.
-    bench.good(&["convert", "a.csv", "b.csv", "--force"]);
-    let told = bench.refused(
-        &[
-            "reconstruct",
-            "a.csv",
-            "--checked",
-            "x.csv",
-            "--uncertainty",
-            "x.csv",
-        ],
+    bench.good("convert a.csv b.csv --force");
+    bench.refuses(
+        "reconstruct a.csv --checked x.csv --uncertainty x.csv",
         2,
-    );
-    assert!(
-        told.contains("x.csv: two of the files to be written have this name"),
-        "{told}"
+        "x.csv: two of the files to be written have this name",
     );
 }
 
@@ -152,10 +127,8 @@ fn marks_are_no_readings() {
         .collect();
     let marked = |mark: &str| (40..44).map(|k| row(k, mark)).collect::<String>();
     let convert = |name: &str, text: String| {
-        fs::write(bench.path(name), text).unwrap();
-        let output = bench.gonio(&["convert", name, "out.csv", "--force"]);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(0), "{said}");
+        bench.write(name, text);
+        let said = bench.ends(format!("convert {name} out.csv --force"), 0);
         let out = bench.read("out.csv");
         let rows = out.lines().filter(|l| !l.starts_with(['#', 'i']));
         let values: Vec<f64> = rows
@@ -173,10 +146,7 @@ fn marks_are_no_readings() {
         let of = mark
             .parse::<f64>()
             .map_or(mark.to_owned(), |number| number.to_string());
-        assert!(
-            said.contains(&format!("taken for no reading: {of} in 4 cells")),
-            "{said}"
-        );
+        says(&said, &format!("taken for no reading: {of} in 4 cells"));
     }
     // -1 where values are noise of that size is read.
     let (values, said) = convert("lab.csv", format!("{head}\n{good}{}", marked("-1")));
@@ -192,14 +162,9 @@ fn marks_are_no_readings() {
         let text = format!("{head}\n{good}{}", marked(mark));
         let (values, said) = convert("lab.csv", text);
         assert!(values.len() == 44 && said.contains(doubt), "{said}");
-        bench.good(&[
-            "convert",
-            "lab.csv",
-            "out.csv",
-            "--force",
-            "--no-reading",
-            mark,
-        ]);
+        bench.good(format!(
+            "convert lab.csv out.csv --force --no-reading {mark}"
+        ));
         let out = bench.read("out.csv");
         assert_eq!(
             out.lines().filter(|l| l.contains("no-data")).count(),
@@ -211,10 +176,7 @@ fn marks_are_no_readings() {
     let unsure: String = good.lines().map(|l| format!("{l},.001\n")).collect();
     let unsure = unsure.replacen(",.001", ",-999", 3);
     let (_, said) = convert("unsure.csv", format!("{head},uncertainty\n{unsure}"));
-    assert!(
-        said.contains("taken for no reading: -999 in 3 cells"),
-        "{said}"
-    );
+    says(&said, "taken for no reading: -999 in 3 cells");
     // Of one channel: that row alone is lost.
     let rgb = good
         .lines()
@@ -232,8 +194,7 @@ fn marks_are_no_readings() {
         values.len() == 2 && said.contains("taken for no reading: -999 in 1 cell"),
         "{said}"
     );
-    let told = bench.gonio(&["reconstruct", "tile.pab", "--strict"]);
-    assert_eq!(told.status.code(), Some(3));
+    bench.ends("reconstruct tile.pab --strict", 3);
 }
 
 #[test]
@@ -243,8 +204,8 @@ fn names_are_no_formulas() {
         "kind = \"lambert\"\n",
         "kind = \"lambert\"\nname = \"=cmd()\"\n",
     );
-    fs::write(bench.path("small.toml"), config).unwrap();
-    bench.good(&["run", "small.toml", "-o", "run"]);
+    bench.write("small.toml", config);
+    bench.good("run small.toml -o run");
     let table = bench.read("run/results.csv");
     let mut named = table.lines().filter(|line| line.contains("=cmd()"));
     assert!(
@@ -256,13 +217,13 @@ fn names_are_no_formulas() {
 #[test]
 fn threads_that_cannot_be_are_refused() {
     let bench = Bench::new();
-    let mut command = bench.command(&["check", "small.toml"]);
+    let mut command = bench.command("check small.toml");
     let output = command.env("RAYON_NUM_THREADS", "100000").output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(
-        said.contains("RAYON_NUM_THREADS = 100000: allowed is a whole number from 1 to 1024"),
-        "{said}"
+    says(
+        &said,
+        "RAYON_NUM_THREADS = 100000: allowed is a whole number from 1 to 1024",
     );
 }
 
@@ -276,10 +237,8 @@ fn bad_parts_spoil_themselves_only() {
         |k: usize, nm: &str| format!("{},0,{},{},{nm},0.{}\n", 1 + k, 2 + k, 9 * k, 1 + k % 9);
     let good: String = (0..20).map(|k| row(k, "450") + &row(k, "550")).collect();
     let convert = |more: &str| {
-        fs::write(bench.path("nm.csv"), format!("{head}{good}{more}")).unwrap();
-        let output = bench.gonio(&["convert", "nm.csv", "nm.jsonl", "--force"]);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(0), "{said}");
+        bench.write("nm.csv", format!("{head}{good}{more}"));
+        let said = bench.ends("convert nm.csv nm.jsonl --force", 0);
         let lines = bench.read("nm.jsonl");
         let values = lines.lines().skip(1).map(|line| {
             let row: serde_json::Value = serde_json::from_str(line).unwrap();
@@ -309,24 +268,16 @@ fn bad_parts_spoil_themselves_only() {
     ] {
         let (values, said) = convert(&more);
         assert_eq!(values, clean, "{more}");
-        assert!(said.contains(sentence), "{said}");
-        let strict = bench.gonio(&["reconstruct", "nm.csv", "--strict"]);
-        assert_eq!(strict.status.code(), Some(3));
+        says(&said, sentence);
+        bench.ends("reconstruct nm.csv --strict", 3);
     }
     // One file of several.
-    fs::write(bench.path("cut.csv"), "theta_i_deg,phi_i_deg\n1,").unwrap();
-    let run = ["convert", "a.csv", "cut.csv", "b.csv", "c.jsonl", "--force"];
-    let output = bench.gonio(&run);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{said}");
-    assert!(
-        said.contains("cut.csv:") && said.contains("; the file is left out"),
-        "{said}"
-    );
-    let strict = bench.gonio(&[&run[..], &["--strict"]].concat());
-    assert_eq!(strict.status.code(), Some(3));
-    let missing = bench.refused(&["convert", "a.csv", "none.csv", "c.jsonl", "--force"], 3);
-    assert!(missing.contains("none.csv"), "{missing}");
+    bench.write("cut.csv", "theta_i_deg,phi_i_deg\n1,");
+    let run = "convert a.csv cut.csv b.csv c.jsonl --force";
+    let said = bench.ends(run, 0);
+    says(&said, "cut.csv: … ; the file is left out");
+    bench.ends(format!("{run} --strict"), 3);
+    bench.refuses("convert a.csv none.csv c.jsonl --force", 3, "none.csv");
 }
 
 /// Every command ends at once, leaves nothing half-written and says by which signal.
@@ -337,31 +288,20 @@ fn signals_end_every_command() {
     let poses = (0..1500).map(|k| format!("{},0,{},{}\n", 1 + k % 70, 1 + k % 67, k % 360));
     let poses = poses.collect::<String>();
     let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
-    fs::write(
-        bench.path("many.csv"),
-        head.to_owned() + &poses.replace('\n', ",.1\n"),
-    )
-    .unwrap();
+    bench.write("many.csv", head.to_owned() + &poses.replace('\n', ",.1\n"));
     let slow = "quantities = [\"moments\"]\nbudgets = [3000]\n[[material]]\nkind = \"ggx\"\nalpha = 0.3\n\
                 [[parametrization]]\nkind = \"spherical\"\n[[sample_set]]\nkind = \"random\"\n\
                 [[reconstruction]]\nkind = \"thin-plate\"\n[pictures]\ndraw = false\n";
-    fs::write(bench.path("slow.toml"), slow).unwrap();
-    for (command, signal, code) in [
-        (
-            "tabulate matte.toml -o slow.xml --tolerance 1e-9",
-            "TERM",
-            143,
-        ),
-        (
-            "tabulate matte.toml -o slow.bsdf --tolerance 1e-9",
-            "INT",
-            130,
-        ),
-        ("reconstruct many.csv", "INT", 130),
-        ("reconstruct many.csv", "TERM", 143),
-        // One job, of which nothing is finished.
-        ("run slow.toml -o slow", "INT", 130),
-    ] {
+    bench.write("slow.toml", slow);
+    for [command, signal, code] in table(
+        "
+        tabulate matte.toml -o slow.xml --tolerance 1e-9 | TERM | 143
+        tabulate matte.toml -o slow.bsdf --tolerance 1e-9 | INT | 130
+        reconstruct many.csv | INT | 130
+        reconstruct many.csv | TERM | 143
+        run slow.toml -o slow | INT | 130",
+    ) {
+        let code = code.parse().unwrap();
         let words: Vec<&str> = command.split(' ').collect();
         let mut child = bench
             .command(&words)

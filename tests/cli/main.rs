@@ -29,6 +29,7 @@ mod resuming;
 mod runs;
 mod schedules;
 mod schemas;
+mod short_forms;
 mod slice;
 mod spectral;
 mod stability;
@@ -39,12 +40,67 @@ mod tables;
 mod training;
 mod validation;
 
+use common::says;
 use gonio::experiment::{RESULTS_REVISION, Row};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
+
+/// The words of a command line.
+trait Line {
+    fn words(&self) -> Vec<String>;
+}
+
+/// Blanks part the words of a text, but those in single quotes.
+impl Line for str {
+    fn words(&self) -> Vec<String> {
+        let (mut words, mut word, mut quoted) = (Vec::new(), None::<String>, false);
+        for c in self.chars() {
+            match c {
+                ' ' if !quoted => words.extend(word.take()),
+                '\'' => {
+                    quoted = !quoted;
+                    word.get_or_insert_default();
+                }
+                c => word.get_or_insert_default().push(c),
+            }
+        }
+        words.extend(word);
+        words
+    }
+}
+
+impl Line for String {
+    fn words(&self) -> Vec<String> {
+        self.as_str().words()
+    }
+}
+
+impl<S: AsRef<str>> Line for [S] {
+    fn words(&self) -> Vec<String> {
+        self.iter().map(|word| word.as_ref().to_owned()).collect()
+    }
+}
+
+impl<S: AsRef<str>, const N: usize> Line for [S; N] {
+    fn words(&self) -> Vec<String> {
+        self[..].words()
+    }
+}
+
+impl<S: AsRef<str>> Line for Vec<S> {
+    fn words(&self) -> Vec<String> {
+        self[..].words()
+    }
+}
+
+impl<L: Line + ?Sized> Line for &L {
+    fn words(&self) -> Vec<String> {
+        (**self).words()
+    }
+}
 
 /// A folder to run the program in.
 struct Bench {
@@ -89,16 +145,7 @@ max_pairs = 1
 "#;
 
 /// One schedule of `small.toml`.
-const ONE_SCHEDULE: [&str; 8] = [
-    "--budget",
-    "150",
-    "--warp",
-    "none",
-    "--sample-set",
-    "grid",
-    "--seed",
-    "1",
-];
+const ONE_SCHEDULE: &str = "--budget 150 --warp none --sample-set grid --seed 1";
 
 /// Materials of experiments on moments.
 const MATERIALS: &str = r#"
@@ -123,51 +170,92 @@ impl Bench {
         Self { dir }
     }
 
+    /// One with this config, `c.toml`.
+    fn of(config: impl AsRef<[u8]>) -> Self {
+        let bench = Self::new();
+        bench.write("c.toml", config);
+        bench
+    }
+
     fn path(&self, name: &str) -> PathBuf {
         self.dir.path().join(name)
     }
 
-    fn command(&self, args: &[&str]) -> Command {
+    fn command(&self, line: impl Line) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_gonio"));
-        command.args(args).current_dir(self.dir.path());
+        command.args(line.words()).current_dir(self.dir.path());
         command.stdin(Stdio::null());
         command
     }
 
-    fn gonio(&self, args: &[&str]) -> Output {
-        self.command(args).output().unwrap()
+    fn gonio(&self, line: impl Line) -> Output {
+        self.command(line).output().unwrap()
+    }
+
+    /// What is told on stderr by a command that ends with this exit code.
+    fn ends(&self, line: impl Line, code: i32) -> String {
+        let output = self.gonio(&line);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        let words = line.words();
+        assert_eq!(output.status.code(), Some(code), "{words:?}: {stderr}");
+        stderr
     }
 
     /// Runs what must work; its stdout.
-    fn good(&self, args: &[&str]) -> String {
-        let output = self.gonio(args);
+    fn good(&self, line: impl Line) -> String {
+        let output = self.gonio(&line);
         let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(0), "{args:?}: {stderr}");
+        let words = line.words();
+        assert_eq!(output.status.code(), Some(0), "{words:?}: {stderr}");
         String::from_utf8(output.stdout).unwrap()
     }
 
+    /// Runs what must work and print these parts; its stdout.
+    fn tells(&self, line: impl Line, parts: &str) -> String {
+        let said = self.good(line);
+        says(&said, parts);
+        said
+    }
+
     /// Runs what must be refused, within a moment and in one line and those behind it; its stderr.
-    fn refused(&self, args: &[&str], code: i32) -> String {
+    fn refused(&self, line: impl Line, code: i32) -> String {
         let start = Instant::now();
-        let output = self.gonio(args);
-        let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{args:?}: {stderr}");
+        let stderr = self.ends(&line, code);
+        let words = line.words();
         let lines = stderr.lines().filter(|l| !l.starts_with("  because: "));
-        assert_eq!(lines.count(), 1, "{args:?}: {stderr}");
+        assert_eq!(lines.count(), 1, "{words:?}: {stderr}");
         // One second on an idle machine; tests share theirs.
-        assert!(start.elapsed() < Duration::from_secs(5), "{args:?}");
+        assert!(start.elapsed() < Duration::from_secs(5), "{words:?}");
         stderr
+    }
+
+    /// Runs what must be refused with these parts of a sentence; its stderr.
+    fn refuses(&self, line: impl Line, code: i32, parts: &str) -> String {
+        let sentence = self.refused(line, code);
+        says(&sentence, parts);
+        sentence
+    }
+
+    /// Runs what must be refused: a line `code | command | parts of the sentence` each.
+    fn refuses_all(&self, table: &str) {
+        for [code, line, parts] in common::table(table) {
+            self.refuses(line, code.parse().unwrap(), parts);
+        }
+    }
+
+    fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        fs::write(self.path(name), text).unwrap();
     }
 
     fn read(&self, name: &str) -> String {
         fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    /// Every file below a folder.
     fn read_bytes(&self, name: &str) -> Vec<u8> {
-        fs::read(self.path(name)).unwrap()
+        fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
+    /// Every file below a folder.
     fn files(&self, name: &str) -> Vec<String> {
         fn walk(dir: &Path, base: &Path, out: &mut Vec<String>) {
             for entry in fs::read_dir(dir).unwrap() {
@@ -214,6 +302,14 @@ impl Bench {
     fn manifest(&self, run: &str) -> serde_json::Value {
         serde_json::from_str(&self.read(&format!("{run}/manifest.json"))).unwrap()
     }
+}
+
+/// Lines of a file of records of a run that are whole.
+fn finished(bench: &Bench, run: &str, records: &str) -> Vec<String> {
+    let bytes = fs::read(bench.path(run).join(records)).unwrap_or_default();
+    let end = bytes.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
+    let text = String::from_utf8(bytes[..end].to_vec()).expect("whole lines are text");
+    text.lines().map(str::to_owned).collect()
 }
 
 /// Every file of a run but those of wall times, and those that name the config's file.

@@ -1,21 +1,13 @@
 //! Moments of materials without a run, and as quantities of an acquisition.
 
 use super::Bench;
+use super::common::{says, table};
 use gonio::experiment::Row;
-use gonio::experiment::moments::ProfileRow;
 use gonio::moments::Component;
 use serde_json::Value;
-use std::fs;
 
 /// Few views, low order, an estimator that is content early.
-const QUICK: [&str; 6] = [
-    "--set",
-    "moments.views=3",
-    "--set",
-    "moments.order=2",
-    "--set",
-    "moments.estimator={kind=\"peak-resolving\",tolerance=1e-2}",
-];
+const QUICK: &str = "--set moments.views=3 --set moments.order=2 --set moments.estimator={kind=\"peak-resolving\",tolerance=1e-2}";
 
 const TWO: &str = r#"
 experiment = "moments"
@@ -41,7 +33,7 @@ fn same(csv: &str, json: &str) -> Vec<serde_json::Map<String, Value>> {
     let objects: Vec<serde_json::Map<String, Value>> = serde_json::from_str(json).unwrap();
     let mut reader = csv::Reader::from_reader(csv.as_bytes());
     let header: Vec<_> = reader.headers().unwrap().iter().map(String::from).collect();
-    assert_eq!(header, ProfileRow::columns());
+    assert_eq!(header, gonio::report::profile_columns());
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     assert_eq!(rows.len(), objects.len());
     for (row, object) in rows.iter().zip(&objects) {
@@ -67,9 +59,9 @@ fn number(row: &serde_json::Map<String, Value>, key: &str) -> f64 {
 #[test]
 fn a_kind_of_material_has_moments() {
     let bench = Bench::new();
-    let ggx = [&["moments", "ggx", "--set", "alpha=0.4"], &QUICK[..]].concat();
+    let ggx = format!("moments ggx --set alpha=0.4 {QUICK}");
     let csv = bench.good(&ggx);
-    let json = bench.good(&[&ggx[..], &["--format", "json"]].concat());
+    let json = bench.good(format!("{ggx} --format json"));
     let rows = same(&csv, &json);
     let views: Vec<_> = rows.iter().map(|r| number(r, "theta_o_deg")).collect();
     assert_eq!(views, [0.0, 44.5, 89.0]);
@@ -89,7 +81,7 @@ fn a_kind_of_material_has_moments() {
     assert!(number(&rows[1], "mean_10") < -0.3);
 
     // Uniform in (θ, φ), whose square has the variance π²/12.
-    let lambert = [&["moments", "lambert", "--format", "json"], &QUICK[..]].concat();
+    let lambert = format!("moments lambert --format json {QUICK}");
     let rows: Vec<serde_json::Map<String, Value>> =
         serde_json::from_str(&bench.good(&lambert)).unwrap();
     for row in &rows {
@@ -102,17 +94,17 @@ fn a_kind_of_material_has_moments() {
 #[test]
 fn a_table_and_materials_of_configs_have_moments() {
     let bench = Bench::new();
-    fs::write(bench.path("two.toml"), TWO).unwrap();
-    let material = ["--material", "ggx-0.4", "-o", "table.binary"];
-    bench.good(&[&["tabulate", "small.toml"], &material[..]].concat());
-    let rows = |args: &[&str]| {
-        let csv = bench.good(&[&["moments"], args].concat());
-        let json = bench.good(&[&["moments"], args, &["--format", "json"]].concat());
+    bench.write("two.toml", TWO);
+    let material = "--material ggx-0.4 -o table.binary";
+    bench.good(format!("tabulate small.toml {material}"));
+    let rows = |args: &str| {
+        let csv = bench.good(format!("moments {args}"));
+        let json = bench.good(format!("moments {args} --format json"));
         same(&csv, &json)
     };
-    let table = rows(&[&["table.binary"], &QUICK[..]].concat());
+    let table = rows(&format!("table.binary {QUICK}"));
     // A config of an acquisition has the same material.
-    let model = rows(&[&["small.toml"], &material[..2], &QUICK[..]].concat());
+    let model = rows(&format!("small.toml --material ggx-0.4 {QUICK}"));
     assert!(table.iter().all(|r| r["material"] == "table"));
     assert!(model.iter().all(|r| r["material"] == "ggx-0.4"));
     for (table, model) in table.iter().zip(&model).take(2) {
@@ -121,7 +113,7 @@ fn a_table_and_materials_of_configs_have_moments() {
             assert!(error.abs() < 1e-2, "{component}: {error}");
         }
     }
-    let all = rows(&["two.toml"]);
+    let all = rows("two.toml");
     let order: Vec<_> = all
         .iter()
         .map(|r| format!("{} {}", r["material"], r["channel"]))
@@ -134,43 +126,40 @@ fn a_table_and_materials_of_configs_have_moments() {
         "\"half/shiny\" \"blue\"",
     ];
     assert_eq!(order, names);
-    let one = rows(&["two.toml", "--material", "half/shiny"]);
+    let one = rows("two.toml --material half/shiny");
     assert!(one[..] == all[6..]);
 }
 
 #[test]
 fn moments_go_to_a_folder() {
     let bench = Bench::new();
-    fs::write(bench.path("two.toml"), TWO).unwrap();
-    let args = ["moments", "two.toml", "-o", "deep/out"];
+    bench.write("two.toml", TWO);
+    let args = "moments two.toml -o deep/out";
     // Who writes files prints nothing.
-    assert_eq!(bench.good(&args), "");
+    assert_eq!(bench.good(args), "");
     let mut names = vec!["config.toml", "profiles.csv", "profiles.json"];
     names.splice(1..1, ["half%2Fshiny.svg", "lambert.svg"]);
     assert_eq!(bench.files("deep/out"), names);
     let csv = bench.read("deep/out/profiles.csv");
     same(&csv, &bench.read("deep/out/profiles.json"));
-    assert_eq!(csv, bench.good(&["moments", "two.toml"]));
+    assert_eq!(csv, bench.good("moments two.toml"));
     for name in ["lambert", "half%2Fshiny"] {
         let svg = bench.read(&format!("deep/out/{name}.svg"));
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
         assert!(svg.contains("red") && svg.contains("blue") && !svg.contains("NaN"));
     }
 
-    fs::write(bench.path("deep/out/profiles.csv"), "mine").unwrap();
-    let refusal = bench.refused(&args, 2);
-    assert!(
-        refusal.contains("profiles.csv") && refusal.contains("--force"),
-        "{refusal}"
-    );
+    bench.write("deep/out/profiles.csv", "mine");
+    let refusal = bench.refused(args, 2);
+    says(&refusal, "profiles.csv … --force");
     assert_eq!(bench.read("deep/out/profiles.csv"), "mine");
-    bench.good(&[&args[..], &["--force"]].concat());
+    bench.good(format!("{args} --force"));
     assert_eq!(bench.read("deep/out/profiles.csv"), csv);
     assert_eq!(bench.files("deep/out"), names);
 
-    fs::write(bench.path("file"), "mine").unwrap();
+    bench.write("file", "mine");
     for folder in ["file", "file/below"] {
-        let refusal = bench.refused(&["moments", "two.toml", "-o", folder], 2);
+        let refusal = bench.refused(format!("moments two.toml -o {folder}"), 2);
         assert!(
             refusal.starts_with(&format!("gonio: {folder}: ")),
             "{refusal}"
@@ -182,8 +171,8 @@ fn moments_go_to_a_folder() {
 #[test]
 fn moments_that_cannot_be_are_refused_in_a_sentence() {
     let bench = Bench::new();
-    fs::write(bench.path("two.toml"), TWO).unwrap();
-    fs::write(bench.path("tiny.binary"), [1, 2]).unwrap();
+    bench.write("two.toml", TWO);
+    bench.write("tiny.binary", [1, 2]);
     // Right in size and head, and without a single value.
     let mut empty: Vec<u8> = [90u32, 90, 180]
         .iter()
@@ -191,151 +180,61 @@ fn moments_that_cannot_be_are_refused_in_a_sentence() {
         .collect();
     let holes = std::iter::repeat_n((-1f64).to_le_bytes(), 3 * 90 * 90 * 180);
     empty.extend(holes.flatten());
-    fs::write(bench.path("empty.binary"), empty).unwrap();
-    let refused = |args: &[&str], code: i32, says: &[&str]| {
-        let args = [&["moments"], args, &["-o", "out"]].concat();
-        let sentence = bench.refused(&args, code);
-        for part in says {
-            assert!(
-                sentence.contains(part),
-                "{args:?}: {part} is not in: {sentence}"
-            );
-        }
-        assert!(!bench.path("out").exists(), "{args:?}");
-    };
-    refused(&["shiny"], 2, &["shiny", "*.toml", "*.binary", "lambert, "]);
-    refused(&["gone.toml"], 2, &["gone.toml"]);
-    refused(&["gone.binary"], 3, &["gone.binary", "No such file"]);
-    refused(&["tiny.binary"], 3, &["tiny.binary", "2 bytes"]);
-    refused(&["empty.binary"], 3, &["gonio: empty.binary: every cell"]);
-    refused(
-        &["two.toml", "--material", "gold"],
-        2,
-        &["--material", "gold", "allowed: lambert, half/shiny"],
+    bench.write("empty.binary", empty);
+    bench.refuses_all(
+        r#"
+        2 | moments shiny -o out | shiny … *.toml … *.binary … lambert, 
+        2 | moments gone.toml -o out | gone.toml
+        3 | moments gone.binary -o out | gone.binary … No such file
+        3 | moments tiny.binary -o out | tiny.binary … 2 bytes
+        3 | moments empty.binary -o out | gonio: empty.binary: every cell
+        2 | moments two.toml --material gold -o out | --material … gold … allowed: lambert, half/shiny"#,
     );
-    let cases: [(&str, &[&str]); 19] = [
-        ("moments.views=0", &["moments.views = 0", "allowed is"]),
-        (
-            "moments.views=1000000",
-            &["moments.views = 1000000", "allowed is"],
-        ),
-        (
-            "moments.max_view_deg=90",
-            &["moments.max_view_deg = 90", "(0, 90)"],
-        ),
-        (
-            "moments.max_view_deg=-1",
-            &["moments.max_view_deg = -1", "allowed is"],
-        ),
-        (
-            "moments.max_view_deg=nan",
-            &["moments.max_view_deg = NaN", "allowed is"],
-        ),
-        ("moments.order=5", &["order = 5", "[0, 4]"]),
-        ("moments.channels=[]", &["moments.channels = []", "average"]),
-        (
-            "moments.channels=[\"red\",\"red\"]",
-            &["moments.channels = [red, red]", "each once"],
-        ),
-        (
-            "moments.channels=[\"pink\"]",
-            &["moments.channels[0] = \"pink\"", "average"],
-        ),
-        (
-            "moments.split=half",
-            &["moments.split = \"half\"", "minimum"],
-        ),
-        (
-            "moments.estimator={kind=\"magic\"}",
-            &["kind = \"magic\"", "peak-resolving"],
-        ),
-        (
-            "moments.estimator={tolerance=0.2}",
-            &["moments.estimator.tolerance = 0.2", "(0, 0.1]"],
-        ),
-        (
-            "moments.estimator={kind=\"peak-resolving\",tolerance=0}",
-            &["moments.estimator.tolerance = 0", "(0, 0.1]"],
-        ),
-        (
-            "moments.estimator={kind=\"peak-resolving\",max_evaluations=1}",
-            &["moments.estimator.max_evaluations = 1", "at least"],
-        ),
-        (
-            "moments.estimator={kind=\"monte-carlo\",samples=1000}",
-            &["moments.estimator.samples = 1000", "multiple of 32"],
-        ),
-        (
-            "moments.estimator={kind=\"sobol\",samples=96}",
-            &["moments.estimator.samples = 96", "power of two"],
-        ),
-        ("moments.vistas=3", &["moments.vistas", "views"]),
-        ("alpha=0", &["alpha = 0", "allowed is"]),
-        ("seeds=[1, 2]", &["seeds = [1, 2]", "one seed"]),
-    ];
-    for (set, says) in cases {
-        refused(&["ggx", "--set", set], 2, says);
+    for [set, parts] in table(
+        r#"
+        moments.views=0 | moments.views = 0 … allowed is
+        moments.views=1000000 | moments.views = 1000000 … allowed is
+        moments.max_view_deg=90 | moments.max_view_deg = 90 … (0, 90)
+        moments.max_view_deg=-1 | moments.max_view_deg = -1 … allowed is
+        moments.max_view_deg=nan | moments.max_view_deg = NaN … allowed is
+        moments.order=5 | order = 5 … [0, 4]
+        moments.channels=[] | moments.channels = [] … average
+        moments.channels=["red","red"] | moments.channels = [red, red] … each once
+        moments.channels=["pink"] | moments.channels[0] = "pink" … average
+        moments.split=half | moments.split = "half" … minimum
+        moments.estimator={kind="magic"} | kind = "magic" … peak-resolving
+        moments.estimator={tolerance=0.2} | moments.estimator.tolerance = 0.2 … (0, 0.1]
+        moments.estimator={kind="peak-resolving",tolerance=0} | moments.estimator.tolerance = 0 … (0, 0.1]
+        moments.estimator={kind="peak-resolving",max_evaluations=1} | moments.estimator.max_evaluations = 1 … at least
+        moments.estimator={kind="monte-carlo",samples=1000} | moments.estimator.samples = 1000 … multiple of 32
+        moments.estimator={kind="sobol",samples=96} | moments.estimator.samples = 96 … power of two
+        moments.vistas=3 | moments.vistas … views
+        alpha=0 | alpha = 0 … allowed is
+        seeds=[1, 2] | seeds = [1, 2] … one seed"#,
+    ) {
+        bench.refuses(format!("moments ggx -o out --set '{set}'"), 2, parts);
     }
-    let both = bench.gonio(&["moments", "ggx", "-o", "out", "--format", "json"]);
-    assert_eq!(both.status.code(), Some(2));
+    bench.ends("moments ggx -o out --format json", 2);
     assert!(!bench.path("out").exists());
 }
 
 #[test]
 fn slices_that_are_not_resolved_are_told() {
     let bench = Bench::new();
-    let args = [
-        "moments",
-        "ggx",
-        "--set",
-        "alpha=0.001",
-        "--set",
-        "moments.views=5",
-        "--set",
-        "moments.estimator={kind=\"monte-carlo\",samples=1024}",
-    ];
-    let output = bench.gonio(&args);
+    let args = "moments ggx --set alpha=0.001 --set moments.views=5 --set moments.estimator={kind=\"monte-carlo\",samples=1024}";
+    let output = bench.gonio(args);
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{stderr}");
     // Some of them, then their number.
     assert_eq!(stderr.lines().count(), 3 + 1, "{stderr}");
-    assert!(
-        stderr.contains("ggx-0.001 luminance at 0.000°: no sample near the mirror direction"),
-        "{stderr}"
+    says(
+        &stderr,
+        "ggx-0.001 luminance at 0.000°: no sample near the mirror direction",
     );
-    assert!(stderr.contains("5 of 5 slices are unresolved"), "{stderr}");
+    says(&stderr, "5 of 5 slices are unresolved");
     let stdout = String::from_utf8(output.stdout).unwrap();
     let column = stdout.matches(",no sample near the mirror direction\n");
     assert_eq!(column.count(), 5);
-}
-
-#[test]
-fn black_has_no_direction() {
-    let bench = Bench::new();
-    let args = ["moments", "lambert", "--set", "albedo=0"];
-    let args = [
-        &args[..],
-        &QUICK,
-        &["--set", "moments.order=4", "-o", "out"],
-    ]
-    .concat();
-    bench.good(&args);
-    let rows = same(
-        &bench.read("out/profiles.csv"),
-        &bench.read("out/profiles.json"),
-    );
-    assert_eq!(rows.len(), 3);
-    for row in &rows {
-        assert_eq!(number(row, "energy"), 0.0);
-        for component in Component::ALL.iter().filter(|c| c.order() > 0) {
-            assert!(row[&component.to_string()].is_null(), "{component}");
-            assert!(row[&format!("{component}_uncertainty")].is_null());
-        }
-    }
-    for file in bench.files("out") {
-        let text = bench.read(&format!("out/{file}"));
-        assert!(!text.contains("NaN") && !text.contains("inf"), "{file}");
-    }
 }
 
 /// The columns of moments of a row.
@@ -354,17 +253,13 @@ fn moments(row: &Row) -> [Option<f64>; 6] {
 #[test]
 fn acquisitions_compare_moments_if_asked() {
     let bench = Bench::new();
-    let one = ["--set", "budgets=[60]", "--set", "seeds=[1]"];
-    let small = [&["run", "small.toml", "-q"], &one[..]].concat();
-    let albedo = ["--set", "quantities=[\"albedo\"]"];
-    let asked = [
-        &small[..],
-        &["--set", "quantities=[\"albedo\", \"moments\"]"],
-        &QUICK,
-        &["--set", "moments.order=4", "--set", "moments.views=2"],
-    ]
-    .concat();
-    bench.good(&[&small[..], &albedo, &["-o", "without"]].concat());
+    let one = "--set budgets=[60] --set seeds=[1]";
+    let small = format!("run small.toml -q {one}");
+    let albedo = "--set quantities=[\"albedo\"]";
+    let asked = format!(
+        "{small} --set 'quantities=[\"albedo\", \"moments\"]' {QUICK} --set moments.order=4 --set moments.views=2"
+    );
+    bench.good(format!("{small} {albedo} -o without"));
     let rows = bench.rows("without");
     assert!(rows.iter().all(|r| moments(r) == [None; 6]));
     assert!(
@@ -372,7 +267,7 @@ fn acquisitions_compare_moments_if_asked() {
             .all(|r| r.value("moment_unresolved").is_none() && r.moment_seconds.is_none())
     );
 
-    bench.good(&[&asked[..], &["-o", "one"]].concat());
+    bench.good(format!("{asked} -o one"));
     assert!(!bench.read("one/results.csv").contains("NaN"));
     for row in bench.rows("one") {
         assert!(row.value("moment_unresolved").is_some() && row.moment_seconds.is_some());
@@ -395,11 +290,7 @@ fn acquisitions_compare_moments_if_asked() {
         }
     }
     // Quantities that are not asked for are not there.
-    let only = [
-        &asked[..],
-        &["--set", "quantities=[\"moments\"]", "-o", "only"],
-    ]
-    .concat();
+    let only = format!("{asked} --set quantities=[\"moments\"] -o only");
     bench.good(&only);
     for (only, both) in bench.rows("only").iter().zip(&bench.rows("one")) {
         assert_eq!(only.value("albedo"), None);
@@ -410,25 +301,15 @@ fn acquisitions_compare_moments_if_asked() {
 #[test]
 fn moments_of_acquisitions_are_checked() {
     let bench = Bench::new();
-    let refused = |sets: &[&str], says: &[&str]| {
-        let sets: Vec<_> = sets.iter().flat_map(|set| ["--set", set]).collect();
-        let args = [&["run", "small.toml", "-o", "out"], &sets[..]].concat();
-        let sentence = bench.refused(&args, 2);
-        for part in says {
-            assert!(sentence.contains(part), "{part} is not in: {sentence}");
-        }
-        assert!(!bench.path("out").exists());
-    };
-    let asked = "quantities=[\"moments\"]";
-    refused(&["moments.views=3"], &["quantities = [\"moments\"]"]);
-    refused(&["quantities=[\"colour\"]"], &["quantities[0]", "moments"]);
-    refused(&[asked, "moments.views=0"], &["moments.views = 0"]);
-    refused(
-        &[asked, "moments.channels=[\"red\"]"],
-        &["moments.channels", "channels = \"rgb\""],
-    );
-    refused(
-        &[asked, "channels=rgb", "moments.channels=[\"red\",\"blue\"]"],
-        &["moments.channels", "2 channels"],
-    );
+    for [sets, parts] in table(
+        r#"
+        moments.views=3 | quantities = ["moments"]
+        quantities=["colour"] | quantities[0] … moments
+        quantities=["moments"] --set moments.views=0 | moments.views = 0
+        quantities=["moments"] --set moments.channels=["red"] | moments.channels … channels = "rgb"
+        quantities=["moments"] --set channels=rgb --set moments.channels=["red","blue"] | moments.channels … 2 channels"#,
+    ) {
+        bench.refuses(format!("run small.toml -o out --set {sets}"), 2, parts);
+    }
+    assert!(!bench.path("out").exists());
 }

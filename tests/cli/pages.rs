@@ -123,11 +123,11 @@ levels! {
 fn the_commands_of_the_pages_are_commands(level: Level) {
     let bench = Bench::new().with_configs();
     // Of the materials that the papers name, two.
-    let some = ["tabulate", "small.toml", "--material", "ggx-0.4", "-o"];
+    let some = "tabulate small.toml --material ggx-0.4 -o";
     fs::create_dir(bench.path("brdfs")).unwrap();
     for name in ["alum-bronze", "pink-felt"] {
         let file = format!("brdfs/{name}.binary");
-        bench.good(&[&some[..], &[file.as_str()]].concat());
+        bench.good(format!("{some} {}", file.as_str()));
     }
     let mut count = 0;
     for page in ["findings", "parametrizations", "light_paths", "planning"] {
@@ -156,7 +156,7 @@ fn the_recipes_of_a_cluster_use_what_there_is() {
         for command in code.split("gonio ").skip(1) {
             let words = command.split(['"', ' ']).filter(|w| !w.is_empty());
             let words: Vec<&str> = words.collect();
-            let help = bench.good(&["help", words[0]]);
+            let help = bench.good(["help", words[0]]);
             for option in words.iter().filter(|w| w.starts_with("--")) {
                 assert!(help.contains(option), "{name}: {option}");
                 options += 1;

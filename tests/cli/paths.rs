@@ -1,17 +1,10 @@
 //! `gonio paths`, and what `gonio subset` says of facets.
 
 use super::Bench;
-use super::common::{Level, levels};
+use super::common::{Level, levels, says};
 use serde_json::Value;
 
-const FEW: [&str; 6] = [
-    "paths",
-    "smith-multiple",
-    "--set",
-    "paths=2",
-    "--paths",
-    "20000",
-];
+const FEW: &str = "paths smith-multiple --set paths=2 --paths 20000";
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap()
@@ -28,33 +21,24 @@ levels! {
 
 fn paths_are_told_and_drawn(level: Level) {
     let bench = Bench::new();
-    let rough = ["--set", "alpha=0.5"];
-    let said = bench.good(&[&FEW[..], &rough, &["-o", "maps.svg"]].concat());
-    for part in [
-        "first 7",
-        "half-difference  theta_",
-        "--box",
-        "Ranges that hold 95 %",
-    ] {
-        assert!(said.contains(part), "{part}: {said}");
-    }
+    let rough = "--set alpha=0.5";
+    let said = bench.good(format!("{FEW} {rough} -o maps.svg"));
+    says(
+        &said,
+        "first 7 … half-difference  theta_ … --box … Ranges that hold 95 %",
+    );
     let drawn = bench.read("maps.svg");
     let charts = gonio::parametrization::all();
     assert!(drawn.starts_with("<svg"));
     // A raster for all azimuths and each of four.
     assert_eq!(drawn.matches("<image").count(), 5 * charts.len());
-    let again = [&FEW[..], &["-o", "maps.svg"]].concat();
-    assert!(bench.refused(&again, 2).contains("--force"));
+    let again = format!("{FEW} -o maps.svg");
+    bench.refuses(&again, 2, "--force");
     assert_eq!(bench.read("maps.svg"), drawn);
 
-    let args = [
-        &FEW[..],
-        &rough,
-        &["--json", "--bounce", "first", "--purity", "0.8"],
-    ]
-    .concat();
+    let args = format!("{FEW} {rough} --json --bounce first --purity 0.8");
     let text = bench.good(&args);
-    assert!(bench.good(&[&args[..], &["--threads", "1"]].concat()) == text);
+    assert!(bench.good(format!("{args} --threads 1")) == text);
     let told = json(&text);
     let shares = ["first", "second", "later"].map(|class| known(&told["shares"][class])[0]);
     assert!(
@@ -82,19 +66,10 @@ fn paths_are_told_and_drawn(level: Level) {
     let found = &told["parametrizations"]["spherical"]["box"];
     let words = found["box"].as_str().unwrap();
     let found = &found["classes"]["first"];
-    let args = [
-        "subset",
-        "--parametrization",
-        "spherical",
-        "--box",
-        words,
-        "--json",
-        "--material",
-        "smith-multiple",
-        "--set",
-        "paths=2",
-    ];
-    let again = json(&bench.good(&[&args[..], &rough].concat()));
+    let args = format!(
+        "subset --parametrization spherical --box '{words}' --json --material smith-multiple --set paths=2"
+    );
+    let again = json(&bench.good(format!("{args} {rough}")));
     for key in ["share_inside", "captured"] {
         let [a, b] = [
             known(&found[key]),
@@ -114,54 +89,31 @@ levels! {
 
 fn subset_tells_the_facets_that_light_met(level: Level) {
     let bench = Bench::new();
-    let args = |bounds: &'static str, material: &'static str| {
-        [
-            "subset",
-            "--parametrization",
-            "hybrid",
-            "--box",
-            bounds,
-            "--material",
-            material,
-        ]
-    };
-    let few = ["--set", "paths=2", "--set", "alpha=0.8"];
-    let said = bench.good(&[&args("h_bar=0..0.5", "smith-multiple")[..], &few].concat());
-    assert!(said.contains("  facets met          first "), "{said}");
-    assert!(said.contains("  of each number      first "), "{said}");
+    let of = "subset --parametrization hybrid --box";
+    let few = "--material smith-multiple --set paths=2 --set alpha=0.8";
+    bench.tells(
+        format!("{of} h_bar=0..0.5 {few}"),
+        "  facets met          first  …   of each number      first ",
+    );
     if level == Level::Quick {
         return;
     }
     // The whole of the light is inside.
-    let first = ["--set", "bounces=first"];
-    let said = bench.good(&[&args("", "smith-multiple")[..], &few, &first].concat());
-    assert!(
-        said.contains("first 100 %, second 0 %, later 0 % of the light inside"),
-        "{said}"
+    bench.tells(
+        format!("{of} '' {few} --set bounces=first"),
+        "first 100 %, second 0 %, later 0 % of the light inside",
     );
-    let said = bench.good(&args("h_bar=0..0.5", "lambert"));
+    let said = bench.good(format!("{of} h_bar=0..0.5 --material lambert"));
     assert!(!said.contains("facets"), "{said}");
 }
 
 #[test]
 fn paths_refuse_what_they_cannot_use() {
     let bench = Bench::new();
-    let refused = |args: &[&str], parts: &[&str]| {
-        let sentence = bench.refused(&[&["paths"], args].concat(), 2);
-        assert!(
-            parts.iter().all(|part| sentence.contains(part)),
-            "{sentence}"
-        );
-    };
-    refused(
-        &["lambert"],
-        &["lambert", "number of facets", "smith-multiple"],
-    );
-    refused(&["small.toml"], &["--material", "lambert, ggx-0.4"]);
-    let black = ["--set", "facets.kind=diffuse", "--set", "facets.albedo=0"];
-    refused(
-        &[&["smith-multiple"], &black[..]].concat(),
-        &["no light leaves", "allowed"],
+    bench.refuses_all(
+        "2 | paths lambert | lambert … number of facets … smith-multiple
+         2 | paths small.toml | --material … lambert, ggx-0.4
+         2 | paths smith-multiple --set facets.kind=diffuse --set facets.albedo=0 | no light leaves … allowed",
     );
     for (option, value, part) in [
         ("--purity", "0", "(0, 1]"),
@@ -169,9 +121,7 @@ fn paths_refuse_what_they_cannot_use() {
         ("--paths", "1000", "1024"),
         ("--bounce", "third", "second"),
     ] {
-        let output = bench.gonio(&["paths", "smith-multiple", option, value]);
-        let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        let stderr = bench.ends(format!("paths smith-multiple {option} {value}"), 2);
         assert!(stderr.contains(option) && stderr.contains(part), "{stderr}");
     }
 }
@@ -212,16 +162,9 @@ samples = 4
 budget = 60
 "#;
     std::fs::write(bench.path("c.toml"), config).unwrap();
-    let more_paths = [
-        "--set",
-        "material.0.paths=128",
-        "--set",
-        "pictures.draw=false",
-        "-o",
-        "more",
-    ];
-    bench.good(&["run", "c.toml", "-q"]);
-    bench.good(&[&["run", "c.toml", "-q"], &more_paths[..]].concat());
+    let more_paths = "--set material.0.paths=128 --set pictures.draw=false -o more";
+    bench.good("run c.toml -q");
+    bench.good(format!("run c.toml -q {more_paths}"));
     let errors = |run: &str, material: &str| -> Vec<Option<f64>> {
         let rows = bench.rows(run);
         let of = rows.iter().filter(|row| row.material.starts_with(material));
@@ -249,29 +192,22 @@ budget = 60
 #[test]
 fn pictures_have_a_name_and_a_folder() {
     let bench = Bench::new();
-    let of_box = [
-        "subset",
-        "--parametrization",
-        "hybrid",
-        "--box",
-        "h_bar=0..0.2",
-    ];
-    for command in [&FEW[..], &of_box] {
-        let to = |file| [command, &["-o", file]].concat();
-        let told = bench.refused(&to("maps.png"), 2);
-        assert!(
-            told.contains("maps.png: this picture is SVG; allowed: a name that ends in .svg"),
-            "{told}"
+    for command in [FEW, "subset --parametrization hybrid --box h_bar=0..0.2"] {
+        let to = |file| format!("{command} -o {file}");
+        bench.refuses(
+            to("maps.png"),
+            2,
+            "maps.png: this picture is SVG; allowed: a name that ends in .svg",
         );
-        let told = bench.refused(&to("none/maps.svg"), 2);
-        assert!(
-            told.contains("none/maps.svg: there is no folder none"),
-            "{told}"
+        bench.refuses(
+            to("none/maps.svg"),
+            2,
+            "none/maps.svg: there is no folder none",
         );
     }
-    let maps = [&FEW[..], &["-o", "maps.SVG"]].concat();
+    let maps = format!("{FEW} -o maps.SVG");
     bench.good(&maps);
-    bench.good(&[&maps[..], &["--force"]].concat());
+    bench.good(format!("{maps} --force"));
 }
 
 /// Light of 45° grooves that met two facets comes back along the groove mirrored and across it reversed; that of one met it at 45°,
@@ -281,19 +217,9 @@ fn light_of_two_sides_of_a_groove_has_a_box_to_itself() {
     let bench = Bench::new();
     for fresnel in ["schlick", "none"] {
         let fresnel = format!("facets.fresnel.kind={fresnel}");
-        let args = [
-            "paths",
-            "micro-surface",
-            "--set",
-            "surface.kind=v-grooves",
-            "--set",
-            "facets.kind=mirror",
-            "--set",
-            &fresnel,
-            "--paths",
-            "65536",
-            "--json",
-        ];
+        let args = format!(
+            "paths micro-surface --set surface.kind=v-grooves --set facets.kind=mirror --set '{fresnel}' --paths 65536 --json"
+        );
         let told = json(&bench.good(&args));
         let best = &told["parametrizations"]["half-difference"]["box"];
         assert_eq!(best["pure"], true, "{best}");
@@ -306,10 +232,7 @@ fn light_of_two_sides_of_a_groove_has_a_box_to_itself() {
 #[test]
 fn light_of_one_class_leaves_nothing_to_tell() {
     let bench = Bench::new();
-    let said = bench.good(&[&FEW[..], &["--set", "bounces=second"]].concat());
-    assert!(
-        said.contains("second 100 %") && said.contains("All of it met two facets"),
-        "{said}"
-    );
+    let said = bench.good(format!("{FEW} --set bounces=second"));
+    says(&said, "second 100 % … All of it met two facets");
     assert!(!said.contains("--box"), "{said}");
 }

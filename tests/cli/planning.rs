@@ -1,7 +1,7 @@
 //! Planners as a user meets them: in configs, and from readings to the next poses.
 
 use super::Bench;
-use super::common::{Level, levels};
+use super::common::{Level, levels, says};
 use super::pages::of_repository;
 use std::fs;
 use std::process::{Command, Output};
@@ -23,24 +23,6 @@ fn laboratory(bench: &Bench, folder: &str, steps: &str) -> Output {
     output
 }
 
-/// Runs a command line that must work; its stdout.
-pub fn good(bench: &Bench, line: &str) -> String {
-    bench.good(&line.split(' ').collect::<Vec<_>>())
-}
-
-/// Runs a command line that must be refused; its stderr.
-pub fn refused(bench: &Bench, line: &str, code: i32) -> String {
-    bench.refused(&line.split(' ').collect::<Vec<_>>(), code)
-}
-
-/// Asserts that commands end with their codes and say their sentences.
-fn all_refused(bench: &Bench, refusals: &[(&str, i32, &str)]) {
-    for (command, code, sentence) in refusals {
-        let told = refused(bench, command, *code);
-        assert!(told.contains(sentence), "{command}: {told}");
-    }
-}
-
 /// The number after a word of a text.
 pub fn after(text: &str, word: &str) -> f64 {
     let rest = text
@@ -58,18 +40,17 @@ fn readings_that_raise_an_expected_error_are_named() {
         let line = format!(
             "measure p{n}.csv --config configs/quickstart.toml --material {material} -o r{n}.csv"
         );
-        good(&bench, &line);
+        bench.good(&line);
     };
-    good(&bench, "next --batch 8 -o p1.csv");
+    bench.good("next --batch 8 -o p1.csv");
     measure(1, "lambert");
-    good(&bench, "next r1.csv --batch 8 -o p2.csv");
+    bench.good("next r1.csv --batch 8 -o p2.csv");
     assert!(bench.read("p2.csv").contains("# assumes = \"kriging\"\n"));
     // What looked matte has a highlight, or has not.
     for (material, rises) in [("ggx-0.05", true), ("lambert", false)] {
         measure(2, material);
         let both = "next r1.csv r2.csv --mixed --batch 8 -o p3.csv";
-        let output = bench.gonio(&both.split(' ').collect::<Vec<_>>());
-        let told = String::from_utf8(output.stderr).unwrap();
+        let told = bench.ends(both, 0);
         let sentence = "the readings of r2.csv raise the expected nrmse from ";
         assert_eq!(told.contains(sentence), rises, "{material}: {told}");
         fs::remove_file(bench.path("r2.csv")).unwrap();
@@ -97,7 +78,7 @@ fn a_laboratory_goes_round_and_loses_nothing() {
     let text = String::from_utf8(whole.stdout).unwrap();
     assert!(text.ends_with(&String::from_utf8(pieces.stdout).unwrap()));
     // 8, 8 and 16 readings; what is expected falls.
-    assert!(text.contains("so far: 16 poses, 16 readings"), "{text}");
+    says(&text, "so far: 16 poses, 16 readings");
     let expected: Vec<f64> = text
         .lines()
         .filter(|line| line.starts_with("now: ") || line.starts_with("then: "))
@@ -113,31 +94,26 @@ fn a_laboratory_goes_round_and_loses_nothing() {
 #[test]
 fn a_laboratory_is_told_when_to_stop() {
     let bench = Bench::new().with_configs();
-    good(&bench, "next --batch 8 -o poses.csv");
+    bench.good("next --batch 8 -o poses.csv");
     let config = "--config configs/quickstart.toml --material ggx-0.3";
-    good(
-        &bench,
-        &format!("measure poses.csv {config} -o readings.csv"),
-    );
+    bench.good(format!("measure poses.csv {config} -o readings.csv"));
     let next = "next readings.csv --batch 8 -o more.csv --set target.nrmse=";
-    let told = good(&bench, &format!("{next}9"));
+    let told = bench.good(format!("{next}9"));
     assert!(told.starts_with("stop: expected nrmse "), "{told}");
     assert!(!bench.path("more.csv").exists());
-    let told = good(&bench, &format!("{next}1e-5"));
-    assert!(told.contains("then: expected nrmse "), "{told}");
+    bench.tells(format!("{next}1e-5"), "then: expected nrmse ");
     assert!(bench.path("more.csv").exists());
     // Where it is uncertain is drawn, though readings without noise have no uncertainty; nearest knows of no other.
     for (kind, is_known) in [("kriging", true), ("nearest", false)] {
-        good(
-            &bench,
-            &format!("reconstruct readings.csv --reconstruction {kind} --uncertainty {kind}.svg"),
-        );
+        bench.good(format!(
+            "reconstruct readings.csv --reconstruction {kind} --uncertainty {kind}.svg"
+        ));
         let drawn = bench.read(&format!("{kind}.svg"));
         assert_eq!(drawn.contains("of its readings and between them"), is_known);
     }
     // The same numbers in a table of readings, and of a method that has none a sentence.
     let table = "reconstruct readings.csv --reconstruction kriging --uncertainty where.csv";
-    good(&bench, table);
+    bench.good(table);
     let text = bench.read("where.csv");
     let rows: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
     assert!(
@@ -152,68 +128,39 @@ fn a_laboratory_is_told_when_to_stop() {
             .count()
     };
     assert_eq!(of_light("0"), 18, "{}", rows[1]);
-    let read = bench.good(&["reconstruct", "where.csv", "--cross-validation", "none"]);
+    let read = bench.good("reconstruct where.csv --cross-validation none");
     assert!(!read.contains("averaged"), "{read}");
     let nearest = "reconstruct readings.csv --reconstruction nearest --uncertainty no.csv";
-    let told = bench.refused(&nearest.split(' ').collect::<Vec<_>>(), 3);
-    assert!(told.contains("most readings have no uncertainty"), "{told}");
+    bench.refuses(nearest, 3, "most readings have no uncertainty");
     assert!(!bench.path("no.csv").exists());
-    let told = bench.refused(
-        &["reconstruct", "readings.csv", "--uncertainty", "no.astm"],
+    bench.refuses(
+        "reconstruct readings.csv --uncertainty no.astm",
         2,
-    );
-    assert!(
-        told.contains("astm has no place for uncertainties; allowed: csv"),
-        "{told}"
+        "astm has no place for uncertainties; allowed: csv",
     );
     // What was asked for before is not to be read again.
-    good(&bench, &format!("{next}9 --force"));
+    bench.good(format!("{next}9 --force"));
     assert!(!bench.path("more.csv").exists());
 }
 
 #[test]
 fn what_cannot_be_planned_is_refused_in_a_sentence() {
     let bench = Bench::new();
-    good(&bench, "next --batch 8 -o poses.csv");
-    let refusals = [
-        (
-            "next --batch 5000 -o x.csv",
-            4,
-            "adaptive chooses at most 4000 poses",
-        ),
-        (
-            "next --batch 8 --planner adaptve -o x.csv",
-            2,
-            "did you mean adaptive",
-        ),
-        ("next --batch 8 --set weigth=1 -o x.csv", 2, "weight"),
-        ("next --batch 8 --set weight=2 -o x.csv", 2, "[0, 1]"),
-        (
-            "next --batch 8 --set target.nrmse=0 -o x.csv",
-            2,
-            "target.nrmse = 0: allowed is a number in (0.000001, 10]",
-        ),
-        (
-            "next --batch 8 --set target={} -o x.csv",
-            2,
-            "nrmse, log_relative or both",
-        ),
-        (
-            "next --batch 8 --planner a-optimal --set target.nrmse=0.1 -o x.csv",
-            2,
-            "before the first reading",
-        ),
-        (
-            "next --batch 8 --instrument nobody -o x.csv",
-            2,
-            "no instrument",
-        ),
-        ("next nothing.csv --batch 8 -o x.csv", 3, "nothing.csv"),
-        ("next poses.csv --batch 8 -o x.csv", 3, "poses.csv"),
-        ("next --batch 8 -o x.nobody", 2, "--format"),
-        ("next --batch 8 -o poses.csv", 2, "--force"),
-    ];
-    all_refused(&bench, &refusals);
+    bench.good("next --batch 8 -o poses.csv");
+    bench.refuses_all(
+        "4 | next --batch 5000 -o x.csv | adaptive chooses at most 4000 poses
+         2 | next --batch 8 --planner adaptve -o x.csv | did you mean adaptive
+         2 | next --batch 8 --set weigth=1 -o x.csv | weight
+         2 | next --batch 8 --set weight=2 -o x.csv | [0, 1]
+         2 | next --batch 8 --set target.nrmse=0 -o x.csv | target.nrmse = 0: allowed is a number in (0.000001, 10]
+         2 | next --batch 8 --set target={} -o x.csv | nrmse, log_relative or both
+         2 | next --batch 8 --planner a-optimal --set target.nrmse=0.1 -o x.csv | before the first reading
+         2 | next --batch 8 --instrument nobody -o x.csv | no instrument
+         3 | next nothing.csv --batch 8 -o x.csv | nothing.csv
+         3 | next poses.csv --batch 8 -o x.csv | poses.csv
+         2 | next --batch 8 -o x.nobody | --format
+         2 | next --batch 8 -o poses.csv | --force",
+    );
     assert!(!bench.path("x.csv").exists());
 }
 
@@ -254,23 +201,16 @@ levels! {
 }
 
 fn planners_run_in_studies_shard_by_shard_and_resume(level: Level) {
-    let bench = Bench::new();
-    fs::write(bench.path("c.toml"), PLANNED).unwrap();
+    let bench = Bench::of(PLANNED);
     let schedules = "--set output.schedules=\"csv\"";
-    good(
-        &bench,
-        &format!("run c.toml -o whole --threads 1 {schedules} -q"),
-    );
+    bench.good(format!("run c.toml -o whole --threads 1 {schedules} -q"));
     // What is chosen for a material is written for it.
     let written = bench.files("whole/schedules");
     assert_eq!(written.len(), 2 + 4, "{written:?}");
     for part in 1..=2 {
-        good(
-            &bench,
-            &format!("run c.toml -o part{part} --shard {part}/2 -q"),
-        );
+        bench.good(format!("run c.toml -o part{part} --shard {part}/2 -q"));
     }
-    good(&bench, "merge part1 part2 -o merged -q");
+    bench.good("merge part1 part2 -o merged -q");
     let [whole, merged] = ["whole", "merged"].map(|dir| bench.rows(dir));
     assert_eq!((whole.len(), merged.len()), (8, 8));
     for (a, b) in whole.iter().zip(&merged) {
@@ -278,7 +218,7 @@ fn planners_run_in_studies_shard_by_shard_and_resume(level: Level) {
         assert_eq!(a.value("nrmse"), b.value("nrmse"), "{}", a.key);
     }
     // Nothing is made twice.
-    good(&bench, "run c.toml -o whole");
+    bench.good("run c.toml -o whole");
     let rows = bench.rows("whole");
     assert_eq!(rows.len(), 8);
     assert!(
@@ -287,13 +227,12 @@ fn planners_run_in_studies_shard_by_shard_and_resume(level: Level) {
             .all(|(a, b)| a.plan_seconds == b.plan_seconds)
     );
     // A machine and a time.
-    fs::write(
-        bench.path("m.toml"),
+    bench.write(
+        "m.toml",
         PLANNED.replace("budgets = [8, 6]", "minutes = [3]")
             + "[[instrument]]\npreset = \"cornell\"\n",
-    )
-    .unwrap();
-    good(&bench, "run m.toml -o minutes -q");
+    );
+    bench.good("run m.toml -o minutes -q");
     assert_eq!(bench.rows("minutes").len(), 4);
     for row in bench.rows("minutes") {
         assert!(
@@ -303,30 +242,28 @@ fn planners_run_in_studies_shard_by_shard_and_resume(level: Level) {
         );
         assert_eq!(row.reachable, 1.0);
     }
-    let told = refused(&bench, "check c.toml --set budgets=[5000]", 2);
-    assert!(told.contains("chooses at most 1000 poses"), "{told}");
-    let check = good(&bench, "check m.toml");
-    assert!(check.contains("chosen from readings"), "{check}");
-    let told = refused(
-        &bench,
+    bench.refuses(
+        "check c.toml --set budgets=[5000]",
+        2,
+        "chooses at most 1000 poses",
+    );
+    bench.tells("check m.toml", "chosen from readings");
+    bench.refuses(
         "schedule c.toml --sample-set adaptive --budget 12 -o s.csv",
         2,
+        "gonio next",
     );
-    assert!(told.contains("gonio next"), "{told}");
     if level == Level::Quick {
         return;
     }
     // A quick machine has time for more than is chosen.
-    good(
-        &bench,
-        "run m.toml -o quick --set minutes=[1e4] --set sample_set=[{kind=\"a-optimal\"}] --set material=[{kind=\"lambert\"}] -q",
-    );
+    bench.good("run m.toml -o quick --set minutes=[1e4] --set sample_set=[{kind=\"a-optimal\"}] --set material=[{kind=\"lambert\"}] -q");
     assert_eq!(bench.rows("quick")[0].poses, 1000);
 }
 
 /// What `gonio advise --json` prints, and its commands as command lines of ours.
 fn advised(bench: &Bench, line: &str) -> Vec<(serde_json::Value, Vec<String>)> {
-    let advice: Vec<serde_json::Value> = serde_json::from_str(&good(bench, line)).unwrap();
+    let advice: Vec<serde_json::Value> = serde_json::from_str(&bench.good(line)).unwrap();
     let commands = |a: &serde_json::Value| {
         let list = a["commands"].as_array().unwrap().iter();
         let text = list.map(|c| {
@@ -350,26 +287,24 @@ levels! {
 }
 
 fn advice_is_what_a_run_finds_and_its_commands_run(level: Level) {
-    let bench = Bench::new();
-    fs::write(bench.path("c.toml"), PLANNED).unwrap();
+    let bench = Bench::of(PLANNED);
     let one = r#"material=[{kind="ggx",alpha=0.1}]"#;
     let two = r#"material=[{kind="ggx",alpha=0.1},{kind="ggx",alpha=0.3}]"#;
     let budget = level.of(8, 16);
     let material = level.of(one, two);
     let ask = format!("advise c.toml --budget {budget} --set {material} -q");
     if level == Level::Thorough {
-        let text = good(&bench, &ask);
+        let text = bench.good(&ask);
         assert!(text.starts_with("16 poses, 2 materials: "), "{text}");
     }
     let advice = advised(&bench, &format!("{ask} --json"));
     assert_eq!(advice.len(), 3);
-    good(&bench, "init advise -q");
+    bench.good("init advise -q");
     let some = "--set sample_set=[{kind=\"sobol\"}] --set reconstruction=[{kind=\"kriging\"}] -q";
     let some = level.of(some, "-q");
-    good(
-        &bench,
-        &format!("run advise.toml -o all --set budgets=[{budget}] --set {material} {some}"),
-    );
+    bench.good(format!(
+        "run advise.toml -o all --set budgets=[{budget}] --set {material} {some}"
+    ));
     let rows = bench.rows("all");
     let mean = |choice: [&str; 3]| {
         let mine = rows
@@ -435,41 +370,18 @@ fn run_all(bench: &Bench, number: usize, commands: &[String], material: &str) {
             if !bench.path(&poses).exists() {
                 poses = format!("{number}-poses.csv");
             }
-            good(bench, &format!("measure {poses} {material} -o {last} -q"));
+            bench.good(format!("measure {poses} {material} -o {last} -q"));
             read += 1;
             // As a shell would.
             let all: Vec<String> = (1..=read)
                 .map(|i| format!("{number}-readings{i}.csv"))
                 .collect();
-            good(
-                bench,
-                &format!("{} -q", command.replace(name, &all.join(" "))),
-            );
+            bench.good(format!("{} -q", command.replace(name, &all.join(" "))));
         } else {
-            let words = shell_words(command);
-            bench.good(&words.iter().map(String::as_str).collect::<Vec<_>>());
+            bench.good(command);
         }
     }
     assert!(read > 0, "{commands:?}");
-}
-
-/// The words of a command, of which some are in quotes.
-fn shell_words(command: &str) -> Vec<String> {
-    let parts = command.split('\'').enumerate();
-    let mut words = vec![String::new()];
-    for (i, part) in parts {
-        if i % 2 == 1 {
-            words.last_mut().unwrap().push_str(part);
-            continue;
-        }
-        for (k, word) in part.split(' ').enumerate() {
-            if k > 0 {
-                words.push(String::new());
-            }
-            words.last_mut().unwrap().push_str(word);
-        }
-    }
-    words.into_iter().filter(|word| !word.is_empty()).collect()
 }
 
 levels! {
@@ -492,36 +404,30 @@ fn advice_is_for_a_material_and_an_instrument(level: Level) {
     let ggx = "[[material]]\nkind = \"ggx\"\n";
     if level == Level::Thorough {
         let ask = "advise ggx --set alpha=[0.1,0.4] --budget 8 --json -q";
-        fs::write(bench.path("c.toml"), format!("{ggx}alpha = [0.1, 0.4]\n")).unwrap();
+        bench.write("c.toml", format!("{ggx}alpha = [0.1, 0.4]\n"));
         for (number, (_, commands)) in (1..).zip(&advised(&bench, ask)) {
             run_all(&bench, number, commands, "--config c.toml");
             let first = ["poses1", "poses"].map(|name| bench.path(&format!("{number}-{name}.csv")));
             let written = first.iter().find(|path| path.exists()).unwrap();
             let text = fs::read_to_string(written).unwrap();
-            assert!(text.contains("symmetries reciprocal, bilateral"), "{text}");
+            says(&text, "symmetries reciprocal, bilateral");
         }
     }
     let mixed = format!("{ggx}{ggx}alpha = [0.1, 0.4]\n");
-    fs::write(bench.path("mixed.toml"), mixed).unwrap();
-    let refusals = [
-        (
-            "advise mixed.toml --budget 8",
-            2,
-            "allowed: materials of the same symmetries",
-        ),
-        ("advise nobody --budget 8", 2, "nobody"),
-        ("advise ggx --budget 8 --instrument nobody", 2, "nobody"),
-        (
-            "advise ggx --budget 8 --prior nobody.gonio",
-            2,
-            "nobody.gonio",
-        ),
-        ("advise ggx --budget 8 --set alhpa=1", 2, "alpha"),
-    ];
-    all_refused(&bench, &refusals);
+    bench.write("mixed.toml", mixed);
+    bench.refuses_all(
+        "2 | advise mixed.toml --budget 8 | allowed: materials of the same symmetries
+         2 | advise nobody --budget 8 | nobody
+         2 | advise ggx --budget 8 --instrument nobody | nobody
+         2 | advise ggx --budget 8 --prior nobody.gonio | nobody.gonio
+         2 | advise ggx --budget 8 --set alhpa=1 | alpha",
+    );
     if level == Level::Thorough {
-        let told = refused(&bench, &format!("advise ggx --minutes 0.1 {machine}"), 4);
-        assert!(told.contains("too short for one pose"), "{told}");
+        bench.refuses(
+            format!("advise ggx --minutes 0.1 {machine}"),
+            4,
+            "too short for one pose",
+        );
     }
 }
 
@@ -535,15 +441,11 @@ fn schedules_follow_the_coordinates_they_are_uniform_in() {
     for kind in all {
         text += &format!("[[parametrization]]\nkind = {kind:?}\n");
     }
-    fs::write(
-        bench.path("c.toml"),
-        text + "[[material]]\nkind = \"ggx\"\n",
-    )
-    .unwrap();
+    bench.write("c.toml", text + "[[material]]\nkind = \"ggx\"\n");
     for parametrization in all {
         let of = format!("--parametrization {parametrization} --budget 4000");
-        good(&bench, &format!("schedule c.toml {of} -o s.csv --force -q"));
-        let text = good(&bench, "density s.csv --elevation 90 --json");
+        bench.good(format!("schedule c.toml {of} -o s.csv --force -q"));
+        let text = bench.good("density s.csv --elevation 90 --json");
         let lines: serde_json::Value = serde_json::from_str(&text).unwrap();
         let lines = lines.as_array().unwrap();
         assert_eq!(lines[0]["coordinates"], parametrization, "{text}");
@@ -557,12 +459,10 @@ fn schedules_follow_the_coordinates_they_are_uniform_in() {
             .map(|key| lines[0][key].as_f64().unwrap());
         assert!((mean - own).abs() < 4.0 * error.hypot(0.03), "{text}");
     }
-    let text = good(&bench, "density s.csv --elevation 45");
-    assert!(text.contains(" beyond 45° are left out"), "{text}");
-    let refusals = [
-        ("density nothing.csv", 3, "nothing.csv"),
-        ("density c.toml", 3, "c.toml"),
-        ("density s.csv --elevation 2", 2, "too few points of "),
-    ];
-    all_refused(&bench, &refusals);
+    bench.tells("density s.csv --elevation 45", " beyond 45° are left out");
+    bench.refuses_all(
+        "3 | density nothing.csv | nothing.csv
+         3 | density c.toml | c.toml
+         2 | density s.csv --elevation 2 | too few points of ",
+    );
 }

@@ -166,8 +166,8 @@ fn study(level: Level) -> (Bench, String) {
         Level::Quick => STUDY.replace("budgets = [60, 200, 600]", small),
         Level::Thorough => STUDY.into(),
     };
-    fs::write(bench.path("study.toml"), text).unwrap();
-    bench.good(&["run", "study.toml", "-o", "one"]);
+    bench.write("study.toml", text);
+    bench.good("run study.toml -o one");
     let report = bench.read("one/report.html");
     (bench, report)
 }

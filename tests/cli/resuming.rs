@@ -70,15 +70,14 @@ width_deg = 10
 
 /// A folder with the config `c.toml` of a kind, and a whole run of it in `a`.
 fn whole(kind: &Kind) -> (Bench, String) {
-    let bench = Bench::new();
-    fs::write(bench.path("c.toml"), &kind.text).unwrap();
-    let text = bench.good(&["run", "c.toml", "-q", "-o", "a"]);
+    let bench = Bench::of(&kind.text);
+    let text = bench.good("run c.toml -q -o a");
     let records = bench.read(&format!("a/{}", kind.records));
     assert_eq!(records.lines().count(), kind.rows);
     (bench, text)
 }
 
-const AGAIN: [&str; 5] = ["run", "c.toml", "-q", "-o", "a"];
+const AGAIN: &str = "run c.toml -q -o a";
 
 /// Neither by itself, nor by a part of it, which is refused, nor by `--force`.
 #[test]
@@ -90,7 +89,7 @@ fn what_is_done_is_told_again_and_stays() {
         let before = results(&bench, "a");
         assert_eq!(bench.manifest("a")["files"], serde_json::json!(files));
         // Every digit of what is printed, the seconds too.
-        assert_eq!(bench.good(&AGAIN), text);
+        assert_eq!(bench.good(AGAIN), text);
         assert!(fs::read(&path).unwrap() == records, "{}", kind.text);
         assert_same(&before, &results(&bench, "a"));
         assert_eq!(bench.files("a"), files);
@@ -98,18 +97,17 @@ fn what_is_done_is_told_again_and_stays() {
         assert_eq!(bench.manifest("a")["status"], "complete");
         // Those that are there, not those of the second time.
         assert_eq!(bench.manifest("a")["rows"], kind.rows);
-        let list = bench.good(&["run", "c.toml", "-o", "a", "--list"]);
+        let list = bench.good("run c.toml -o a --list");
         let done = list.lines().filter(|l| l.starts_with("done  ")).count();
         assert_eq!(done, kind.jobs, "{list}");
         let last = format!("{0} of {0} jobs are done in a\n", kind.jobs);
         assert!(list.ends_with(&last), "{list}");
-        let refusal = bench.refused(&[&AGAIN[..], &["--shard", "1/2"]].concat(), 2);
-        assert!(refusal.contains("--shard 1/2"), "{refusal}");
+        bench.refuses(format!("{AGAIN} --shard 1/2"), 2, "--shard 1/2");
         assert_eq!(bench.files("a"), files);
         assert_same(&before, &results(&bench, "a"));
         // All of it again: another run with the same results, in other times.
         let times = bench.read("a/timings.jsonl");
-        bench.good(&[&AGAIN[..], &["--force"]].concat());
+        bench.good(format!("{AGAIN} --force"));
         assert_same(&before, &results(&bench, "a"));
         assert!(times != bench.read("a/timings.jsonl"), "{}", kind.text);
     }
@@ -138,17 +136,17 @@ fn what_a_crash_leaves_is_gone_on_with(level: Level) {
             let kept = if left.len() > 3 { kept } else { 0 };
             fs::write(&path, &left).unwrap();
             fs::remove_file(bench.path("a/manifest.json")).unwrap();
-            let list = bench.good(&["run", "c.toml", "-o", "a", "--list"]);
+            let list = bench.good("run c.toml -o a --list");
             let open = list.lines().filter(|l| l.starts_with("open  ")).count();
             let per_job = kind.rows / kind.jobs;
             assert_eq!(open, kind.jobs - kept / per_job, "{list}");
             // Who looks does not touch.
             assert!(fs::read(&path).unwrap() == left);
-            bench.good(&AGAIN);
+            bench.good(AGAIN);
             assert_same(&before, &results(&bench, "a"));
             let again = fs::read(&path).unwrap();
             assert!(again[..ends[0]] == whole[..ends[0]] || kept == 0);
-            let list = bench.good(&["run", "c.toml", "-o", "a", "--list"]);
+            let list = bench.good("run c.toml -o a --list");
             assert!(!list.contains("open  "), "{list}");
         }
     }
@@ -169,12 +167,12 @@ fn parts_make_up_the_whole() {
         for part in [1, 2] {
             let shard = format!("{part}/2");
             let list = ["run", "c.toml", "--shard", &shard, "--list"];
-            let list = bench.good(&list);
+            let list = bench.good(list);
             assert!(
                 list.contains("open  ") && !list.contains("done  "),
                 "{list}"
             );
-            bench.good(&["run", "c.toml", "-q", "--shard", &shard]);
+            bench.good(format!("run c.toml -q --shard {shard}"));
             let folder = format!("runs/c.shard-{part}-of-2");
             let records = bench.read(&format!("{folder}/{}", kind.records));
             assert!((1..kind.rows).contains(&records.lines().count()));
@@ -187,21 +185,18 @@ fn parts_make_up_the_whole() {
         of_whole.sort();
         of_parts.sort();
         assert_eq!(of_parts, of_whole);
-        let parts = ["runs/c.shard-1-of-2", "runs/c.shard-2-of-2"];
-        let merge = [&["merge"], &parts[..], &["-o", "merged"]].concat();
-        let output = bench.gonio(&merge);
-        assert!(output.status.success());
-        let text = String::from_utf8(output.stderr).unwrap();
+        let parts = "runs/c.shard-1-of-2 runs/c.shard-2-of-2";
+        let merge = format!("merge {parts} -o merged");
+        let text = bench.ends(&merge, 0);
         let last = format!("{0} of {0} rows are in merged\n", kind.rows);
         assert!(text.ends_with(&last), "{text}");
         assert_same(&whole_run(&bench, "a"), &whole_run(&bench, "merged"));
         assert_eq!(bench.files("merged"), bench.files("a"));
         assert_eq!(bench.manifest("merged")["status"], "complete");
-        let onto_itself = ["merge", parts[0], "-o", parts[0], "--force"];
-        let refusal = bench.refused(&onto_itself, 2);
-        assert!(refusal.contains("one of the parts"), "{refusal}");
+        let onto_itself = "merge runs/c.shard-1-of-2 -o runs/c.shard-1-of-2 --force";
+        bench.refuses(onto_itself, 2, "one of the parts");
         // What was put together is a run like any other.
-        let list = bench.good(&["run", "c.toml", "-o", "merged", "--list"]);
+        let list = bench.good("run c.toml -o merged --list");
         assert!(!list.contains("open  "), "{list}");
     }
 }
@@ -210,19 +205,18 @@ fn parts_make_up_the_whole() {
 fn notes_of_somebody_else_are_not_cut() {
     let bench = Bench::new();
     for kind in kinds() {
-        fs::write(bench.path("c.toml"), &kind.text).unwrap();
+        bench.write("c.toml", &kind.text);
         fs::create_dir_all(bench.path("mine")).unwrap();
         let notes = bench.path("mine").join(kind.records);
         fs::write(&notes, "my notes").unwrap();
-        let refusal = bench.refused(&["run", "c.toml", "-q", "-o", "mine"], 3);
-        assert!(refusal.contains("no record"), "{refusal}");
-        bench.refused(&["run", "c.toml", "-q", "-o", "mine", "--force"], 3);
+        bench.refuses("run c.toml -q -o mine", 3, "no record");
+        bench.refused("run c.toml -q -o mine --force", 3);
         assert_eq!(fs::read_to_string(&notes).unwrap(), "my notes");
         // Records of another version are in nobody's way, nor what a crash left half written.
         fs::write(&notes, "{\"key\":\"0123\",\"of\":\"old\"}\n").unwrap();
-        fs::write(bench.path("mine/.gonio-1-2.part"), "half").unwrap();
-        bench.refused(&["run", "c.toml", "-q", "-o", "mine"], 3);
-        bench.good(&["run", "c.toml", "-q", "-o", "mine", "--force"]);
+        bench.write("mine/.gonio-1-2.part", "half");
+        bench.refused("run c.toml -q -o mine", 3);
+        bench.good("run c.toml -q -o mine --force");
         let records = fs::read_to_string(&notes).unwrap();
         assert_eq!(records.lines().count(), kind.rows);
         assert!(!bench.path("mine/.gonio-1-2.part").exists());
@@ -241,13 +235,13 @@ fn parts_made_elsewhere_are_put_together_and_parts_that_differ_are_not() {
         fs::create_dir(bench.path(place)).unwrap();
         fs::write(bench.path(place).join("a.bin"), &table).unwrap();
         let text = format!("{material}\"{place}/a.bin\"\n[pictures]\ndraw = false\n");
-        fs::write(bench.path("c.toml"), text).unwrap();
+        bench.write("c.toml", text);
         let folder = format!("part-{place}");
-        bench.good(&["run", "c.toml", "-q", "-o", &folder, "--shard", shard]);
+        bench.good(format!("run c.toml -q -o {folder} --shard {shard}"));
     }
     // Files of others, and folders, are taken along as far as they can be.
     fs::create_dir_all(bench.path("part-there/pictures/mine")).unwrap();
-    bench.good(&["merge", "part-here", "part-there", "-o", "both"]);
+    bench.good("merge part-here part-there -o both");
     assert_eq!(bench.rows("both").len(), 4);
     let manifest = bench.manifest("both");
     let inputs = manifest["inputs"].as_array().unwrap();
@@ -265,7 +259,7 @@ fn parts_made_elsewhere_are_put_together_and_parts_that_differ_are_not() {
         row.pairs += 1;
     }
     bench.seal("part-there", &rows);
-    let refusal = bench.refused(&["merge", "part-here", "part-there", "-o", "no"], 3);
+    let refusal = bench.refused("merge part-here part-there -o no", 3);
     let names = rows.iter().any(|row| refusal.contains(&row.key));
     assert!(
         names && refusal.contains("other numbers than in part-here"),
@@ -283,28 +277,27 @@ fn rows_of_another_material_of_the_same_name_are_left_out() {
         )
     };
     for alpha in [0.1, 0.2] {
-        fs::write(bench.path("c.toml"), text(alpha)).unwrap();
+        bench.write("c.toml", text(alpha));
         for (part, folder) in [("1/2", "p"), ("2/2", "q")] {
-            bench.good(&["run", "c.toml", "-q", "-o", folder, "--shard", part]);
+            bench.good(format!("run c.toml -q -o {folder} --shard {part}"));
         }
     }
-    bench.good(&["merge", "p", "q", "-o", "both"]);
-    bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+    bench.good("merge p q -o both");
+    bench.good("run c.toml -q -o whole");
     assert_same(&results(&bench, "both"), &results(&bench, "whole"));
     // The config is that of 0.2 already, the rows are not.
     let rows = bench.read("p/results.jsonl");
     let old: String = rows.lines().skip(2).map(|l| format!("{l}\n")).collect();
-    fs::write(bench.path("p/results.jsonl"), old).unwrap();
-    let output = bench.gonio(&["merge", "p", "q", "-o", "some"]);
-    assert_eq!(output.status.code(), Some(5));
+    bench.write("p/results.jsonl", old);
+    bench.ends("merge p q -o some", 5);
     assert_eq!(bench.rows("some").len(), 2);
 }
 
 #[test]
 fn a_changed_digit_is_no_row() {
     let bench = Bench::new();
-    let run = ["run", "small.toml", "-q", "-o", "a"];
-    bench.good(&run);
+    let run = "run small.toml -q -o a";
+    bench.good(run);
     let file = bench.path("a/results.jsonl");
     let records = fs::read_to_string(&file).unwrap();
     let seal = |line: &str| line.find("\"seal\"").unwrap();
@@ -329,25 +322,15 @@ fn a_changed_digit_is_no_row() {
         ),
     ] {
         fs::write(&file, &text).unwrap();
-        for args in [
-            &run[..],
-            &["merge", "a", "-o", "b"],
-            &["run", "small.toml", "-o", "a", "--list"],
-        ] {
-            let refusal = bench.refused(args, 3);
-            let line = format!(
-                "results.jsonl: line 2 {}",
-                if part == "has no seal" { "has" } else { "is" }
-            );
-            assert!(
-                refusal.contains(&line) && refusal.contains(part),
-                "{refusal}"
-            );
+        for args in [run, "merge a -o b", "run small.toml -o a --list"] {
+            let verb = if part == "has no seal" { "" } else { "is … " };
+            let part = format!("results.jsonl: line 2 … {verb}{part}");
+            bench.refuses(args, 3, &part);
         }
         assert_eq!(bench.read("a/results.jsonl"), text);
     }
     // Asked for, all is made again. Times are no results: without them a run goes on.
-    bench.good(&[&run[..], &["--force"]].concat());
+    bench.good(format!("{run} --force"));
     assert_eq!(bench.read("a/results.jsonl"), records);
     let times = bench.read("a/timings.jsonl");
     for lost in [
@@ -355,11 +338,11 @@ fn a_changed_digit_is_no_row() {
         times.replacen("_seconds\":", "_seconds\":\"late\",\"x\":", 1),
         times.replacen("_seconds\":", "_seconds\":1e999,\"x\":", 1),
     ] {
-        fs::write(bench.path("a/timings.jsonl"), lost).unwrap();
-        bench.good(&run);
+        bench.write("a/timings.jsonl", lost);
+        bench.good(run);
         assert_eq!(bench.read("a/results.jsonl"), records);
     }
     fs::remove_file(bench.path("a/timings.jsonl")).unwrap();
-    bench.good(&run);
+    bench.good(run);
     assert_eq!(bench.read("a/results.jsonl"), records);
 }

@@ -1,6 +1,7 @@
 //! Runs: what they leave, what they depend on, what they replace, how they end.
 
-use super::{Bench, SMALL, assert_same, results};
+use super::common::says;
+use super::{Bench, SMALL, assert_same, finished, results};
 use gonio::experiment::{Plan, Row, Source};
 use gonio::report::RunFolder;
 use std::fs;
@@ -10,12 +11,9 @@ use std::time::{Duration, Instant};
 #[test]
 fn a_run_leaves_its_results_and_how_to_repeat_them() {
     let bench = Bench::new();
-    let table = bench.good(&["run", "small.toml", "-o", "a"]);
-    assert!(
-        table.contains("half-difference theta_h:square-root"),
-        "{table}"
-    );
-    assert!(table.contains("ranking, lobe"), "{table}");
+    let table = bench.good("run small.toml -o a");
+    says(&table, "half-difference theta_h:square-root");
+    says(&table, "ranking, lobe");
     let mut names = vec![
         "config.toml",
         "manifest.json",
@@ -126,16 +124,16 @@ slices = true
 #[test]
 fn bytes_depend_on_config_and_seed_only() {
     let bench = Bench::new();
-    fs::write(bench.path("all.toml"), EVERYTHING).unwrap();
-    bench.good(&["run", "all.toml", "-q", "-o", "one", "--threads", "1"]);
-    bench.good(&["run", "all.toml", "-q", "-o", "two", "--threads", "2"]);
+    bench.write("all.toml", EVERYTHING);
+    bench.good("run all.toml -q -o one --threads 1");
+    bench.good("run all.toml -q -o two --threads 2");
     assert_same(&results(&bench, "one"), &results(&bench, "two"));
     assert_eq!(bench.machine("two")["threads"], 2);
 
-    bench.good(&["run", "small.toml", "-q", "-o", "one", "--force"]);
-    bench.good(&["run", "one/config.toml", "-q", "-o", "again"]);
+    bench.good("run small.toml -q -o one --force");
+    bench.good("run one/config.toml -q -o again");
     assert_same(&results(&bench, "one"), &results(&bench, "again"));
-    bench.good(&["run", "small.toml", "-q", "-o", "other", "--seed", "7"]);
+    bench.good("run small.toml -q -o other --seed 7");
     let rows = bench.rows("other");
     assert!(rows.iter().all(|r| r.seed == 7));
     let random = |rows: Vec<Row>| {
@@ -150,18 +148,18 @@ fn bytes_depend_on_config_and_seed_only() {
 #[test]
 fn folders_are_chosen_kept_and_made_again() {
     let bench = Bench::new();
-    let quick = ["--set", "budgets=[60]", "--set", "seeds=[1]", "-q"];
-    let run = |more: &[&'static str]| [&["run", "small.toml"], &quick[..], more].concat();
-    bench.good(&run(&[]));
+    let quick = "--set budgets=[60] --set seeds=[1] -q";
+    let run = |more: &str| format!("run small.toml {quick} {more}");
+    bench.good(run(""));
     let first = bench.read("runs/small/results.csv");
     // The same question goes on where it was, another takes the next name.
-    bench.good(&run(&[]));
+    bench.good(run(""));
     assert_eq!(bench.read("runs/small/results.csv"), first);
-    let other = ["--set", "metrics={ pairs = 400, max_pairs = 1 }"];
-    bench.good(&run(&other));
-    bench.good(&run(&other));
-    bench.good(&run(&[]));
-    bench.good(&run(&["-o", "deep/er/a"]));
+    let other = "--set metrics={pairs=400,max_pairs=1}";
+    bench.good(run(other));
+    bench.good(run(other));
+    bench.good(run(""));
+    bench.good(run("-o deep/er/a"));
     assert_eq!(fs::read_dir(bench.path("runs")).unwrap().count(), 2);
     for folder in ["runs/small", "runs/small-2", "deep/er/a"] {
         assert!(
@@ -171,13 +169,12 @@ fn folders_are_chosen_kept_and_made_again() {
     }
     assert_eq!(bench.read("runs/small/results.csv"), first);
     let before = bench.read("deep/er/a/results.csv");
-    bench.good(&run(&["-o", "deep/er/a"]));
+    bench.good(run("-o deep/er/a"));
     assert_eq!(bench.read("deep/er/a/results.csv"), before);
 
     // Made again is what a run made, and nothing else is touched.
-    fs::write(bench.path("deep/er/a/notes.txt"), "mine").unwrap();
-    let schedules = ["-o", "deep/er/a", "--set", "output.schedules=csv"];
-    bench.good(&run(&schedules));
+    bench.write("deep/er/a/notes.txt", "mine");
+    bench.good(run("-o deep/er/a --set output.schedules=csv"));
     let count = || {
         fs::read_dir(bench.path("deep/er/a/schedules"))
             .unwrap()
@@ -186,14 +183,14 @@ fn folders_are_chosen_kept_and_made_again() {
     assert_eq!(count(), 4);
     // Every row was there.
     assert_eq!(bench.read("deep/er/a/results.csv"), before);
-    bench.good(&run(&["-o", "deep/er/a", "--force"]));
+    bench.good(run("-o deep/er/a --force"));
     assert!(!bench.path("deep/er/a/schedules").exists());
     assert_eq!(bench.read("deep/er/a/notes.txt"), "mine");
     let again = bench.read("deep/er/a/results.csv");
     assert!(again == before);
     // Also without naming the folder.
     let times = bench.read("runs/small/timings.jsonl");
-    bench.good(&run(&["--force"]));
+    bench.good(run("--force"));
     assert!(bench.read("runs/small/results.csv") == first);
     assert!(bench.read("runs/small/timings.jsonl") != times);
     assert_eq!(fs::read_dir(bench.path("runs")).unwrap().count(), 2);
@@ -206,77 +203,51 @@ fn other_peoples_files_are_left_alone() {
         let _ = fs::remove_dir_all(bench.path("mine"));
         fs::create_dir(bench.path("mine")).unwrap();
         fs::write(bench.path("mine").join(name), "precious").unwrap();
-        for force in [&[][..], &["--force"]] {
-            let args = [&["run", "small.toml", "-o", "mine"], force].concat();
+        for force in ["", "--force"] {
+            let args = format!("run small.toml -o mine {force}");
             let refusal = bench.refused(&args, 2);
-            assert!(refusal.contains(&format!("{name} is here")), "{refusal}");
-            assert!(
-                refusal.contains("choose another folder with -o"),
-                "{refusal}"
-            );
+            says(&refusal, &format!("{name} is here"));
+            says(&refusal, "choose another folder with -o");
         }
         assert_eq!(bench.files("mine"), [name]);
         assert_eq!(bench.read(&format!("mine/{name}")), "precious");
     }
-    // What is no record is nobody's to cut.
-    fs::create_dir(bench.path("text")).unwrap();
-    fs::write(bench.path("text/results.jsonl"), "precious\nwords\n").unwrap();
-    for args in [
-        &["run", "small.toml", "-o", "text"][..],
-        &["run", "small.toml", "-o", "text", "--force"],
-    ] {
-        let refusal = bench.refused(args, 3);
-        assert!(refusal.contains("text/results.jsonl: line 1"), "{refusal}");
-    }
-    assert_eq!(bench.files("text"), ["results.jsonl"]);
-    assert_eq!(bench.read("text/results.jsonl"), "precious\nwords\n");
-    fs::write(bench.path("file"), "mine").unwrap();
-    let refusal = bench.refused(&["run", "small.toml", "-o", "file"], 2);
-    assert!(refusal.contains("no folder"), "{refusal}");
+    bench.write("file", "mine");
+    bench.refuses("run small.toml -o file", 2, "no folder");
 }
 
+/// A table without data: there is nothing to reconstruct.
 #[test]
 fn a_job_that_fails_costs_only_its_rows() {
     let bench = Bench::new();
-    // A table without data: there is nothing to reconstruct.
-    let mut empty: Vec<u8> = [90_i32, 90, 180]
-        .iter()
-        .flat_map(|n| n.to_le_bytes())
-        .collect();
-    empty.extend((0..3 * 90 * 90 * 180).flat_map(|_| (-1.0_f64).to_le_bytes()));
-    fs::write(bench.path("empty.binary"), empty).unwrap();
-    let args = [
-        "run",
-        "small.toml",
-        "-o",
-        "a",
-        "--set",
-        "material=[{kind=\"lambert\"},{kind=\"merl\",path=\"empty.binary\"}]",
-        "--set",
-        "sample_set=[{kind=\"random\"}]",
-        "--set",
-        "seeds=[1]",
-    ];
-    let output = bench.gonio(&args);
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(5), "{stderr}");
+    let dimensions = [90_i32, 90, 180].iter().flat_map(|n| n.to_le_bytes());
+    let cells = (0..3 * 90 * 90 * 180).flat_map(|_| (-1.0_f64).to_le_bytes());
+    bench.write("empty.binary", dimensions.chain(cells).collect::<Vec<_>>());
+    bench.write(
+        "moments.toml",
+        "experiment = \"moments\"\n[moments]\nviews = 3\n",
+    );
+    let both = "--set material=[{kind=\"lambert\"},{kind=\"merl\",path=\"empty.binary\"}]";
     // One of 2 materials: 2 warps, 2 budgets and 2 reconstructions, for one reason.
-    assert_eq!(stderr.lines().count(), 1 + 1, "{stderr}");
-    assert!(stderr.contains("empty.binary: every cell"), "{stderr}");
-    assert!(stderr.contains("8 of 16 jobs failed"), "{stderr}");
-    let manifest = bench.manifest("a");
-    assert_eq!(manifest["status"], "failed-jobs");
-    assert_eq!(manifest["failures"][0]["jobs"], 8);
-    assert_eq!(bench.rows("a").len(), 8 * 2);
+    let small = "run small.toml --set sample_set=[{kind=\"random\"}] --set seeds=[1] -o a";
+    for (run, failed, jobs, rows) in [(small, 8, 16, 16), ("run moments.toml -o b", 1, 2, 1)] {
+        let stderr = bench.ends(format!("{run} {both}"), 5);
+        says(&stderr, "empty.binary: every cell");
+        says(&stderr, &format!("{failed} of {jobs} jobs failed"));
+        let manifest = bench.manifest(run.rsplit(' ').next().unwrap());
+        assert_eq!(manifest["status"], "failed-jobs");
+        assert_eq!(manifest["failures"][0]["jobs"], failed);
+        assert_eq!(manifest["rows"], rows);
+    }
 }
 
 #[cfg(unix)]
 #[test]
 fn nobody_needs_to_listen_on_stderr() {
     let bench = Bench::new();
-    let args = ["run", "small.toml", "--set", "budgets=[60]", "-o"];
-    for (args, code) in [([&args[..], &["a"]].concat(), 0), (vec!["run", "none"], 2)] {
-        let mut command = bench.command(&args);
+    let good = "run small.toml --set budgets=[60] -o a";
+    for (args, code) in [(good, 0), ("run none", 2)] {
+        let mut command = bench.command(args);
         let mut child = command
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
@@ -296,24 +267,23 @@ fn a_run_that_goes_on_is_left_alone() {
     let going_on = RunFolder::<Row>::open(&bench.path("a"), false, &plan.resolved).unwrap();
     let files = bench.files("a");
     let config = bench.read("a/config.toml");
-    for force in [&[][..], &["--force"]] {
-        let args = [&["run", "small.toml", "-o", "a"], force].concat();
-        let message = bench.refused(&args, 2);
-        assert!(message.contains("a run is going on here"), "{message}");
+    for force in ["", "--force"] {
+        let args = format!("run small.toml -o a {force}");
+        bench.refuses(&args, 2, "a run is going on here");
     }
     assert_eq!(bench.files("a"), files);
     assert_eq!(bench.read("a/config.toml"), config);
     // What a crash leaves is nobody's.
     drop(going_on);
-    bench.good(&["run", "small.toml", "-q", "-o", "a"]);
+    bench.good("run small.toml -q -o a");
     assert_eq!(bench.rows("a").len(), 128);
 }
 
 /// Hours of work in the folder `a`, as soon as its file of records has some.
 #[cfg(unix)]
 fn long_run(bench: &Bench, text: &str, records: &str) -> std::process::Child {
-    fs::write(bench.path("long.toml"), text).unwrap();
-    let mut command = bench.command(&["run", "long.toml", "-o", "a"]);
+    bench.write("long.toml", text);
+    let mut command = bench.command("run long.toml -o a");
     command.stdout(Stdio::null()).stderr(Stdio::piped());
     let child = command.spawn().unwrap();
     let records = bench.path("a").join(records);
@@ -333,17 +303,23 @@ fn long_acquisition() -> String {
     SMALL.replace("budgets = [60, 150]", &budgets)
 }
 
+/// Two long runs, and the files of their records and of their table.
 #[cfg(unix)]
-#[test]
-fn a_run_whose_folder_is_gone_does_not_end_well() {
+fn long_runs() -> [(String, &'static str, &'static str); 2] {
     let materials: String = (1000..5000)
         .map(|i| format!("[[material]]\nkind = \"ggx\"\nalpha = 0.{i}\n"))
         .collect();
     let moments = format!("experiment = \"moments\"\n[moments]\nviews = 9\n{materials}");
-    for (text, records) in [
-        (long_acquisition(), "results.jsonl"),
-        (moments, "profiles.jsonl"),
-    ] {
+    [
+        (long_acquisition(), "results.jsonl", "results.csv"),
+        (moments, "profiles.jsonl", "profiles.csv"),
+    ]
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_whose_folder_is_gone_does_not_end_well() {
+    for (text, records, _) in long_runs() {
         let bench = Bench::new();
         let child = long_run(&bench, &text, records);
         fs::remove_dir_all(bench.path("a")).unwrap();
@@ -353,52 +329,43 @@ fn a_run_whose_folder_is_gone_does_not_end_well() {
         let stderr = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{stderr}");
         assert_eq!(stderr.lines().count(), 1, "{stderr}");
-        assert!(stderr.contains("folder was removed"), "{stderr}");
+        says(&stderr, "folder was removed");
         assert!(!bench.path("a").exists());
     }
 }
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_keeps_finished_rows() {
-    let bench = Bench::new();
-    let mut child = long_run(&bench, &long_acquisition(), "results.jsonl");
-    let killed = Instant::now();
-    let id = child.id().to_string();
-    assert!(
-        Command::new("kill")
-            .args(["-INT", &id])
-            .status()
-            .unwrap()
-            .success()
-    );
-    let status = child.wait().unwrap();
-    assert!(killed.elapsed() < Duration::from_secs(5));
-    assert_eq!(status.code(), Some(130));
-    let rows = bench.rows("a");
-    assert!(!rows.is_empty());
-    let manifest = bench.manifest("a");
-    assert_eq!(manifest["status"], "interrupted");
-    assert_eq!(manifest["rows"], rows.len());
-    assert!(bench.files("a").iter().all(|name| !name.ends_with(".part")));
-    // What there is is a table too, and no report is made of a part.
-    let table = bench.read("a/results.csv");
-    assert_eq!(table.lines().count(), 1 + rows.len());
-    assert!(!bench.path("a/report.html").exists() && !bench.path("a/ranking.csv").exists());
+fn ctrl_c_keeps_what_is_finished() {
+    for (text, records, table) in long_runs() {
+        let bench = Bench::new();
+        let mut child = long_run(&bench, &text, records);
+        let killed = Instant::now();
+        let id = child.id().to_string();
+        let kill = Command::new("kill").args(["-INT", &id]).status();
+        assert!(kill.unwrap().success());
+        let status = child.wait().unwrap();
+        assert!(killed.elapsed() < Duration::from_secs(10));
+        assert_eq!(status.code(), Some(130));
+        let rows = finished(&bench, "a", records).len();
+        let manifest = bench.manifest("a");
+        assert!(rows > 0 && manifest["status"] == "interrupted");
+        assert_eq!(manifest["rows"], rows);
+        assert!(bench.files("a").iter().all(|name| !name.ends_with(".part")));
+        // What there is is a table too, and no report is made of a part.
+        let lines = bench.read(&format!("a/{table}")).lines().count() - 1;
+        assert!(lines > 0 && lines.is_multiple_of(rows), "{lines} of {rows}");
+        let report = ["a/report.html", "a/ranking.csv"].map(|file| bench.path(file));
+        assert!(!report.iter().any(|file| file.exists()));
+    }
 }
 
 #[test]
 fn slices_are_written_if_asked() {
     let bench = Bench::new();
-    let sets = [
-        "--set",
-        "budgets=[60]",
-        "--set",
-        "seeds=[1]",
-        "--set",
-        "output.slices=true",
-    ];
-    bench.good(&[&["run", "small.toml", "-q", "-o", "a"], &sets[..]].concat());
+    let without = "--set budgets=[60] --set seeds=[1]";
+    let sets = format!("{without} --set output.slices=true");
+    bench.good(format!("run small.toml -q -o a {sets}"));
     let slices: Vec<_> = bench
         .files("a")
         .into_iter()
@@ -408,12 +375,12 @@ fn slices_are_written_if_asked() {
     let listed = bench.manifest("a")["files"].to_string();
     assert!(slices.iter().all(|name| listed.contains(name)));
     // They change nothing else.
-    bench.good(&[&["run", "small.toml", "-q", "-o", "b"], &sets[..4]].concat());
+    bench.good(format!("run small.toml -q -o b {without}"));
     let [with, without] = ["a", "b"].map(|run| bench.read(&format!("{run}/results.csv")));
     assert!(with == without);
     // One is lost: it alone is made again.
     fs::remove_file(bench.path("a").join(&slices[3])).unwrap();
-    bench.good(&[&["run", "small.toml", "-q", "-o", "a"], &sets[..]].concat());
+    bench.good(format!("run small.toml -q -o a {sets}"));
     assert!(bench.path("a").join(&slices[3]).exists());
     assert_eq!(bench.read("a/results.csv"), with);
 }

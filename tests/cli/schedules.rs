@@ -1,23 +1,18 @@
 //! Schedules for instruments.
 
+use super::common::says;
 use super::{Bench, ONE_SCHEDULE};
-use std::fs;
 use std::process::Stdio;
 
 #[test]
 fn schedules_say_the_same_in_both_formats() {
     let bench = Bench::new();
-    let schedule = |more: &[&str]| {
-        bench.good(&[&["schedule", "small.toml"], &ONE_SCHEDULE[..], more].concat())
-    };
-    schedule(&["-o", "s.csv"]);
-    schedule(&["-o", "s.jsonl"]);
+    let schedule = |more: &str| bench.good(format!("schedule small.toml {ONE_SCHEDULE} {more}"));
+    schedule("-o s.csv");
+    schedule("-o s.jsonl");
     let text = bench.read("s.csv");
-    assert_eq!(schedule(&[]), text);
-    assert_eq!(
-        schedule(&["-o", "-", "--format", "json-lines"]),
-        bench.read("s.jsonl")
-    );
+    assert_eq!(schedule(""), text);
+    assert_eq!(schedule("-o - --format json-lines"), bench.read("s.jsonl"));
 
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
@@ -74,18 +69,12 @@ fn a_run_writes_a_file_for_every_schedule_that_is_asked() {
     let text = text.replace("[60, 150]", "[60]\nreadings = [60]");
     let instrument = "[[instrument]]\npreset = \"utia\"\nlimits = false\norder = \"sorted\"\n";
     let more = format!("{instrument}[output]\nschedules = \"csv\"\n");
-    fs::write(bench.path("two.toml"), format!("{text}{more}")).unwrap();
-    bench.good(&["run", "two.toml", "-o", "run"]);
+    bench.write("two.toml", format!("{text}{more}"));
+    bench.good("run two.toml -o run");
     let names = bench.files("run/schedules");
     // 2 parametrizations × 2 sets × 2 allowances × 2 seeds, once for both materials.
     assert_eq!(names.len(), 16, "{names:?}");
-    bench.good(&[
-        "schedule",
-        "two.toml",
-        "--skip-unreachable",
-        "-o",
-        "folder/",
-    ]);
+    bench.good("schedule two.toml --skip-unreachable -o folder/");
     assert_eq!(bench.files("folder"), names);
     for name in names {
         let of_run = bench.read(&format!("run/schedules/{name}"));
@@ -96,57 +85,35 @@ fn a_run_writes_a_file_for_every_schedule_that_is_asked() {
 #[test]
 fn several_schedules_need_a_choice_or_a_folder() {
     let bench = Bench::new();
-    let sentence = bench.refused(&["schedule", "small.toml"], 2);
-    for part in [
-        "16 schedules",
-        "--warp (none, theta_h:square-root)",
-        "--budget",
-        "-o DIR/",
-    ] {
-        assert!(sentence.contains(part), "{sentence}");
-    }
-    bench.good(&[
-        "schedule",
-        "small.toml",
-        "-o",
-        "all/",
-        "--format",
-        "json-lines",
-    ]);
+    let sentence = bench.refused("schedule small.toml", 2);
+    says(
+        &sentence,
+        "16 schedules … --warp (none, theta_h:square-root) … --budget … -o DIR/",
+    );
+    bench.good("schedule small.toml -o all/ --format json-lines");
     assert_eq!(bench.files("all").len(), 16);
-    let one = ["schedule", "all.toml", "-o", "one.txt"];
-    fs::write(
-        bench.path("all.toml"),
+    let one = "schedule all.toml -o one.txt";
+    bench.write(
+        "all.toml",
         "budgets = [9]\nmaterial = [{ kind = \"lambert\" }]",
-    )
-    .unwrap();
-    assert!(
-        bench
-            .refused(&one, 2)
-            .contains("one.txt: no format of schedules is known")
     );
-    bench.good(&[&one[..], &["--format", "csv"]].concat());
-    assert!(
-        bench
-            .refused(&[&one[..], &["--format", "csv"]].concat(), 2)
-            .contains("--force")
-    );
+    bench.refuses(one, 2, "one.txt: no format of schedules is known");
+    bench.good(format!("{one} --format csv"));
+    bench.refuses(format!("{one} --format csv"), 2, "--force");
 }
 
 #[test]
 fn a_schedule_may_be_of_any_size() {
     let bench = Bench::new();
-    let one = ["schedule", "small.toml", "--warp", "none", "--seed", "1"];
-    let random = ["--sample-set", "random"];
-    let of = |size: &[&str]| {
-        bench.good(&[&one[..], &random, size, &["-o", "s.csv", "--force"]].concat())
-    };
-    assert!(of(&["--budget", "1"]).contains(": 1 pose\n"));
-    assert!(of(&["--budget", "7"]).contains(": 7 poses\n"));
-    assert!(of(&["--budget", "2e3"]).contains(": 2000 poses\n"));
-    let utia = ["--instrument", "utia", "--skip-unreachable"];
+    let one = "schedule small.toml --warp none --seed 1";
+    let random = "--sample-set random";
+    let of = |size: &str| bench.good(format!("{one} {random} {size} -o s.csv --force"));
+    assert!(of("--budget 1").contains(": 1 pose\n"));
+    assert!(of("--budget 7").contains(": 7 poses\n"));
+    assert!(of("--budget 2e3").contains(": 2000 poses\n"));
+    let utia = "--instrument utia --skip-unreachable";
     let minutes = |minutes: &str| -> f64 {
-        let said = of(&[&utia[..], &["--minutes", minutes]].concat());
+        let said = of(&format!("{utia} --minutes {minutes}"));
         let found = said.trim().rsplit(", ").next().unwrap().split(' ').next();
         found.unwrap().parse().unwrap()
     };
@@ -157,8 +124,7 @@ fn a_schedule_may_be_of_any_size() {
             "{allowed}: {found}"
         );
     }
-    let told = bench.refused(&[&one[..], &random, &["--minutes", "3"]].concat(), 2);
-    assert!(told.contains("--instrument"), "{told}");
+    bench.refuses(format!("{one} {random} --minutes 3"), 2, "--instrument");
     for (option, size, allowed) in [
         ("--budget", "0", "from 1 to 10000000"),
         ("--budget", "2e7", "from 1 to 10000000"),
@@ -167,9 +133,7 @@ fn a_schedule_may_be_of_any_size() {
         ("--minutes", "0", "(0, 525600]"),
         ("--minutes", "soon", "(0, 525600]"),
     ] {
-        let output = bench.gonio(&[&one[..], &[option, size]].concat());
-        let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        let stderr = bench.ends(format!("{one} {option} {size}"), 2);
         assert!(
             stderr.contains(size) && stderr.contains(allowed),
             "{stderr}"
@@ -180,7 +144,7 @@ fn a_schedule_may_be_of_any_size() {
 #[test]
 fn a_reader_that_has_seen_enough_is_no_error() {
     let bench = Bench::new();
-    let mut command = bench.command(&["schedule", "small.toml", "--set", "budgets=[20000]"]);
+    let mut command = bench.command("schedule small.toml --set budgets=[20000]");
     let choice = ["--warp", "none", "--sample-set", "random", "--seed", "1"];
     command
         .args(choice)
@@ -197,12 +161,12 @@ fn a_reader_that_has_seen_enough_is_no_error() {
 fn a_schedule_needs_no_material() {
     let bench = Bench::new();
     let config = "budgets = [100]\n\n[[parametrization]]\nkind = \"hybrid\"\n";
-    fs::write(bench.path("plan.toml"), config).unwrap();
+    bench.write("plan.toml", config);
     let satin = format!("{config}\n[[material]]\nkind = \"ggx\"\n");
-    fs::write(bench.path("satin.toml"), satin).unwrap();
-    let machine = ["--instrument", "utia", "--skip-unreachable"];
+    bench.write("satin.toml", satin);
+    let machine = "--instrument utia --skip-unreachable";
     let schedule = |file: &str| {
-        let output = bench.gonio(&[&["schedule", file], &machine[..]].concat());
+        let output = bench.gonio(format!("schedule {file} {machine}"));
         assert!(output.status.success());
         (output.stdout, String::from_utf8(output.stderr).unwrap())
     };
@@ -213,6 +177,5 @@ fn a_schedule_needs_no_material() {
     );
     assert!(poses == schedule("satin.toml").0);
     // What measures needs one.
-    let refused = bench.refused(&["run", "plan.toml"], 2);
-    assert!(refused.contains("material is missing"), "{refused}");
+    bench.refuses("run plan.toml", 2, "material is missing");
 }

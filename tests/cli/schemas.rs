@@ -1,65 +1,15 @@
 //! The schemas of configs and instrument files: what is shipped fits, what is misspelt does not.
 
 use super::Bench;
+use super::common::json_schema::valid;
+use super::common::table;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// True if a value fits a schema that has no other keywords than these.
-fn fits(root: &Value, schema: &Value, value: &Value) -> bool {
-    schema
-        .as_object()
-        .unwrap()
-        .iter()
-        .all(|(keyword, rule)| match keyword.as_str() {
-            "$schema" | "$defs" | "title" | "description" => true,
-            "$ref" => {
-                let pointer = rule.as_str().unwrap().trim_start_matches('#');
-                fits(root, root.pointer(pointer).unwrap(), value)
-            }
-            "anyOf" => rule
-                .as_array()
-                .unwrap()
-                .iter()
-                .any(|one| fits(root, one, value)),
-            "const" => rule == value,
-            "enum" => rule.as_array().unwrap().contains(value),
-            "type" => match rule.as_str().unwrap() {
-                "object" => value.is_object(),
-                "array" => value.is_array(),
-                "string" => value.is_string(),
-                "boolean" => value.is_boolean(),
-                "integer" => value.is_i64() || value.is_u64(),
-                "number" => value.is_number(),
-                other => panic!("type {other}"),
-            },
-            "required" => {
-                let has = |key: &Value| value.get(key.as_str().unwrap()).is_some();
-                !value.is_object() || rule.as_array().unwrap().iter().all(has)
-            }
-            "minProperties" => {
-                let count = value.as_object().map(|o| o.len() as u64);
-                count.is_none_or(|n| n >= rule.as_u64().unwrap())
-            }
-            "items" => value
-                .as_array()
-                .is_none_or(|items| items.iter().all(|item| fits(root, rule, item))),
-            "properties" => value.as_object().is_none_or(|keys| {
-                keys.iter()
-                    .all(|(key, value)| rule.get(key).is_none_or(|rule| fits(root, rule, value)))
-            }),
-            "additionalProperties" => value.as_object().is_none_or(|keys| {
-                let known = schema.get("properties");
-                let others = keys
-                    .iter()
-                    .filter(|(key, _)| known.is_none_or(|known| known.get(key).is_none()));
-                match rule {
-                    Value::Bool(false) => others.count() == 0,
-                    rule => others.into_iter().all(|(_, value)| fits(root, rule, value)),
-                }
-            }),
-            other => panic!("keyword {other}"),
-        })
+/// True if a value fits a schema.
+fn fits(schema: &Value, value: &Value) -> bool {
+    valid(schema, schema, value).is_ok()
 }
 
 fn read(text: &str) -> Value {
@@ -129,7 +79,7 @@ fn same_keys(a: &Value, b: &Value) -> bool {
 fn schemas_fit_what_is_shipped_and_nothing_misspelt() {
     let bench = Bench::new();
     let schema =
-        |of: &str| -> Value { serde_json::from_str(&bench.good(&["schema", of])).unwrap() };
+        |of: &str| -> Value { serde_json::from_str(&bench.good(format!("schema {of}"))).unwrap() };
     let (config, instrument) = (schema("config"), schema("instrument"));
     let mut files = 0;
     for (schema, folder) in [
@@ -139,51 +89,38 @@ fn schemas_fit_what_is_shipped_and_nothing_misspelt() {
     ] {
         for (path, text) in texts(folder) {
             let value = read(&text);
-            assert!(fits(schema, schema, &value), "{}", path.display());
+            assert!(fits(schema, &value), "{}", path.display());
             for wrong in misspelt(&value) {
-                assert!(!fits(schema, schema, &wrong), "{}: {wrong}", path.display());
+                assert!(!fits(schema, &wrong), "{}: {wrong}", path.display());
             }
             files += 1;
         }
     }
     assert!(files >= 14);
     // What a run resolves fits too.
-    bench.good(&["run", "small.toml", "--seed", "1", "-o", "a", "-q"]);
-    assert!(fits(&config, &config, &read(&bench.read("a/config.toml"))));
-    for (text, is) in [
-        ("[[material]]\nkind = \"sheen\"", true),
-        ("[[material]]\nkind = \"shen\"", false),
-        ("[[material]]\nkind = \"ggx\"\nalpha = [0.1, 0.2]", true),
-        ("[metrics]\npairs = \"many\"", false),
-        (
-            "[[material]]\nkind = \"ggx\"\nfresnel = { kind = \"none\", ior = 2 }",
-            false,
-        ),
-        (
-            "[[material]]\nkind = \"tabulated\"\nof = { kind = \"ggx\", aplha = 1 }",
-            false,
-        ),
-        ("measures = [\"lobe\"]", true),
-        ("measures = [\"lob\"]", false),
-        ("band = \"wide\"", false),
-        ("channels = \"rgb\"", true),
-        ("channels = \"wavelengths_nm\"", false),
-        ("channels = { wavelengths_nm = [450, 550] }", true),
-        ("experiment = \"relations\"\nbudgets = [1]", false),
-        ("[merl]\ninterpolation = \"cubic\"", false),
-        (
-            "[[parametrization]]\nkind = \"hybrid\"\nwarp = { h_bar = \"root\" }",
-            false,
-        ),
-        (
-            "[[instrument]]\npreset = \"utia\"\norder = \"sorted\"",
-            true,
-        ),
-        (
-            "[[instrument]]\npreset = \"utia\"\nordre = \"sorted\"",
-            false,
-        ),
-    ] {
-        assert_eq!(fits(&config, &config, &read(text)), is, "{text}");
+    bench.good("run small.toml --seed 1 -o a -q");
+    assert!(fits(&config, &read(&bench.read("a/config.toml"))));
+    for [text, is] in table(
+        r#"
+        [[material]]\nkind = "sheen" | true
+        [[material]]\nkind = "shen" | false
+        [[material]]\nkind = "ggx"\nalpha = [0.1, 0.2] | true
+        [metrics]\npairs = "many" | false
+        [[material]]\nkind = "ggx"\nfresnel = { kind = "none", ior = 2 } | false
+        [[material]]\nkind = "tabulated"\nof = { kind = "ggx", aplha = 1 } | false
+        measures = ["lobe"] | true
+        measures = ["lob"] | false
+        band = "wide" | false
+        channels = "rgb" | true
+        channels = "wavelengths_nm" | false
+        channels = { wavelengths_nm = [450, 550] } | true
+        experiment = "relations"\nbudgets = [1] | false
+        [merl]\ninterpolation = "cubic" | false
+        [[parametrization]]\nkind = "hybrid"\nwarp = { h_bar = "root" } | false
+        [[instrument]]\npreset = "utia"\norder = "sorted" | true
+        [[instrument]]\npreset = "utia"\nordre = "sorted" | false"#,
+    ) {
+        let is: bool = is.parse().unwrap();
+        assert_eq!(fits(&config, &read(text)), is, "{text}");
     }
 }

@@ -1,32 +1,18 @@
 //! Pictures of slices.
 
 use super::Bench;
+use super::common::says;
 use std::fs;
 
 #[test]
 fn a_kind_of_material_is_pictured_from_each_view() {
     let bench = Bench::new();
-    let args = [
-        "slice",
-        "ggx",
-        "--set",
-        "alpha=0.1",
-        "--view-deg",
-        "0",
-        "--view-deg",
-        "30",
-        "--resolution",
-        "20",
-        "-o",
-        "out",
-    ];
-    let said = bench.gonio(&args);
-    assert!(said.status.success());
-    let said = String::from_utf8(said.stderr).unwrap();
+    let args = "slice ggx --set alpha=0.1 --view-deg 0 --view-deg 30 --resolution 20 -o out";
+    let said = bench.ends(args, 0);
     let files = bench.files("out");
     assert_eq!(files.len(), 6);
     for file in &files {
-        assert!(said.contains(file), "{said}");
+        says(&said, file);
         let bytes = fs::read(bench.path("out").join(file)).unwrap();
         match file.rsplit('.').next().unwrap() {
             "png" => assert!(bytes.starts_with(b"\x89PNG")),
@@ -53,48 +39,14 @@ fn a_kind_of_material_is_pictured_from_each_view() {
         "{peak:?}"
     );
 
-    assert!(bench.refused(&args, 2).contains("--force"));
-    bench.good(&[&args[..], &["--force"]].concat());
-}
-
-#[test]
-fn what_cannot_be_pictured_is_refused() {
-    let bench = Bench::new();
-    let refused = |args: &[&str], parts: &[&str]| {
-        let sentence = bench.refused(&[&["slice"], args, &["-o", "out"]].concat(), 2);
-        for part in parts {
-            assert!(sentence.contains(part), "{sentence}");
-        }
-        assert!(!bench.path("out").exists());
-    };
-    refused(
-        &["ggx", "--view-deg", "90"],
-        &["--view-deg", "90", "[0, 90)"],
-    );
-    refused(&["ggx", "--view-deg", "NaN"], &["--view-deg"]);
-    refused(&["shiny", "--view-deg", "0"], &["shiny", "ggx"]);
-    refused(&["ggx", "--set", "alpha=-1", "--view-deg", "0"], &["alpha"]);
-    refused(
-        &["small.toml", "--view-deg", "0"],
-        &["--material", "lambert"],
-    );
+    bench.refuses(args, 2, "--force");
+    bench.good(format!("{args} --force"));
 }
 
 #[test]
 fn a_material_of_a_config_is_chosen_by_its_name() {
     let bench = Bench::new();
-    bench.good(&[
-        "slice",
-        "small.toml",
-        "--material",
-        "lambert",
-        "--view-deg",
-        "12.5",
-        "--resolution",
-        "3",
-        "-o",
-        "out",
-    ]);
+    bench.good("slice small.toml --material lambert --view-deg 12.5 --resolution 3 -o out");
     let files = bench.files("out");
     assert_eq!(
         files,

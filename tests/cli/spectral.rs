@@ -1,8 +1,8 @@
 //! Experiments by wavelength, from a config to files and back.
 
 use super::Bench;
+use super::common::says;
 use super::files::errors;
-use std::fs;
 
 const CONFIG: &str = r#"
 channels = { wavelengths_nm = [450, 550.5, 1064] }
@@ -31,12 +31,12 @@ max_pairs = 1
 #[test]
 fn a_run_by_wavelength_is_that_of_the_mean() {
     let bench = Bench::new();
-    fs::write(bench.path("s.toml"), CONFIG).unwrap();
+    bench.write("s.toml", CONFIG);
     let grey = CONFIG.replace("{ wavelengths_nm = [450, 550.5, 1064] }", "\"luminance\"");
     let grey = grey.replace("{ nm = [400, 700, 1100], values = [0.2, 0.5, 0.9] }", "0.5");
-    fs::write(bench.path("l.toml"), grey).unwrap();
-    bench.good(&["run", "s.toml", "-o", "s", "-q"]);
-    bench.good(&["run", "l.toml", "-o", "l", "-q"]);
+    bench.write("l.toml", grey);
+    bench.good("run s.toml -o s -q");
+    bench.good("run l.toml -o l -q");
     let (spectral, grey) = (bench.rows("s"), bench.rows("l"));
     assert_eq!((spectral.len(), grey.len()), (2, 2));
     for (a, b) in spectral.iter().zip(&grey) {
@@ -45,16 +45,16 @@ fn a_run_by_wavelength_is_that_of_the_mean() {
         assert!((a - b).abs() < 1e-12 + 1e-9 * b, "{a} {b}");
     }
     // The config in the results says the wavelengths, and runs again.
-    bench.good(&["check", "s/config.toml"]);
+    bench.good("check s/config.toml");
     assert!(bench.read("s/config.toml").contains("wavelengths_nm"));
 }
 
 #[test]
 fn readings_by_wavelength_go_through_files() {
     let bench = Bench::new();
-    fs::write(bench.path("s.toml"), CONFIG).unwrap();
-    let of = ["--material", "lambert"];
-    bench.good(&[&["schedule", "s.toml", "-o", "p.csv"], &of[..]].concat());
+    bench.write("s.toml", CONFIG);
+    let of = "--material lambert";
+    bench.good(format!("schedule s.toml -o p.csv {of}"));
     for (file, header) in [
         (
             "r.csv",
@@ -65,27 +65,23 @@ fn readings_by_wavelength_go_through_files() {
             "\"channels\":{\"wavelengths_nm\":[450.0,550.5,1064.0]}",
         ),
     ] {
-        let measure = ["measure", "p.csv", "--config", "s.toml", "-o", file];
-        bench.good(&[&measure[..], &of].concat());
+        let measure = format!("measure p.csv --config s.toml -o {file}");
+        bench.good(format!("{measure} {of}"));
         let text = bench.read(file);
-        assert!(text.contains(header), "{text}");
+        says(&text, header);
         assert!(text.contains("value_550.5nm") && !text.contains("value_r"));
-        let how = ["--reconstruction", "multilinear", "--against", "s.toml"];
-        let said = bench.good(&[&["reconstruct", file], &how[..], &of].concat());
+        let how = "--reconstruction multilinear --against s.toml";
+        let said = bench.good(format!("reconstruct {file} {how} {of}"));
         assert!(errors(&said, "cosine")[0] < 1e-12, "{said}");
-        let table = ["--reconstruction", "multilinear", "-o", "t.binary"];
-        let sentence = bench.refused(&[&["reconstruct", file], &table[..]].concat(), 2);
-        assert!(
-            sentence.contains("R, G, B and no wavelengths"),
-            "{sentence}"
+        let table = "--reconstruction multilinear -o t.binary";
+        bench.refuses(
+            format!("reconstruct {file} {table}"),
+            2,
+            "R, G, B and no wavelengths",
         );
     }
-    let tabulate = ["tabulate", "s.toml", "-o", "t.binary"];
-    let sentence = bench.refused(&[&tabulate[..], &of].concat(), 2);
-    assert!(
-        sentence.contains("R, G, B and no wavelengths"),
-        "{sentence}"
-    );
+    let tabulate = "tabulate s.toml -o t.binary";
+    bench.refuses(format!("{tabulate} {of}"), 2, "R, G, B and no wavelengths");
     assert!(!bench.path("t.binary").exists());
 }
 
@@ -96,24 +92,19 @@ fn a_material_in_colour_has_no_wavelengths() {
         "{ nm = [400, 700, 1100], values = [0.2, 0.5, 0.9] }",
         "[0.1, 0.2, 0.3]",
     );
-    fs::write(bench.path("c.toml"), colour).unwrap();
-    let sentence = bench.refused(&["check", "c.toml"], 2);
+    bench.write("c.toml", colour);
+    let sentence = bench.refused("check c.toml", 2);
     let want = "material[1].albedo = [0.1, 0.2, 0.3]: allowed is a number or { nm, values }";
-    assert!(sentence.contains(want), "{sentence}");
+    says(&sentence, want);
     let short = CONFIG.replace("[400, 700, 1100]", "[400, 700, 1000]");
-    fs::write(bench.path("c.toml"), short).unwrap();
-    let sentence = bench.refused(&["check", "c.toml"], 2);
-    assert!(
-        sentence.contains("material[1].albedo") && sentence.contains("1064 nm"),
-        "{sentence}"
-    );
+    bench.write("c.toml", short);
+    bench.refuses("check c.toml", 2, "material[1].albedo … 1064 nm");
     for (bad, why) in [
         ("[550, 450]", "each above the one before"),
         ("[]", "1 to 512 of them"),
     ] {
         let set = format!("channels={{ wavelengths_nm = {bad} }}");
-        fs::write(bench.path("s.toml"), CONFIG).unwrap();
-        let sentence = bench.refused(&["check", "s.toml", "--set", &set], 2);
-        assert!(sentence.contains(why), "{sentence}");
+        bench.write("s.toml", CONFIG);
+        bench.refuses(format!("check s.toml --set '{set}'"), 2, why);
     }
 }

@@ -1,6 +1,7 @@
 //! `gonio run` of a study: it goes on where it was, in parts or whole, and ends the same.
 
 use super::Bench;
+use super::common::says;
 use std::fs;
 
 /// A study that takes a moment.
@@ -49,24 +50,18 @@ draw = false
 const ROWS: usize = 48;
 
 fn bench() -> Bench {
-    let bench = Bench::new();
-    fs::write(bench.path("c.toml"), STUDY).unwrap();
-    bench
+    Bench::of(STUDY)
 }
 
 #[test]
 fn a_study_goes_on_with_a_larger_question_and_back() {
     let bench = bench();
-    let text = bench.good(&["run", "c.toml", "-q"]);
+    let text = bench.good("run c.toml -q");
     assert!(text.starts_with("Which coordinates?"), "{text}");
-    for part in [
-        "nrmse, cosine",
-        "nrmse, lobe",
-        "* best of its column",
-        "What explains",
-    ] {
-        assert!(text.contains(part), "{part}: {text}");
-    }
+    says(
+        &text,
+        "nrmse, cosine … nrmse, lobe … * best of its column … What explains",
+    );
     let whole = bench.read("runs/c/results.csv");
     assert_eq!(whole.lines().count(), 1 + ROWS);
     for name in [
@@ -78,42 +73,20 @@ fn a_study_goes_on_with_a_larger_question_and_back() {
         assert!(bench.path("runs/c").join(name).exists(), "{name}");
     }
     assert_eq!(bench.manifest("runs/c")["status"], "complete");
-    let times = bench.read("runs/c/timings.jsonl");
-    // After a crash in the middle of a line.
-    let rows = bench.read("runs/c/results.jsonl");
-    let cut = rows.match_indices('\n').nth(20).unwrap().0 + 30;
-    fs::write(bench.path("runs/c/results.jsonl"), &rows[..cut]).unwrap();
-    fs::remove_file(bench.path("runs/c/manifest.json")).unwrap();
-    let list = bench.good(&["run", "c.toml", "--list"]);
-    assert_eq!(
-        list.lines().filter(|l| l.starts_with("open  ")).count(),
-        14,
-        "{list}"
-    );
-    assert!(
-        list.ends_with("10 of 24 jobs are done in runs/c\n"),
-        "{list}"
-    );
-    assert_eq!(bench.good(&["run", "c.toml", "-q"]), text);
-    let again = bench.read("runs/c/results.csv");
-    assert!(again == whole);
-    // What was there has its old seconds.
-    let kept = bench.read("runs/c/timings.jsonl");
-    assert!(kept.lines().filter(|l| times.contains(l)).count() > 20);
     // A larger question: the old rows are part of the answer.
-    let here = ["run", "c.toml", "-q", "-o", "runs/c"];
-    let more = ["--set", "budgets=[60, 150, 300]"];
-    bench.good(&[&here[..], &more].concat());
+    let here = "run c.toml -q -o runs/c";
+    let more = "--set 'budgets=[60, 150, 300]'";
+    bench.good(format!("{here} {more}"));
     let more = bench.read("runs/c/results.csv");
     assert_eq!(more.lines().count(), 1 + ROWS * 3 / 2);
-    assert!(again.lines().all(|l| more.contains(l)));
+    assert!(whole.lines().all(|l| more.contains(l)));
     // And back: rows of the larger question are kept, not shown.
-    bench.good(&here);
-    assert_eq!(bench.read("runs/c/results.csv"), again);
+    bench.good(here);
+    assert_eq!(bench.read("runs/c/results.csv"), whole);
     let rows = bench.read("runs/c/results.jsonl");
     assert_eq!(rows.lines().count(), ROWS * 3 / 2);
     // --force makes them all again.
-    bench.good(&["run", "c.toml", "-q", "--force"]);
+    bench.good("run c.toml -q --force");
     assert!(!bench.path("runs/c-2").exists());
     assert_eq!(bench.read("runs/c/results.jsonl").lines().count(), ROWS);
 }
@@ -121,40 +94,30 @@ fn a_study_goes_on_with_a_larger_question_and_back() {
 #[test]
 fn a_part_may_be_missing_and_must_be_of_the_same_study() {
     let bench = bench();
-    bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+    bench.good("run c.toml -q -o whole");
     for part in ["1/3", "2/3", "3/3"] {
-        bench.good(&["run", "c.toml", "-q", "--shard", part]);
+        bench.good(format!("run c.toml -q --shard {part}"));
     }
     let parts = [1, 2, 3].map(|i| format!("runs/c.shard-{i}-of-3"));
     let [a, b, c] = parts.each_ref().map(String::as_str);
     // Without a part: what is there is there, and the exit code says that it is not all.
-    let output = bench.gonio(&["merge", a, c, "-o", "some"]);
-    assert_eq!(output.status.code(), Some(5));
+    bench.ends(format!("merge {a} {c} -o some"), 5);
     let rows = bench.read("some/results.csv").lines().count() - 1;
     assert!(0 < rows && rows < ROWS);
     assert_eq!(bench.manifest("some")["status"], "incomplete");
     // The missing part, put to it.
-    bench.good(&["merge", a, b, c, "-o", "some", "--force"]);
+    bench.good(format!("merge {a} {b} {c} -o some --force"));
     let whole = bench.read("whole/results.csv");
     assert!(bench.read("some/results.csv") == whole);
     // Parts of something else.
-    bench.good(&[
-        "run",
-        "c.toml",
-        "-q",
-        "-o",
-        "other",
-        "--set",
-        "metrics={ pairs = 100, max_pairs = 1 }",
-    ]);
-    let refusal = bench.refused(&["merge", a, "other", "-o", "no"], 3);
-    assert!(refusal.contains("other/config.toml") && refusal.contains("another config"));
-    assert!(!bench.path("no").exists());
-    assert!(
-        bench
-            .refused(&["merge", "nowhere", "-o", "no"], 3)
-            .contains("nowhere")
+    bench.good("run c.toml -q -o other --set 'metrics={ pairs = 100, max_pairs = 1 }'");
+    bench.refuses(
+        format!("merge {a} other -o no"),
+        3,
+        "other/config.toml … another config",
     );
+    assert!(!bench.path("no").exists());
+    bench.refuses("merge nowhere -o no", 3, "nowhere");
 }
 
 #[test]
@@ -163,14 +126,13 @@ fn acquisitions_and_studies_go_on_with_the_same_rows() {
     let acquisition = STUDY.replace("\"study\"", "\"acquisition\"");
     // What an acquisition measures unasked.
     let none = acquisition.replace("budgets", "quantities = []\nbudgets");
-    fs::write(bench.path("a.toml"), none).unwrap();
-    bench.good(&["run", "c.toml", "-q", "-o", "a"]);
+    bench.write("a.toml", none);
+    bench.good("run c.toml -q -o a");
     let before = bench.read("a/results.csv");
-    let table = bench.good(&["run", "a.toml", "-q", "-o", "a"]);
-    assert!(table.contains("ranking, lobe"), "{table}");
+    bench.tells("run a.toml -q -o a", "ranking, lobe");
     assert_eq!(bench.read("a/results.csv"), before);
     // Another question of the same: its rows come after the old ones.
-    bench.good(&["run", "small.toml", "-q", "-o", "a"]);
+    bench.good("run small.toml -q -o a");
     assert_eq!(bench.rows("a").len(), ROWS + 128);
     assert_eq!(bench.read("a/results.csv").lines().count(), 1 + 128);
 }
@@ -181,8 +143,8 @@ fn materials_are_drawn_once() {
     let bench = bench();
     let small = "[pictures]\nresolution = 12\nsamples = 4\nbudget = 60\n";
     let text = STUDY.replace("[pictures]\ndraw = false\n", small);
-    fs::write(bench.path("c.toml"), text).unwrap();
-    bench.good(&["run", "c.toml", "-q"]);
+    bench.write("c.toml", text);
+    bench.good("run c.toml -q");
     let pictures = bench.files("runs/c/pictures");
     let count = |ending: &str| pictures.iter().filter(|f| f.ends_with(ending)).count();
     // Three of the study; of each of two materials its slices and two reconstructions.
@@ -207,7 +169,7 @@ fn materials_are_drawn_once() {
     let before = times();
     fs::remove_file(&path).unwrap();
     let rows = bench.read("runs/c/results.csv");
-    bench.good(&["run", "c.toml", "-q"]);
+    bench.good("run c.toml -q");
     assert!(fs::read(&path).unwrap() == bytes);
     assert!(times() == before);
     assert!(bench.read("runs/c/results.csv") == rows);
@@ -223,10 +185,10 @@ fn parts_draw_their_own_materials() {
     let bench = bench();
     let small = "[pictures]\nresolution = 12\nsamples = 4\nbudget = 60\n";
     let text = STUDY.replace("[pictures]\ndraw = false\n", small);
-    fs::write(bench.path("c.toml"), text).unwrap();
-    bench.good(&["run", "c.toml", "-q", "-o", "whole"]);
+    bench.write("c.toml", text);
+    bench.good("run c.toml -q -o whole");
     for (part, folder) in [("1/2", "one"), ("2/2", "two")] {
-        bench.good(&["run", "c.toml", "-q", "--shard", part, "-o", folder]);
+        bench.good(format!("run c.toml -q --shard {part} -o {folder}"));
     }
     let pictures = |run: &str| -> BTreeSet<String> {
         bench
@@ -245,7 +207,7 @@ fn parts_draw_their_own_materials() {
     let mut both: BTreeSet<String> = one.union(&two).cloned().collect();
     assert!(both.insert("errors.svg".into()));
     assert_eq!(both, whole);
-    bench.good(&["merge", "one", "two", "-o", "merged"]);
+    bench.good("merge one two -o merged");
     assert_eq!(pictures("merged"), whole);
     let bytes = |run: &str, file: &String| fs::read(bench.path(run).join("pictures").join(file));
     // Curves of costs tell the time.
@@ -266,7 +228,7 @@ fn parts_must_be_of_the_same_inputs() {
     let table = |value: f64| {
         let cells = (0..3 * 288 * 288).map(|i| value + 1e-7 * f64::from(i % 977));
         let bytes: Vec<u8> = cells.flat_map(f64::to_le_bytes).collect();
-        fs::write(bench.path("a.bin"), bytes).unwrap();
+        bench.write("a.bin", bytes);
     };
     let text = STUDY
         .replace(
@@ -274,49 +236,35 @@ fn parts_must_be_of_the_same_inputs() {
             "kind = \"utia\"\npath = \"a.bin\"",
         )
         .replace("budgets = [60, 150]", "budgets = [300]");
-    fs::write(bench.path("c.toml"), text).unwrap();
+    bench.write("c.toml", text);
     table(0.1);
-    bench.good(&["run", "c.toml", "-q", "--shard", "1/2", "-o", "one"]);
+    bench.good("run c.toml -q --shard 1/2 -o one");
     table(0.2);
-    bench.good(&["run", "c.toml", "-q", "--shard", "2/2", "-o", "two"]);
-    let refusal = bench.refused(&["merge", "one", "two", "-o", "no"], 3);
-    assert!(
-        refusal.contains("another material") && refusal.contains("one"),
-        "{refusal}"
-    );
+    bench.good("run c.toml -q --shard 2/2 -o two");
+    bench.refuses("merge one two -o no", 3, "another material … one");
     assert!(!bench.path("no").exists());
     // Made from the same: whatever else the folder held, and wherever the file is.
-    let args = ["run", "c.toml", "-q", "--shard", "1/2", "-o", "one"];
-    bench.good(
-        &[
-            &args[..],
-            &["--set", "metrics={ pairs = 100, max_pairs = 1 }"],
-        ]
-        .concat(),
-    );
-    bench.good(&args);
-    let output = bench.gonio(&["merge", "one", "two", "-o", "both"]);
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{stderr}");
-    assert!(
-        stderr.contains("rows of other configs left out"),
-        "{stderr}"
-    );
-    let refusal = bench.refused(&["merge", "one", "two", "-o", "both"], 2);
-    assert!(refusal.contains("--force"), "{refusal}");
+    let args = "run c.toml -q --shard 1/2 -o one";
+    bench.good(format!(
+        "{args} --set 'metrics={{ pairs = 100, max_pairs = 1 }}'"
+    ));
+    bench.good(args);
+    let stderr = bench.ends("merge one two -o both", 0);
+    says(&stderr, "rows of other configs left out");
+    bench.refuses("merge one two -o both", 2, "--force");
 }
 
 #[test]
 fn a_crash_inside_a_character_is_gone_on_with() {
     let bench = bench();
     let text = STUDY.replace("alpha = 0.3", "alpha = 0.3\nname = \"café\"");
-    fs::write(bench.path("c.toml"), text).unwrap();
-    bench.good(&["run", "c.toml", "-q", "-o", "a"]);
+    bench.write("c.toml", text);
+    bench.good("run c.toml -q -o a");
     let files = bench.files("a");
-    let rows = fs::read(bench.path("a/results.jsonl")).unwrap();
+    let rows = bench.read_bytes("a/results.jsonl");
     let cut = rows.windows(2).rposition(|w| w == "é".as_bytes()).unwrap() + 1;
-    fs::write(bench.path("a/results.jsonl"), &rows[..cut]).unwrap();
-    bench.good(&["run", "c.toml", "-q", "-o", "a"]);
+    bench.write("a/results.jsonl", &rows[..cut]);
+    bench.good("run c.toml -q -o a");
     assert_eq!(bench.read("a/results.csv").lines().count(), 1 + ROWS);
     assert_eq!(bench.files("a"), files);
 }

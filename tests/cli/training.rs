@@ -1,8 +1,9 @@
 //! Priors as a user meets them: made of materials, named by planners and reconstructions.
 
 use super::Bench;
+use super::common::says;
 use super::pages::of_repository;
-use super::planning::{after, good, refused};
+use super::planning::after;
 use std::fmt::Write;
 use std::fs;
 
@@ -33,7 +34,7 @@ fn the_built_in_prior_is_made_of_the_families_of_a_config() {
     let mut line = words.clone();
     (line[1], line[place]) = (families.to_str().unwrap(), "again.gonio");
     bench.good(&line);
-    let again = fs::read(bench.path("again.gonio")).unwrap();
+    let again = bench.read_bytes("again.gonio");
     let ((kept, a), (again, b)) = (parts(&kept), parts(&again));
     for key in ["gonio_prior", "nodes", "functions", "centres", "materials"] {
         assert_eq!(kept[key], again[key]);
@@ -80,20 +81,16 @@ const STUDY: &str = "budgets = [4]\n\
 #[test]
 fn a_prior_helps_where_readings_are_few_and_never_knows_what_is_tested() {
     let bench = Bench::new();
-    fs::write(bench.path("f.toml"), families()).unwrap();
+    bench.write("f.toml", families());
     let train = "train f.toml --nodes 1500 --functions 6 -o p.gonio";
-    let told = good(&bench, train);
+    let told = bench.good(train);
     assert!(
         told.starts_with("12 materials of 2 families, 6 functions"),
         "{told}"
     );
-    let told = refused(&bench, train, 2);
-    assert!(
-        told.contains("p.gonio") && told.contains("--force"),
-        "{told}"
-    );
-    fs::write(bench.path("c.toml"), STUDY).unwrap();
-    good(&bench, "run c.toml -o r -q");
+    bench.refuses(train, 2, "p.gonio … --force");
+    bench.write("c.toml", STUDY);
+    bench.good("run c.toml -o r -q");
     let error = |name: &str| {
         let rows = bench.rows("r");
         let row = rows
@@ -106,25 +103,23 @@ fn a_prior_helps_where_readings_are_few_and_never_knows_what_is_tested() {
     assert!(with < 0.5 * error("kriging").1, "{with}");
     // Nothing is made twice, also where the file lies elsewhere.
     fs::rename(bench.path("p.gonio"), bench.path("q.gonio")).unwrap();
-    fs::write(bench.path("d.toml"), STUDY.replace("p.gonio", "q.gonio")).unwrap();
-    good(&bench, "run d.toml -o s -q");
+    bench.write("d.toml", STUDY.replace("p.gonio", "q.gonio"));
+    bench.good("run d.toml -o s -q");
     assert_eq!(bench.rows("s")[0].key, bench.rows("r")[0].key);
     // Another prior is another question, if only for the families of its materials.
     let renamed = families().replace("-plastic", "-paint");
-    fs::write(bench.path("g.toml"), renamed).unwrap();
-    let told = good(&bench, &train.replace("f.toml", "g.toml"));
-    assert!(told.contains("not fitted"), "{told}");
-    good(&bench, "run c.toml -o r -q");
+    bench.write("g.toml", renamed);
+    bench.tells(train.replace("f.toml", "g.toml"), "not fitted");
+    bench.good("run c.toml -o r -q");
     assert_ne!(error("kriging-prior").0, key);
     fs::remove_file(bench.path("p.gonio")).unwrap();
     let fewer = train.replace("-o p", "--except 3-plastic,4-paint -o p");
-    assert!(good(&bench, &fewer).starts_with("10 materials"));
-    good(&bench, "run c.toml -o r -q");
+    assert!(bench.good(&fewer).starts_with("10 materials"));
+    bench.good("run c.toml -o r -q");
     assert_ne!(error("kriging-prior").0, key);
 
     let misspelt = train.replace("-o p", "--except 3-plastik -o x");
-    let told = refused(&bench, &misspelt, 2);
-    assert!(told.contains("did you mean 3-plastic?"), "{told}");
+    bench.refuses(&misspelt, 2, "did you mean 3-plastic?");
     let tested = families()
         .split("[[")
         .take(2)
@@ -132,36 +127,31 @@ fn a_prior_helps_where_readings_are_few_and_never_knows_what_is_tested() {
         .join("[[");
     let tested = tested.replace("experiment = \"moments\"\n", "")
         + &STUDY[STUDY.find("[[parametrization").unwrap()..];
-    fs::write(bench.path("t.toml"), format!("budgets = [4]\n{tested}")).unwrap();
-    let told = refused(&bench, "check t.toml", 2);
-    assert!(
-        told.contains(
-            "sample_set[0].prior = \"p.gonio\" was made of \"0-paint\", which is the tested"
-        ),
-        "{told}"
+    bench.write("t.toml", format!("budgets = [4]\n{tested}"));
+    let told = bench.refused("check t.toml", 2);
+    says(
+        &told,
+        "sample_set[0].prior = \"p.gonio\" was made of \"0-paint\", which is the tested",
     );
-    let told = refused(
-        &bench,
+    bench.refuses(
         "check c.toml --set reconstruction.0.prior=\"no.gonio\"",
         2,
+        "prior = \"no.gonio\" … gonio train",
     );
-    assert!(told.contains("prior = \"no.gonio\""), "{told}");
-    assert!(told.contains("gonio train"), "{told}");
 }
 
 #[test]
 fn a_laboratory_begins_with_what_others_were_like() {
     let bench = Bench::new();
     let next = "next --planner adaptive --set prior=\"built-in\" --batch 4";
-    good(&bench, &format!("{next} -o a.csv"));
+    bench.good(format!("{next} -o a.csv"));
     let config = of_repository("configs/quickstart.toml");
     let config = config.to_str().unwrap();
-    good(
-        &bench,
-        &format!("measure a.csv --config {config} --material ggx-0.3 -o ar.csv"),
-    );
-    let told = good(&bench, &format!("{next} ar.csv -o b.csv"));
-    assert!(told.contains("so far: 4 poses, 4 readings"), "{told}");
+    bench.good(format!(
+        "measure a.csv --config {config} --material ggx-0.3 -o ar.csv"
+    ));
+    let told = bench.good(format!("{next} ar.csv -o b.csv"));
+    says(&told, "so far: 4 poses, 4 readings");
     let (now, then) = (
         after(&told, "now: expected nrmse "),
         after(&told, "then: expected nrmse "),

@@ -1,25 +1,25 @@
 //! What readings say of their own reconstruction.
 
 use super::Bench;
+use super::common::says;
 use super::tables::{f_r, sheets};
-use std::fs;
 
 const HEAD: &str = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
 
 fn bench() -> Bench {
     let bench = Bench::new();
     let rows = sheets(|i, o, a| format!("{i},0,{o},{},{}", (a + 180.0) % 360.0, f_r(i, o, a)));
-    fs::write(bench.path("sheets.csv"), HEAD.to_owned() + &rows).unwrap();
+    bench.write("sheets.csv", HEAD.to_owned() + &rows);
     bench
 }
 
 #[test]
 fn readings_by_others_choose_their_method() {
     let bench = bench();
-    let said = bench.good(&["reconstruct", "sheets.csv", "--verbose"]);
+    let said = bench.good("reconstruct sheets.csv --verbose");
     let left =
         "left out: each in turn of 3 sheets of constant theta_i, with a third of the others\n";
-    assert!(said.contains(left), "{said}");
+    says(&said, left);
     // What stands first is what is taken, and errors rise from row to row.
     let from = said.find("nrmse, cosine\n").unwrap();
     let ranking = said[from..].lines().skip(1);
@@ -28,29 +28,22 @@ fn readings_by_others_choose_their_method() {
         .collect();
     assert!(ranking.len() > 20, "{said}");
     let best = ranking[0].split_whitespace().next().unwrap();
-    assert!(
-        said.contains(&format!("reconstruction: {best}\n")),
-        "{said}"
-    );
+    says(&said, &format!("reconstruction: {best}\n"));
     let errors = ranking.iter().map(|l| l.split_whitespace().nth(1).unwrap());
     let errors: Vec<f64> = errors.map(|e| e.parse().unwrap()).collect();
     assert!(errors.is_sorted(), "{errors:?}");
     // One that is named is not ranked, but judged.
-    let named = bench.good(&["reconstruct", "sheets.csv", "--reconstruction", "nearest"]);
-    assert!(
-        named.contains("errors of nearest at readings left out:\n"),
-        "{named}"
-    );
+    let named = bench.good("reconstruct sheets.csv --reconstruction nearest");
+    says(&named, "errors of nearest at readings left out:\n");
     assert!(!named.contains("nrmse, cosine"), "{named}");
-    let points = ["--cross-validation", "points"];
-    let points = bench.good(&[&["reconstruct", "sheets.csv"], &points[..]].concat());
-    assert!(
-        points.contains("left out: each in turn of 10 random sets\n"),
-        "{points}"
+    let points = "--cross-validation points";
+    bench.tells(
+        format!("reconstruct sheets.csv {points}"),
+        "left out: each in turn of 10 random sets\n",
     );
-    let none = bench.good(&["reconstruct", "sheets.csv", "--cross-validation", "none"]);
+    let none = bench.good("reconstruct sheets.csv --cross-validation none");
     assert!(!none.contains("left out"), "{none}");
-    assert!(none.contains("reconstruction: kriging\n"), "{none}");
+    says(&none, "reconstruction: kriging\n");
 }
 
 #[test]
@@ -64,10 +57,10 @@ fn readings_judge_those_of_another_file() {
     ];
     let row = |[i, o, a]: [f64; 3]| format!("{i},0,{o},{},{}\n", (a + 180.0) % 360.0, f_r(i, o, a));
     let text: String = others.into_iter().map(row).collect();
-    fs::write(bench.path("others.csv"), HEAD.to_owned() + &text).unwrap();
-    let how = ["--cross-validation", "none", "--against", "others.csv"];
-    let said = bench.good(&[&["reconstruct", "sheets.csv"], &how[..]].concat());
-    assert!(said.contains("against others.csv: 4 poses"), "{said}");
+    bench.write("others.csv", HEAD.to_owned() + &text);
+    let how = "--cross-validation none --against others.csv";
+    let said = bench.good(format!("reconstruct sheets.csv {how}"));
+    says(&said, "against others.csv: 4 poses");
     let line = said
         .lines()
         .rfind(|l| l.starts_with("log_relative "))
@@ -80,56 +73,56 @@ fn readings_judge_those_of_another_file() {
 fn what_cannot_be_validated_is_said() {
     let bench = bench();
     let one = "30,0,20,180,0.2\n";
-    fs::write(bench.path("one.csv"), HEAD.to_owned() + one).unwrap();
-    let said = bench.good(&["reconstruct", "one.csv"]);
+    bench.write("one.csv", HEAD.to_owned() + one);
+    let said = bench.good("reconstruct one.csv");
     let told = "no cross-validation: 1 reading; allowed: 2 or more at different places";
-    assert!(said.contains(told), "{said}");
-    let sheets = ["--cross-validation", "sheets"];
-    let err = bench.refused(&[&["reconstruct", "one.csv"], &sheets[..]].concat(), 2);
-    assert!(err.contains("--cross-validation: "), "{err}");
+    says(&said, told);
+    let sheets = "--cross-validation sheets";
+    bench.refuses(
+        format!("reconstruct one.csv {sheets}"),
+        2,
+        "--cross-validation: ",
+    );
     // What was read at one incidence or two, or in one plane, says nothing of the rest.
-    let rows = fs::read_to_string(bench.path("sheets.csv")).unwrap();
+    let rows = bench.read("sheets.csv");
     let some = |file: &str, keep: &dyn Fn(&str) -> bool| {
         let kept = rows
             .lines()
             .filter(|row| row.starts_with("theta") || keep(row));
-        fs::write(bench.path(file), kept.collect::<Vec<_>>().join("\n")).unwrap();
-        bench.good(&["reconstruct", file])
+        bench.write(file, kept.collect::<Vec<_>>().join("\n"));
+        bench.good(format!("reconstruct {file}"))
     };
     let said = some("sheet.csv", &|row| row.starts_with("40,"));
-    assert!(
-        said.contains("the readings are of 1 value of theta_i, and"),
-        "{said}"
-    );
+    says(&said, "the readings are of 1 value of theta_i, and");
     let said = some("two.csv", &|row| !row.starts_with("40,"));
-    assert!(
-        said.contains("the readings are of 2 values of theta_i, and"),
-        "{said}"
-    );
+    says(&said, "the readings are of 2 values of theta_i, and");
     let said = some("scans.csv", &|row| {
         row.split(',')
             .nth(3)
             .is_some_and(|a| a == "0" || a == "180")
     });
-    assert!(
-        said.contains("the readings are in the plane of incidence, and"),
-        "{said}"
-    );
-    let stark = ["--parametrization", "stark"];
-    let said = bench.good(&[&["reconstruct", "sheets.csv"], &stark[..]].concat());
+    says(&said, "the readings are in the plane of incidence, and");
+    let stark = "--parametrization stark";
+    let said = bench.good(format!("reconstruct sheets.csv {stark}"));
     let best = said
         .lines()
         .rfind(|l| l.starts_with("reconstruction: "))
         .unwrap();
     assert!(best.contains("[stark"), "{said}");
-    let none = ["--reconstruction", "auto", "--cross-validation", "none"];
-    let err = bench.refused(&[&["reconstruct", "sheets.csv"], &none[..]].concat(), 2);
-    assert!(err.contains("auto chooses by what is left out"), "{err}");
-    let err = bench.refused(&["reconstruct", "sheets.csv", "--set", "neighbours=12"], 2);
-    assert!(err.contains("--reconstruction KIND"), "{err}");
-    let err = bench.refused(
-        &["reconstruct", "sheets.csv", "--reconstruction", "autos"],
+    let none = "--reconstruction auto --cross-validation none";
+    bench.refuses(
+        format!("reconstruct sheets.csv {none}"),
         2,
+        "auto chooses by what is left out",
     );
-    assert!(err.contains("did you mean auto?"), "{err}");
+    bench.refuses(
+        "reconstruct sheets.csv --set neighbours=12",
+        2,
+        "--reconstruction KIND",
+    );
+    bench.refuses(
+        "reconstruct sheets.csv --reconstruction autos",
+        2,
+        "did you mean auto?",
+    );
 }

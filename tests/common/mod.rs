@@ -3,17 +3,23 @@
 
 #[cfg(feature = "experiments")]
 pub mod chi_squared;
+pub mod json_schema;
 pub mod light;
 #[cfg(feature = "pictures")]
 pub mod png;
 
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels, Presence};
+#[cfg(feature = "experiments")]
+use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source, Summary};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
-use gonio::parametrization::{self, Layout, ParametrizationSpec, WarpSpec};
+use gonio::metrics::{self, Errors, Measure, MetricsSpec};
+use gonio::parametrization::{self, Layout, Parametrization, ParametrizationSpec, WarpSpec};
 use gonio::registry::{self, Entry};
 use gonio::sampling::{Random, cosine_hemisphere};
+use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
 
 /// How much of a law a test asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +60,32 @@ macro_rules! levels {
     )*};
 }
 pub(crate) use levels;
+
+/// Asserts that a text has these parts in this order; what is between them is `…`.
+#[track_caller]
+pub fn says(text: &str, parts: &str) {
+    let mut rest = text;
+    for part in parts.split(" … ") {
+        let found = rest.split_once(part);
+        rest = found
+            .unwrap_or_else(|| panic!("{part} is not in: {text}"))
+            .1;
+    }
+}
+
+/// The rows of a table of cases, a line each, with cells between ` | `, in which `\n` and `\t` are those characters.
+pub fn table<const N: usize>(text: &str) -> impl Iterator<Item = [&'static str; N]> {
+    let rows = text.lines().map(str::trim).filter(|row| !row.is_empty());
+    rows.map(|row| {
+        let padded = format!(" {row} ").replace("\\n", "\n").replace("\\t", "\t");
+        let cells = padded
+            .leak()
+            .splitn(N, " | ")
+            .map(|cell| cell.trim_matches(' '));
+        let cells: Vec<&str> = cells.collect();
+        cells.try_into().unwrap_or_else(|_| panic!("{row}"))
+    })
+}
 
 /// Pair `i` of a random sequence: both directions uniform on the hemisphere.
 pub fn random_pair(random: &Random, i: u64) -> DirectionPair {
@@ -147,17 +179,35 @@ pub fn warps() -> Vec<WarpSpec> {
 }
 
 /// A model from the registry, in luminance.
-pub fn model(kind: &str, text: &str) -> Box<dyn Brdf> {
-    model_in(Channels::Luminance, kind, text)
+pub fn model(kind: &str, keys: &str) -> Box<dyn Brdf> {
+    material(kind, keys, Channels::Luminance)
 }
 
 /// A model from the registry.
-pub fn model_in(channels: Channels, kind: &str, text: &str) -> Box<dyn Brdf> {
+pub fn material(kind: &str, keys: &str, channels: Channels) -> Box<dyn Brdf> {
     let entries = gonio::brdf::all();
     let entry = entries.iter().find(|e| e.kind == kind).expect("a model");
-    let spec = gonio::registry::read_text(entry, text).expect("its parameters");
+    let spec = registry::read_text(entry, keys).expect("its parameters");
     spec.build(channels).expect("a BRDF")
 }
+
+/// A parametrization of a name.
+pub fn form(name: &str, symmetry: Symmetry) -> Arc<dyn Parametrization> {
+    let entry = parametrization::find(name).expect("in the registry");
+    entry.form(symmetry)
+}
+
+/// What a function makes on so many threads.
+pub fn on_threads<T: Send>(threads: usize, make: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build().expect("a pool").install(make)
+}
+
+pub const ISOTROPIC: Symmetry = Symmetry {
+    isotropic: true,
+    reciprocal: false,
+    bilateral: false,
+};
 
 /// A BRDF that a test makes of a function.
 struct Made<F> {
@@ -206,4 +256,67 @@ pub fn made<const N: usize>(
         symmetry,
         f,
     }
+}
+
+/// Rows of a run, which is stopped when there are so many, or after so many questions whether to stop.
+#[cfg(feature = "experiments")]
+#[derive(Default)]
+pub struct Keep {
+    pub rows: Vec<Row>,
+    pub stop_at: Option<usize>,
+    pub patience: Option<Cell<usize>>,
+}
+
+#[cfg(feature = "experiments")]
+impl Observer<Row> for Keep {
+    fn cancelled(&self) -> bool {
+        let is_over = |left: &Cell<usize>| left.replace(left.get().saturating_sub(1)) == 0;
+        self.stop_at.is_some_and(|n| self.rows.len() >= n)
+            || self.patience.as_ref().is_some_and(is_over)
+    }
+
+    fn observe(&mut self, event: &Event<'_, Row>) -> Result<(), gonio::Error> {
+        if let Event::Made(rows) = event {
+            self.rows.extend_from_slice(rows);
+        }
+        Ok(())
+    }
+}
+
+/// Runs a plan, in which nothing may fail; its rows and the summary.
+#[cfg(feature = "experiments")]
+pub fn run(plan: &Plan) -> (Vec<Row>, Summary) {
+    let mut keep = Keep::default();
+    let summary = plan
+        .run(&Extent::default(), &Known::new(), &mut keep)
+        .unwrap();
+    assert!(summary.failures.is_empty(), "{:?}", summary.failures);
+    (keep.rows, summary)
+}
+
+/// The plan of a config, `c.toml`.
+#[cfg(feature = "experiments")]
+pub fn plan(text: &str) -> Result<Plan, gonio::Error> {
+    Plan::read(&Source::new("c.toml", text))
+}
+
+/// A text with one edit.
+pub fn edited(text: &str, from: &str, to: &str) -> String {
+    assert!(text.contains(from), "{from}");
+    text.replacen(from, to, 1)
+}
+
+/// Pairs of a measure that errors are compared at.
+pub fn test_pairs(measure: Measure, pairs: usize) -> Vec<DirectionPair> {
+    let spec = MetricsSpec {
+        pairs,
+        ..MetricsSpec::default()
+    };
+    metrics::test_pairs(measure, &spec).unwrap()
+}
+
+/// Errors of a copy at pairs.
+pub fn errors(truth: &dyn Brdf, copy: &dyn Brdf, pairs: &[DirectionPair]) -> Errors {
+    let [truth, copy] = [truth, copy].map(|brdf| metrics::evaluate(brdf, pairs));
+    metrics::compare(pairs, &truth, &copy)
 }

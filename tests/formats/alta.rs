@@ -1,7 +1,7 @@
 //! ALTA text files: random pairs, written with our own parametrizations, come back.
 
 use super::chord;
-use super::common::random_pair;
+use super::common::{ISOTROPIC, random_pair, table};
 use gonio::brdf::Channels;
 use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::measurement::alta::{AltaFile, is_alta, read};
@@ -9,12 +9,6 @@ use gonio::parametrization::{Coords, find};
 use gonio::sampling::Random;
 use gonio::schedule::Assume;
 use std::f64::consts::{FRAC_PI_2, PI};
-
-const ISOTROPIC: Symmetry = Symmetry {
-    isotropic: true,
-    reciprocal: false,
-    bilateral: false,
-};
 
 /// Random pairs at least 3° above the horizon, where square roots keep twelve digits.
 fn pairs() -> Vec<DirectionPair> {
@@ -345,53 +339,20 @@ fn what_is_not_supported_is_refused_with_its_line() {
         &[row.clone(), row],
         "",
     );
-    for (from, to, line, part) in [
-        (
-            "SPHERICAL_TL_PL_TV_PV",
-            "COS_TH",
-            Some(2),
-            "#PARAM_IN COS_TH: allowed are SPHERICAL",
-        ),
-        (
-            "INV_STERADIAN",
-            "XYZ_COLOR",
-            Some(3),
-            "#PARAM_OUT XYZ_COLOR: allowed are INV_STERADIAN,",
-        ),
-        (
-            "#DIM 4 1",
-            "#DIM 3 1",
-            Some(1),
-            "#DIM 3 1: allowed are 4 coordinates",
-        ),
-        ("#DIM 4 1", "#DIM 4 2", Some(1), "1 or 3 values"),
-        ("#PARAM_IN", "#PARAM", None, "#PARAM_IN is missing"),
-        (
-            "# by hand",
-            "#VS 3",
-            Some(4),
-            "#VS 3: allowed are 0, 1 and 2",
-        ),
-        (
-            "# by hand",
-            "#VS 1",
-            Some(6),
-            "5 cells where #DIM and #VS ask for 6",
-        ),
-        (
-            "# by hand",
-            "#FORMAT binary",
-            Some(4),
-            "#FORMAT binary: allowed is text",
-        ),
-        (
-            "0.4\t5\n",
-            "0.4\tnan\n",
-            Some(6),
-            "nan: allowed is a finite number",
-        ),
-        ("0.4\t5\n", "0.4\n", Some(6), "4 cells where"),
-    ] {
+    for [from, to, line, part] in table(
+        r"
+        SPHERICAL_TL_PL_TV_PV | COS_TH | 2 | #PARAM_IN COS_TH: allowed are SPHERICAL
+        INV_STERADIAN | XYZ_COLOR | 3 | #PARAM_OUT XYZ_COLOR: allowed are INV_STERADIAN,
+        #DIM 4 1 | #DIM 3 1 | 1 | #DIM 3 1: allowed are 4 coordinates
+        #DIM 4 1 | #DIM 4 2 | 1 | 1 or 3 values
+        #PARAM_IN | #PARAM | - | #PARAM_IN is missing
+        # by hand | #VS 3 | 4 | #VS 3: allowed are 0, 1 and 2
+        # by hand | #VS 1 | 6 | 5 cells where #DIM and #VS ask for 6
+        # by hand | #FORMAT binary | 4 | #FORMAT binary: allowed is text
+        0.4\t5\n | 0.4\tnan\n | 6 | nan: allowed is a finite number
+        0.4\t5\n | 0.4\n | 6 | 4 cells where",
+    ) {
+        let line = line.parse().ok();
         let bad = text.replacen(from, to, 1);
         assert_ne!(bad, text, "{from}");
         let e = read(&bad, "a.txt", &Assume::default()).err().unwrap();

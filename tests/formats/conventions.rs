@@ -1,7 +1,7 @@
 //! Readings of others: a file of ours, written in each of their conventions, is the same readings.
 
-use super::common::random_pair;
-use super::{chain, chord, cuts, measurements, planned, try_read};
+use super::common::{ISOTROPIC, model, random_pair, says, table};
+use super::{chain, chord, cuts, measurements, planned, told, try_read};
 use gonio::brdf::{self, Brdf, Channels};
 use gonio::error::count;
 use gonio::formats::Readings;
@@ -17,19 +17,8 @@ use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-const ISOTROPIC: Symmetry = Symmetry {
-    isotropic: true,
-    reciprocal: false,
-    bilateral: false,
-};
-
 fn read(text: &str, conventions: Conventions) -> Readings {
     try_read(text, conventions).unwrap_or_else(|e| panic!("{}\n{text}", chain(&e)))
-}
-
-fn names(text: &str) -> Vec<(String, String)> {
-    let pairs = text.split(',').filter_map(|pair| pair.split_once('='));
-    pairs.map(|(a, b)| (a.into(), b.into())).collect()
 }
 
 /// Pairs above the horizon, none of them on the normal.
@@ -55,7 +44,7 @@ enum Text {
     JsonLines,
 }
 
-fn table(columns: &[&str], rows: &[Vec<f64>], text: Text) -> String {
+fn written(columns: &[&str], rows: &[Vec<f64>], text: Text) -> String {
     let cells = |row: &Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>();
     let mut out = String::new();
     match text {
@@ -178,7 +167,7 @@ fn angles_in_every_convention_are_the_same_poses() {
                                 ..Conventions::default()
                             };
                             let what = format!("{header:?} {conventions:?} {text:?}");
-                            let back = read(&table(&header, &rows, text), conventions);
+                            let back = read(&written(&header, &rows, text), conventions);
                             let isotropic = back
                                 .measurement
                                 .schedule
@@ -210,10 +199,7 @@ fn values_of_every_quantity_are_the_same_readings() {
             "percent" => 100.0 * PI,
             other => panic!("{other}"),
         };
-        let conventions = || Conventions {
-            quantity: Some(quantity.value),
-            ..Conventions::default()
-        };
+        let conventions = || told(&format!("quantity={}", quantity.name));
         let rows = |degrees: bool, more: usize| -> Vec<Vec<f64>> {
             let row = |(i, pair): (usize, &DirectionPair)| {
                 let (l, s) = (pair.omega_i, pair.omega_o);
@@ -227,7 +213,7 @@ fn values_of_every_quantity_are_the_same_readings() {
         };
         let header: Vec<&str> = angles.split(',').chain(["value", "type_a"]).collect();
         for text in [Text::Csv, Text::Spreadsheet, Text::JsonLines] {
-            let back = read(&table(&header, &rows(true, 1), text), conventions());
+            let back = read(&written(&header, &rows(true, 1), text), conventions());
             assert_same(&back.measurement, &pairs, false, quantity.name);
             // Uncertainties are of the same quantity.
             let details = back.measurement.details.unwrap();
@@ -285,10 +271,7 @@ fn values_of_every_quantity_are_the_same_readings() {
         &format!("{angles},value_cos\n20,0,70,0,3\n"),
         Conventions::default(),
     );
-    let light = Conventions {
-        quantity: Some(Quantity::BrdfCosineLight),
-        ..Conventions::default()
-    };
+    let light = told("quantity=brdf-cosine-light");
     let given = read(&format!("{angles},value\n20,0,70,0,3\n"), light);
     assert_eq!(cos.measurement.values, given.measurement.values);
 }
@@ -326,10 +309,7 @@ fn azimuths_of_alta_are_counted_like_others() {
                 let x: Vec<_> = x.iter().map(f64::to_string).collect();
                 text += &format!("{} {}\n", x.join(" "), value(i));
             }
-            let conventions = Conventions {
-                azimuth: Some(azimuth.value),
-                ..Conventions::default()
-            };
+            let conventions = told(&format!("azimuth={}", azimuth.name));
             let back = read(&text, conventions);
             let what = format!("{input} {}", azimuth.name);
             assert_same(&back.measurement, &pairs, which > 0, &what);
@@ -350,10 +330,7 @@ fn wavelengths_by_row_are_those_by_column() {
     let long = "40,0,50,60,1064,0.6,0.06\n10,0,20,30,450,0.1,0.01\n10,0,20,30,1064,0.3,0.03\n\
                 40,0,50,60,450,0.4,0.04\n10,0,20,-330,550.5,0.2,0.02\n40,0,50,60,550.5,0.5,0.05\n";
     for (name, columns) in [("wavelength_nm", ""), ("lambda", "wavelength_nm=lambda")] {
-        let conventions = || Conventions {
-            columns: names(columns),
-            ..Conventions::default()
-        };
+        let conventions = || told(&format!("columns={columns}"));
         let text = format!("{angles},{name},value,type_a\n{long}");
         let back = read(&text, conventions());
         let m = &back.measurement;
@@ -383,10 +360,7 @@ fn wavelengths_by_row_are_those_by_column() {
     // Other names for each.
     let text = format!("{angles},R450,R550,u450,u550,lamp\n10,0,20,30,1,2,0.1,0.2,off\n");
     let columns = "value_450nm=R450,value_550nm=R550,uncertainty_450nm=u450,uncertainty_550nm=u550";
-    let conventions = Conventions {
-        columns: names(columns),
-        ..Conventions::default()
-    };
+    let conventions = told(&format!("columns={columns}"));
     let back = read(&text, conventions);
     assert_eq!(back.measurement.values, [1.0, 2.0]);
     assert_eq!(back.measurement.details.unwrap().type_b, [0.1, 0.2]);
@@ -552,15 +526,10 @@ fn two_readings_of_a_pose_cover_the_truth() {
 
 #[test]
 fn a_cut_file_is_read_up_to_the_cut() {
-    let form = parametrization::find("hybrid")
-        .unwrap()
-        .form(Symmetry::FULL);
+    let form = crate::common::form("hybrid", Symmetry::FULL);
     let (m, itinerary) = measurements::measured(planned(&form, "grid", 60), Channels::Rgb, true);
     let about = measurements::about(&m, &itinerary);
-    let partial = || Conventions {
-        partial: true,
-        ..Conventions::default()
-    };
+    let partial = || told("partial");
     let mut texts: Vec<String> = super::FORMATS
         .map(|format| measurements::text(&m, &about, Sequence::Generated, format))
         .to_vec();
@@ -647,18 +616,9 @@ fn sheets(form: &Arc<dyn Parametrization>, elevations: &[f64], step: usize) -> A
     })
 }
 
-fn model(kind: &str, keys: &str) -> Box<dyn Brdf> {
-    let all = brdf::all();
-    let entry = all.iter().find(|e| e.kind == kind).unwrap();
-    let spec = registry::read_text(entry, keys).unwrap_or_else(|e| panic!("{kind} {keys}: {e}"));
-    spec.build(Channels::Luminance).unwrap()
-}
-
 #[test]
 fn only_a_single_peak_at_the_light_is_doubted() {
-    let form = parametrization::find("spherical")
-        .unwrap()
-        .form(Symmetry::NONE);
+    let form = crate::common::form("spherical", Symmetry::NONE);
     let halves = parametrization::find("half-difference").unwrap();
     let halves = halves.form(Symmetry::NONE);
     let layouts = [
@@ -751,10 +711,7 @@ fn only_a_single_peak_at_the_light_is_doubted() {
         assert!(warnings[0].contains(&part), "{}", warnings[0]);
     }
     for azimuth in Azimuth::ALL {
-        let told = Conventions {
-            azimuth: Some(azimuth.value),
-            ..Conventions::default()
-        };
+        let told = told(&format!("azimuth={}", azimuth.name));
         let back = read(&bare, told);
         assert!(back.warnings.is_empty());
         // Turned, the peak is at the mirror direction.
@@ -765,120 +722,32 @@ fn only_a_single_peak_at_the_light_is_doubted() {
 
 #[test]
 fn what_cannot_be_meant_is_refused_in_a_sentence() {
-    let four = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
-    let none = Conventions::default;
-    let columns = |text: &str| Conventions {
-        columns: names(text),
-        ..none()
-    };
-    let alta = "#DIM 2 1\n#PARAM_IN RUSIN_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 0.3\n";
-    for (text, conventions, part) in [
-        (
-            format!("{four},value\n1,2,3,4,5\n"),
-            columns("theta_i=thetaIn"),
-            "--columns theta_i=thetaIn: there is no such column; allowed: theta_i_deg, phi_i_deg",
-        ),
-        (
-            "a,b,c,d,e\n1,2,3,4,5\n".into(),
-            columns("theta_i_deg=a,tetha_o_deg=b"),
-            "column \"tetha_o_deg\" is not known; allowed: index, theta_i_deg",
-        ),
-        (
-            "a,b,c,d,e\n1,2,3,4,5\n".into(),
-            columns("theta_i_deg=a,theta_i_rad=b"),
-            "--columns theta_i_rad=b: one of them is named before",
-        ),
-        (
-            "a,b,c,d,e\n1,2,3,4,5\n".into(),
-            columns("theta_i=a"),
-            "column \"a\" does not say its unit; allowed: a name that ends in _deg or _rad, or \
-             --angles with one of deg, rad",
-        ),
-        (
-            "theta_i,theta_o_deg,phi_o_deg,value\n1,2,3,4\n".into(),
-            none(),
-            "column \"theta_i\" does not say its unit",
-        ),
-        (
-            "a,b,c,v\n1,2,3,5\n".into(),
-            columns("theta_i_deg=a,theta_o_deg=b,value=v"),
-            "column phi_o_deg is missing; needed are theta_i_deg",
-        ),
-        (
-            "a,b,c,v\n1,2,3,5\n".into(),
-            columns("theta_i_deg=a,theta_o_deg=b,phi_o_deg=c"),
-            "under another name: --columns value=NAME",
-        ),
-        (
-            "theta_i_rad,theta_o_rad,phi_o_rad,value\n1,1.6,3,4\n".into(),
-            none(),
-            "theta_o_rad = 1.6: allowed is a number in (-pi/2, pi/2): above the horizon",
-        ),
-        (
-            "a,theta_o_rad,phi_o_rad,value\n1,1.5,7,4\n".into(),
-            columns("theta_i_rad=a"),
-            "phi_o_rad = 7: allowed is a number in [-2 pi, 2 pi]",
-        ),
-        (
-            format!("{four},value\n1,2,-1,4,5\n"),
-            Conventions {
-                elevation: true,
-                ..none()
-            },
-            "theta_o_deg = -1: allowed is a number in (0, 180): above the horizon",
-        ),
-        (
-            format!("{four},value_cos\n1,2,0,4,5\n"),
-            Conventions {
-                quantity: Some(Quantity::Percent),
-                ..none()
-            },
-            "columns value_cos… say what they are",
-        ),
-        (
-            format!("{four},value_r,value_g,value_b,wavelength_nm\n1,2,0,4,5,6,7,550\n"),
-            none(),
-            "column wavelength_nm goes with one column of values",
-        ),
-        (
-            format!("{four},value,wavelength_nm\n1,2,0,4,5,0.55\n"),
-            none(),
-            "wavelength_nm = 0.55 cannot be",
-        ),
-        (
-            format!("{four},value,wavelength_nm\n1,2,0,4,5,\n"),
-            none(),
-            "no row has all of its angles and a wavelength",
-        ),
-        (
-            format!("{four},temperature,value\n1,2,0,4,21,5\n"),
-            none(),
-            "with --columns, which says their names in the file, others are passed over",
-        ),
-        (
-            format!("{four},value\n1,2,0,4,1e-3\n1,2,0,4\n"),
-            none(),
-            "4 cells where there are 5 columns; --partial reads up to the cut",
-        ),
-        (
-            alta.into(),
-            columns("value=x"),
-            "--columns: the header of an ALTA file says what its columns are",
-        ),
-        (
-            alta.into(),
-            Conventions {
-                azimuth: Some(Azimuth::Mirror),
-                ..none()
-            },
-            "--azimuth: #PARAM_IN RUSIN_TH_TD has no azimuths of its own",
-        ),
-    ] {
-        let e = try_read(&text, conventions)
-            .err()
-            .unwrap_or_else(|| panic!("{part}"));
-        let told = chain(&e);
-        assert!(told.contains(part), "{told}\n{part}");
+    for [text, options, part] in table(
+        r#"
+        FOUR,value\n1,2,3,4,5 | columns=theta_i=thetaIn | --columns theta_i=thetaIn: there is no such column; allowed: theta_i_deg, phi_i_deg
+        a,b,c,d,e\n1,2,3,4,5 | columns=theta_i_deg=a,tetha_o_deg=b | column "tetha_o_deg" is not known; allowed: index, theta_i_deg
+        a,b,c,d,e\n1,2,3,4,5 | columns=theta_i_deg=a,theta_i_rad=b | --columns theta_i_rad=b: one of them is named before
+        a,b,c,d,e\n1,2,3,4,5 | columns=theta_i=a | column "a" does not say its unit; allowed: a name that ends in _deg or _rad, or --angles with one of deg, rad
+        theta_i,theta_o_deg,phi_o_deg,value\n1,2,3,4 |  | column "theta_i" does not say its unit
+        a,b,c,v\n1,2,3,5 | columns=theta_i_deg=a,theta_o_deg=b,value=v | column phi_o_deg is missing; needed are theta_i_deg
+        a,b,c,v\n1,2,3,5 | columns=theta_i_deg=a,theta_o_deg=b,phi_o_deg=c | under another name: --columns value=NAME
+        theta_i_rad,theta_o_rad,phi_o_rad,value\n1,1.6,3,4 |  | theta_o_rad = 1.6: allowed is a number in (-pi/2, pi/2): above the horizon
+        a,theta_o_rad,phi_o_rad,value\n1,1.5,7,4 | columns=theta_i_rad=a | phi_o_rad = 7: allowed is a number in [-2 pi, 2 pi]
+        FOUR,value\n1,2,-1,4,5 | elevation | theta_o_deg = -1: allowed is a number in (0, 180): above the horizon
+        FOUR,value_cos\n1,2,0,4,5 | quantity=percent | columns value_cos… say what they are
+        FOUR,value_r,value_g,value_b,wavelength_nm\n1,2,0,4,5,6,7,550 |  | column wavelength_nm goes with one column of values
+        FOUR,value,wavelength_nm\n1,2,0,4,5,0.55 |  | wavelength_nm = 0.55 cannot be
+        FOUR,value,wavelength_nm\n1,2,0,4,5, |  | no row has all of its angles and a wavelength
+        FOUR,temperature,value\n1,2,0,4,21,5 |  | with --columns, which says their names in the file, others are passed over
+        FOUR,value\n1,2,0,4,1e-3\n1,2,0,4 |  | 4 cells where there are 5 columns; --partial reads up to the cut
+        ALTA | columns=value=x | --columns: the header of an ALTA file says what its columns are
+        ALTA | azimuth=mirror | --azimuth: #PARAM_IN RUSIN_TH_TD has no azimuths of its own"#,
+    ) {
+        let alta = "#DIM 2 1\n#PARAM_IN RUSIN_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 0.3";
+        let text = text.replace("FOUR", "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg");
+        let text = text.replace("ALTA", alta) + "\n";
+        let e = try_read(&text, told(options)).err().expect(part);
+        says(&chain(&e), part);
     }
 }
 
@@ -904,10 +773,7 @@ fn elevations_and_percents_that_nothing_names_are_doubted() {
         said.len() == 1 && said[0].contains("--elevation"),
         "{said:?}"
     );
-    let told = Conventions {
-        elevation: true,
-        ..Conventions::default()
-    };
+    let told = told("elevation");
     assert!(warnings(&elevations, told).is_empty());
     let percent = file(|theta| theta, 2.0);
     let said = warnings(&percent, Conventions::default());

@@ -1,14 +1,12 @@
 //! Text of pab-opto and text after ASTM E1392: random readings come back, and headers by others are read.
 
-use super::try_read;
+use super::common::table;
+use super::{told, try_read};
 use gonio::brdf::{Channels, Wavelengths};
 use gonio::formats::{self, Format, READ_READINGS, Readings, WRITE_READINGS};
 use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::measurement::{About, Details, Flags, Measurement, Outcome};
-use gonio::parametrization;
-use gonio::schedule::{
-    AngleUnit, Assume, Azimuth, Conventions, Pose, Quantity, Schedule, Sequence,
-};
+use gonio::schedule::{AngleUnit, Assume, Conventions, Pose, Schedule, Sequence};
 use std::sync::Arc;
 
 fn format(name: &str) -> Format {
@@ -17,9 +15,7 @@ fn format(name: &str) -> Format {
 
 /// Readings at a few lights, some of which have none.
 fn measured(channels: Channels) -> Measurement {
-    let form = parametrization::find("spherical")
-        .unwrap()
-        .form(Symmetry::NONE);
+    let form = crate::common::form("spherical", Symmetry::NONE);
     let pose = |k: usize| {
         let x = k as f64;
         let light = (k / 5) as f64;
@@ -205,85 +201,26 @@ fn a_header_of_astm_says_what_columns_are() {
 
 #[test]
 fn what_cannot_be_is_refused_with_its_line() {
-    let cases = [
-        (
-            PAB,
-            "DSF",
-            "BTDF",
-            "m.csv:3: #format theta phi BTDF: allowed are BRDF, BSDF and DSF",
-        ),
-        (
-            PAB,
-            "CIE-Y",
-            "RGB",
-            "m.csv:5: #colorimetry RGB: allowed are CIE-Y and CIE-XYZ",
-        ),
-        (
-            PAB,
-            "#incident_angle 30 90\n",
-            "",
-            "the line #intheta is missing before this row",
-        ),
-        (PAB, "30 90", "30 x", "allowed are two numbers of degrees"),
-        (
-            PAB,
-            "270 0.25",
-            "270",
-            "m.csv:7: 2 cells where the header asks for 3",
-        ),
-        (
-            PAB,
-            "0 0 1\n",
-            "0 0 1 1\n",
-            "m.csv:8: 4 cells where the header asks for 3",
-        ),
-        (
-            PAB,
-            "file\t3",
-            "file\t2",
-            "m.csv:6: #datapoints_in_file 2: 3 rows are there",
-        ),
-        (
-            PAB,
-            "file\t3",
-            "file\t4",
-            "#datapoints_in_file 4: 3 rows are there; --partial reads up to the cut",
-        ),
-        (
-            PAB,
-            "0.25",
-            "1e400",
-            "m.csv:7: 1e400: allowed is a finite number",
-        ),
-        (ASTM, "theta_s", "theta_o", "m.csv:3: VARS lacks theta_s"),
-        (
-            ASTM,
-            "400nm",
-            "R",
-            "VARS names the values R,500nm; allowed: R,G,B",
-        ),
-        (ASTM, "500nm", "300nm", "VARS: wavelengths_nm = 300"),
-        (
-            ASTM,
-            "POINTS 2",
-            "POINTS two",
-            "m.csv:2: NUM_POINTS two: allowed is a whole number",
-        ),
-        (
-            ASTM,
-            "POINTS 2",
-            "POINTS 3",
-            "NUM_POINTS 3: 2 rows are there; --partial reads up to the cut",
-        ),
-        (
-            ASTM,
-            "3.1,1.5,2.5",
-            "3.1,1.5",
-            "m.csv:4: 5 cells where VARS names 6",
-        ),
-        (ASTM, "0.5,0,", "2,0,", ""),
-    ];
-    for (text, old, new, part) in cases {
+    for [text, old, new, part] in table(
+        r#"
+        PAB | DSF | BTDF | m.csv:3: #format theta phi BTDF: allowed are BRDF, BSDF and DSF
+        PAB | CIE-Y | RGB | m.csv:5: #colorimetry RGB: allowed are CIE-Y and CIE-XYZ
+        PAB | #incident_angle 30 90\n |  | the line #intheta is missing before this row
+        PAB | 30 90 | 30 x | allowed are two numbers of degrees
+        PAB | 270 0.25 | 270 | m.csv:7: 2 cells where the header asks for 3
+        PAB | 0 0 1\n | 0 0 1 1\n | m.csv:8: 4 cells where the header asks for 3
+        PAB | file\t3 | file\t2 | m.csv:6: #datapoints_in_file 2: 3 rows are there
+        PAB | file\t3 | file\t4 | #datapoints_in_file 4: 3 rows are there; --partial reads up to the cut
+        PAB | 0.25 | 1e400 | m.csv:7: 1e400: allowed is a finite number
+        ASTM | theta_s | theta_o | m.csv:3: VARS lacks theta_s
+        ASTM | 400nm | R | VARS names the values R,500nm; allowed: R,G,B
+        ASTM | 500nm | 300nm | VARS: wavelengths_nm = 300
+        ASTM | POINTS 2 | POINTS two | m.csv:2: NUM_POINTS two: allowed is a whole number
+        ASTM | POINTS 2 | POINTS 3 | NUM_POINTS 3: 2 rows are there; --partial reads up to the cut
+        ASTM | 3.1,1.5,2.5 | 3.1,1.5 | m.csv:4: 5 cells where VARS names 6
+        ASTM | 0.5,0, | 2,0, |"#,
+    ) {
+        let text = if text == "PAB" { PAB } else { ASTM };
         assert!(text.contains(old), "{old}");
         let told = try_read(&text.replace(old, new), Conventions::default());
         match told {
@@ -292,10 +229,7 @@ fn what_cannot_be_is_refused_with_its_line() {
         }
     }
     for (text, what) in [(PAB, "pab-opto text"), (ASTM, "ASTM text")] {
-        let conventions = Conventions {
-            elevation: true,
-            ..Conventions::default()
-        };
+        let conventions = told("elevation");
         let told = try_read(text, conventions).err().unwrap().to_string();
         assert!(
             told.contains(&format!("--elevation: the header of {what}")),
@@ -314,10 +248,7 @@ fn each_light_has_the_rows_that_it_promises() {
         let told = try_read(&text, Conventions::default()).err().unwrap();
         let part = format!(": {rows} rows are there");
         assert!(told.to_string().contains(&part), "{told}");
-        let conventions = Conventions {
-            partial: true,
-            ..Conventions::default()
-        };
+        let conventions = super::told("partial");
         let read = try_read(&text, conventions).unwrap().measurement;
         assert_eq!(read.readings(), 2);
     }
@@ -325,11 +256,7 @@ fn each_light_has_the_rows_that_it_promises() {
 
 #[test]
 fn conventions_of_the_command_line_are_for_them_too() {
-    let conventions = Conventions {
-        azimuth: Some(Azimuth::Mirror),
-        quantity: Some(Quantity::Percent),
-        ..Conventions::default()
-    };
+    let conventions = told("azimuth=mirror quantity=percent");
     for (text, value) in [(PAB, 0.25), (ASTM, 1.5)] {
         let [plain, other] = [Conventions::default(), conventions.clone()]
             .map(|c| try_read(text, c).unwrap().measurement);

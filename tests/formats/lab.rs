@@ -1,6 +1,7 @@
 //! Tables of laboratories that are not quite what they should be.
 
-use super::{chain, try_read};
+use super::common::table;
+use super::{chain, told, try_read};
 use gonio::formats::Readings;
 use gonio::schedule::Conventions;
 
@@ -66,10 +67,7 @@ fn rows_at_the_horizon_are_passed_over() {
     let radians =
         "theta_i_rad,phi_i_rad,theta_o_rad,phi_o_rad,value\n0,0,0.1,0,1\n0,0,1.5708,0,1\n";
     assert_eq!(read(radians).measurement.readings(), 1);
-    let up = Conventions {
-        elevation: true,
-        ..Conventions::default()
-    };
+    let up = told("elevation");
     let raised = try_read(&format!("{HEAD}80,0,0,180,1\n80,0,70,180,1\n"), up).unwrap();
     assert_eq!(raised.measurement.readings(), 1);
     // One line of JSON a row.
@@ -123,27 +121,16 @@ fn a_wavelength_has_one_column() {
 #[test]
 fn lines_that_are_left_out_of_a_part_are_told() {
     let partial = |text: &str| {
-        let conventions = Conventions {
-            partial: true,
-            ..Conventions::default()
-        };
+        let conventions = told("partial");
         try_read(text, conventions).unwrap().notes
     };
-    for (rows, note) in [
-        ("10,0,20,180,1\n", "not cut: 1 row was read"),
-        (
-            "10,0,20,180,1\n10,0,30,180,1",
-            "cut: 1 row was read, line 3 is left out: it has no end, and digits may be missing from it",
-        ),
-        (
-            "10,0,20,180,1\n10,0,30\n",
-            "cut: 1 row was read, line 3 is left out",
-        ),
-        (
-            "10,0,20,180,1\n10,0,30\n10,0",
-            "cut: 1 row was read, line 3 is left out, and the next one, which has no end",
-        ),
-    ] {
+    for [rows, note] in table(
+        r"
+        10,0,20,180,1\n | not cut: 1 row was read
+        10,0,20,180,1\n10,0,30,180,1 | cut: 1 row was read, line 3 is left out: it has no end, and digits may be missing from it
+        10,0,20,180,1\n10,0,30\n | cut: 1 row was read, line 3 is left out
+        10,0,20,180,1\n10,0,30\n10,0 | cut: 1 row was read, line 3 is left out, and the next one, which has no end",
+    ) {
         assert_eq!(partial(&format!("{HEAD}{rows}")), [note]);
     }
 }
@@ -197,10 +184,7 @@ fn an_arm_may_scan_through_the_normal() {
         assert!((a.pair.omega_o.vector() - b.pair.omega_o.vector()).length() < 1e-15);
     }
     // Elevations beyond the zenith are the same.
-    let up = Conventions {
-        elevation: true,
-        ..Conventions::default()
-    };
+    let up = told("elevation");
     let raised = format!("{HEAD}120,0,140,0,1\n120,0,90,0,2\n120,10,40,10,3\n120,0,40,40,4\n");
     let raised = try_read(&raised, up).unwrap();
     assert_eq!(values(&raised), values(&b));

@@ -21,7 +21,9 @@ use gonio::formats::{self, READ_READINGS, Readings, of_text, read_readings};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{self, Parametrization, WarpSpec};
 use gonio::schedule::{self, Itinerary, Schedule, ScheduleFormat, Unreachable, Visit};
-use gonio::schedule::{Assume, Conventions, FileError, MAX_AXES, write_schedule};
+use gonio::schedule::{
+    Assume, Azimuth, Choice, Conventions, FileError, MAX_AXES, Quantity, write_schedule,
+};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -29,6 +31,29 @@ use std::sync::Arc;
 fn chain(e: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(e.source(), |e| e.source());
     causes.fold(e.to_string(), |text, e| format!("{text}; because: {e}"))
+}
+
+/// Conventions from words, those of the command line without their dashes.
+fn told(words: &str) -> Conventions {
+    fn of<T: Copy, const N: usize>(all: [Choice<T>; N], name: &str) -> Option<T> {
+        let found = all.into_iter().find(|choice| choice.name == name);
+        Some(found.expect("a name").value)
+    }
+    let mut told = Conventions::default();
+    for word in words.split_whitespace() {
+        match word.split_once('=').unwrap_or((word, "")) {
+            ("elevation", _) => told.elevation = true,
+            ("partial", _) => told.partial = true,
+            ("azimuth", name) => told.azimuth = of(Azimuth::ALL, name),
+            ("quantity", name) => told.quantity = of(Quantity::ALL, name),
+            ("columns", pairs) => {
+                let pairs = pairs.split(',').filter_map(|pair| pair.split_once('='));
+                told.columns = pairs.map(|(a, b)| (a.into(), b.into())).collect();
+            }
+            _ => panic!("{word}"),
+        }
+    }
+    told
 }
 
 /// The readings of a text in the format that it says.

@@ -1,11 +1,11 @@
 //! Measurements.
 
-use super::{FORMATS, backwards, chain, cuts, kinds, planned, schedules};
+use super::common::table;
+use super::{FORMATS, backwards, chain, kinds, planned, schedules};
 use gonio::brdf::Channels;
 use gonio::geometry::Symmetry;
 use gonio::measurement::{About, Details, Flags, Measurement, MeasurementFile, Outcome};
 use gonio::measurement::{read_measurement, write_measurement};
-use gonio::parametrization;
 use gonio::sampling::Random;
 use gonio::schedule::schedule_hash;
 use gonio::schedule::{Assume, Itinerary, Schedule, ScheduleFormat, Sequence, Unreachable};
@@ -128,24 +128,6 @@ fn a_measurement_comes_back_to_the_bit() {
                     }
                 }
             }
-        }
-    }
-}
-
-#[test]
-fn a_cut_measurement_is_refused() {
-    let form = parametrization::find("hybrid")
-        .unwrap()
-        .form(Symmetry::FULL);
-    let (measurement, itinerary) = measured(planned(&form, "grid", 60), Channels::Rgb, true);
-    let about = about(&measurement, &itinerary);
-    for format in FORMATS {
-        for sequence in [Sequence::Generated, Sequence::Visits(&itinerary)] {
-            let whole = text(&measurement, &about, sequence, format);
-            for cut in cuts(&whole) {
-                assert!(read_measurement(cut, "m", &Assume::default()).is_err());
-            }
-            read(whole.strip_suffix('\n').unwrap());
         }
     }
 }
@@ -336,9 +318,7 @@ fn readings_of_one_configuration_become_their_mean() {
         .merged();
     assert!((m.details.unwrap().type_a[0] - 0.25).abs() < 1e-15);
     // The nodes of a lattice are told apart already.
-    let form = parametrization::find("hybrid")
-        .unwrap()
-        .form(Symmetry::FULL);
+    let form = crate::common::form("hybrid", Symmetry::FULL);
     let (m, _) = measured(planned(&form, "grid", 60), Channels::Rgb, true);
     let (again, n) = m.clone().merged();
     assert_eq!(n.poses, 0);
@@ -348,72 +328,24 @@ fn readings_of_one_configuration_become_their_mean() {
 #[test]
 fn what_is_no_measurement_is_refused_with_its_line() {
     let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
-    for (more, rows, line, part) in [
-        ("", "1,2,3,4", 1, "there must be one kind of values"),
-        (
-            ",value,value_cos",
-            "1,2,3,4,5,6",
-            1,
-            "there must be one kind of values",
-        ),
-        (
-            ",value_r,value_g",
-            "1,2,3,4,5,6",
-            1,
-            "there must be one kind of values",
-        ),
-        (
-            ",value_nits",
-            "1,2,3,4,5",
-            1,
-            "column \"value_nits\" is not known",
-        ),
-        (
-            ",value",
-            "1,2,3,4,x",
-            2,
-            "value = x: allowed is a finite number",
-        ),
-        (
-            ",value,flags",
-            "1,2,3,4,5,dirty",
-            2,
-            "\"dirty\" is no flag; allowed are saturated",
-        ),
-        (",value,flags", "1,2,3,4,5,no-data", 2, "says there is none"),
-        (",value,flags", "1,2,3,4,,no-data;occluded", 2, "one reason"),
-        (
-            ",value,flags",
-            "1,2,3,4,,unreachable:tired",
-            2,
-            "light-elevation",
-        ),
-        (
-            ",value,type_a",
-            "1,2,3,4,5,-2",
-            2,
-            "type_a = -2: allowed is a number from 0",
-        ),
-        (
-            ",value,attempt",
-            "1,2,3,4,5,0",
-            2,
-            "attempt = 0: allowed is a whole number from 1",
-        ),
-        (
-            ",value,attempt",
-            "1,2,3,4,5,2\n1,2,3,4,6,2",
-            3,
-            "this pose is that of line 2 with the same attempt",
-        ),
-        (
-            ",value,index",
-            "1,2,3,4,5,0\n1,2,3,9,6,0",
-            3,
-            "this index is that of line 2",
-        ),
-        (",value", "1,2,95,4,5", 2, "theta_o_deg = 95"),
-    ] {
+    for [more, rows, line, part] in table(
+        r#"
+        | 1,2,3,4 | 1 | there must be one kind of values
+        ,value,value_cos | 1,2,3,4,5,6 | 1 | there must be one kind of values
+        ,value_r,value_g | 1,2,3,4,5,6 | 1 | there must be one kind of values
+        ,value_nits | 1,2,3,4,5 | 1 | column "value_nits" is not known
+        ,value | 1,2,3,4,x | 2 | value = x: allowed is a finite number
+        ,value,flags | 1,2,3,4,5,dirty | 2 | "dirty" is no flag; allowed are saturated
+        ,value,flags | 1,2,3,4,5,no-data | 2 | says there is none
+        ,value,flags | 1,2,3,4,,no-data;occluded | 2 | one reason
+        ,value,flags | 1,2,3,4,,unreachable:tired | 2 | light-elevation
+        ,value,type_a | 1,2,3,4,5,-2 | 2 | type_a = -2: allowed is a number from 0
+        ,value,attempt | 1,2,3,4,5,0 | 2 | attempt = 0: allowed is a whole number from 1
+        ,value,attempt | 1,2,3,4,5,2\n1,2,3,4,6,2 | 3 | this pose is that of line 2 with the same attempt
+        ,value,index | 1,2,3,4,5,0\n1,2,3,9,6,0 | 3 | this index is that of line 2
+        ,value | 1,2,95,4,5 | 2 | theta_o_deg = 95"#,
+    ) {
+        let line = line.parse().unwrap();
         let text = format!("{head}{more}\n{rows}\n");
         let e = read_measurement(&text, "m.csv", &Assume::default())
             .err()

@@ -9,8 +9,8 @@ use gonio::formats::{
 use gonio::geometry::Symmetry;
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::About;
+use gonio::registry;
 use gonio::schedule::{AngleUnit, Assume, Azimuth, Quantity, Sequence};
-use gonio::{parametrization, registry};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
@@ -86,9 +86,7 @@ fn what_is_not_known_is_refused_with_what_is_allowed() {
 
 #[test]
 fn every_text_is_recognised_and_read_by_what_wrote_it() {
-    let form = parametrization::find("hybrid")
-        .unwrap()
-        .form(Symmetry::FULL);
+    let form = crate::common::form("hybrid", Symmetry::FULL);
     let schedule = Arc::new(planned(&form, "grid", 40));
     let lambert = brdf::all().swap_remove(0);
     let truth = registry::read_text(&lambert, "albedo = 0.5").unwrap();

@@ -1,5 +1,6 @@
 //! Schedules.
 
+use super::common::table;
 use super::{FORMATS, backwards, chord, cuts, planned, schedules, text};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization;
@@ -277,102 +278,39 @@ fn the_reader_may_choose_the_coordinates() {
 #[test]
 fn what_is_no_schedule_is_refused_with_its_line() {
     let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n";
-    let cases: [(&str, Option<usize>, &str); 28] = [
-        ("", None, "names the columns"),
-        (head, None, "there is no row"),
-        (
-            "# sample_set = \"grid\"\n# unphysical_share = 1e12\nH1,2,3,4\n",
-            Some(2),
-            "unphysical_share = 1000000000000: allowed is a number in [0, 1]",
-        ),
-        (
-            "theta_i_deg,phi_i_deg,theta_o_deg\n1,2,3\n",
-            Some(1),
-            "column phi_o_deg is missing",
-        ),
-        (
-            "H,light\n1,2,3,4,5\n",
-            Some(1),
-            "column \"light\" is not known; allowed: index, theta_i_deg",
-        ),
-        // A cell ends with its line, whatever is open.
-        (
-            "H1,2,3,4\n\n1,\"2,3,4\n1,2,3,4\n",
-            Some(4),
-            "a quote is not closed",
-        ),
-        ("H1,2,3,\"4", Some(2), "a quote is not closed"),
-        ("H1,2,3,4\0\n", Some(2), "allowed is a finite number"),
-        ("H\n1,2,3\n", Some(3), "3 cells where there are 4 columns"),
-        (
-            "H\n1,2,3,4,5\n",
-            Some(3),
-            "5 cells where there are 4 columns",
-        ),
-        (
-            "H1,2,3,4\n1,2,NaN,4\n",
-            Some(3),
-            "theta_o_deg is empty or NaN",
-        ),
-        ("H1,2,3,4\n1,inf,3,4\n", Some(3), "phi_i_deg = inf"),
-        ("H1,2,3,4\n1,two,3,4\n", Some(3), "phi_i_deg = two"),
-        ("H1,2,3,4\n1,,3,4\n", Some(3), "phi_i_deg is empty"),
-        (
-            "H90,2,3,4\n",
-            Some(2),
-            "theta_i_deg = 90: allowed is a number in (-90, 90)",
-        ),
-        ("H1,2,89.9999999,4\n", Some(2), "theta_o_deg = 89.9999999"),
-        ("H-91,2,3,4\n", Some(2), "theta_i_deg = -91"),
-        (
-            "H1,2,3,361\n",
-            Some(2),
-            "phi_o_deg = 361: allowed is a number in [-360, 360]",
-        ),
-        (
-            "H1,2,3,4\n5,6,7,8\n\n1,2,3,4.00000000001\n",
-            Some(5),
-            "this pose is that of line 2",
-        ),
-        ("H1,2,3,4\n1,362,3,4\n", Some(3), "phi_i_deg = 362"),
-        (
-            "H1,-358,3,4\n1,2,3,4\n",
-            Some(3),
-            "this pose is that of line 2",
-        ),
-        (
-            "index,H0,1,2,3,4\n0,5,6,7,8\n",
-            Some(3),
-            "this index is that of line 2",
-        ),
-        (
-            "index,H0.5,1,2,3,4\n",
-            Some(2),
-            "index = 0.5: allowed is a whole number",
-        ),
-        (
-            "# rows = 3\n# sample_set = \"grid\"\nH1,2,3,4\n",
-            None,
-            "1 rows where the header promises 3",
-        ),
-        (
-            "# parametrization = \"cube\"\nH1,2,3,4\n",
-            Some(1),
-            "allowed are spherical, half-difference",
-        ),
-        ("# symmetry = 7\nH1,2,3,4\n", Some(1), "symmetry = 7"),
-        (
-            "{\"theta_i_deg\":1,\"phi_i_deg\":2,\"theta_o_deg\":3,\"phi_o_deg\":4}\n{\"theta_i_deg\":1,",
-            Some(2),
-            "no JSON object",
-        ),
-        (
-            "{\"theta_i_deg\":1,\"phi_i_deg\":2,\"theta_o_deg\":3,\"phi_o_deg\":\"4\"}\n",
-            Some(1),
-            "phi_o_deg = \"4\"",
-        ),
-    ];
-    for (text, line, part) in cases {
+    for [text, line, part] in table(
+        r#"
+        | - | names the columns
+        H | - | there is no row
+        # sample_set = "grid"\n# unphysical_share = 1e12\nH1,2,3,4\n | 2 | unphysical_share = 1000000000000: allowed is a number in [0, 1]
+        theta_i_deg,phi_i_deg,theta_o_deg\n1,2,3\n | 1 | column phi_o_deg is missing
+        H,light\n1,2,3,4,5\n | 1 | column "light" is not known; allowed: index, theta_i_deg
+        H1,2,3,4\n\n1,"2,3,4\n1,2,3,4\n | 4 | a quote is not closed
+        H1,2,3,"4 | 2 | a quote is not closed
+        H1,2,3,4ZERO\n | 2 | allowed is a finite number
+        H\n1,2,3\n | 3 | 3 cells where there are 4 columns
+        H\n1,2,3,4,5\n | 3 | 5 cells where there are 4 columns
+        H1,2,3,4\n1,2,NaN,4\n | 3 | theta_o_deg is empty or NaN
+        H1,2,3,4\n1,inf,3,4\n | 3 | phi_i_deg = inf
+        H1,2,3,4\n1,two,3,4\n | 3 | phi_i_deg = two
+        H1,2,3,4\n1,,3,4\n | 3 | phi_i_deg is empty
+        H90,2,3,4\n | 2 | theta_i_deg = 90: allowed is a number in (-90, 90)
+        H1,2,89.9999999,4\n | 2 | theta_o_deg = 89.9999999
+        H-91,2,3,4\n | 2 | theta_i_deg = -91
+        H1,2,3,361\n | 2 | phi_o_deg = 361: allowed is a number in [-360, 360]
+        H1,2,3,4\n5,6,7,8\n\n1,2,3,4.00000000001\n | 5 | this pose is that of line 2
+        H1,2,3,4\n1,362,3,4\n | 3 | phi_i_deg = 362
+        H1,-358,3,4\n1,2,3,4\n | 3 | this pose is that of line 2
+        index,H0,1,2,3,4\n0,5,6,7,8\n | 3 | this index is that of line 2
+        index,H0.5,1,2,3,4\n | 2 | index = 0.5: allowed is a whole number
+        # rows = 3\n# sample_set = "grid"\nH1,2,3,4\n | - | 1 rows where the header promises 3
+        # parametrization = "cube"\nH1,2,3,4\n | 1 | allowed are spherical, half-difference
+        # symmetry = 7\nH1,2,3,4\n | 1 | symmetry = 7
+        {"theta_i_deg":1,"phi_i_deg":2,"theta_o_deg":3,"phi_o_deg":4}\n{"theta_i_deg":1, | 2 | no JSON object
+        {"theta_i_deg":1,"phi_i_deg":2,"theta_o_deg":3,"phi_o_deg":"4"}\n | 1 | phi_o_deg = "4""#,
+    ) {
+        let line: Option<usize> = line.parse().ok();
+        let text = text.replace("ZERO", "\0");
         let text = text.replace("H,", &head.replace('\n', ","));
         let text = text.replace('H', head);
         let e = read_schedule(&text, "f.csv", &assumed())

@@ -1,99 +1,14 @@
 //! Every line that is written is what the JSON Schema says.
 
+use super::common::json_schema;
 use super::measurements::{about, measured, text as measurement_text};
 use super::{backwards, kinds, schedules, text};
 use gonio::measurement::measurement_schema;
 use gonio::schedule::{ScheduleFormat, Sequence, schedule_schema};
 use serde_json::{Value, json};
 
-/// Checks a value against the part of JSON Schema that ours use; anything else panics.
 fn valid(schema: &Value, value: &Value) -> Result<(), String> {
-    let mut left = Vec::new();
-    for (key, rule) in schema.as_object().unwrap() {
-        match key.as_str() {
-            "$schema" | "title" | "description" | "format" => {}
-            "oneOf" => {
-                let all = rule.as_array().unwrap();
-                let results: Vec<_> = all.iter().map(|s| valid(s, value)).collect();
-                if results.iter().filter(|r| r.is_ok()).count() != 1 {
-                    return Err(format!("{results:?}"));
-                }
-            }
-            "type" => {
-                let types = match rule {
-                    Value::Array(types) => types.clone(),
-                    one => vec![one.clone()],
-                };
-                let is = |t: &Value| match t.as_str().unwrap() {
-                    "object" => value.is_object(),
-                    "number" => value.is_number(),
-                    "integer" => value.is_u64() || value.is_i64(),
-                    "string" => value.is_string(),
-                    "null" => value.is_null(),
-                    other => panic!("type {other}"),
-                };
-                if !types.iter().any(is) {
-                    return Err(format!("{value} is no {rule}"));
-                }
-            }
-            "minimum" | "maximum" | "exclusiveMaximum" => {
-                let Some(x) = value.as_f64() else { continue };
-                let limit = rule.as_f64().unwrap();
-                let good = match key.as_str() {
-                    "minimum" => x >= limit,
-                    "maximum" => x <= limit,
-                    _ => x < limit,
-                };
-                if !good {
-                    return Err(format!("{x}: {key} {limit}"));
-                }
-            }
-            "required" => {
-                for name in rule.as_array().unwrap() {
-                    if value.get(name.as_str().unwrap()).is_none() {
-                        return Err(format!("{name} is missing"));
-                    }
-                }
-            }
-            "properties" | "patternProperties" | "additionalProperties" => left.push(key.as_str()),
-            other => panic!("{other} is not checked"),
-        }
-    }
-    let Some(object) = value.as_object().filter(|_| !left.is_empty()) else {
-        return Ok(());
-    };
-    for (name, cell) in object {
-        let mut known = false;
-        if let Some(rule) = schema["properties"].get(name) {
-            valid(rule, cell)?;
-            known = true;
-        }
-        for (pattern, rule) in schema["patternProperties"]
-            .as_object()
-            .into_iter()
-            .flatten()
-        {
-            // The only patterns are an ending, and a decimal between a start and an ending.
-            let ending = pattern.strip_suffix('$').unwrap();
-            let fits = match ending.split_once("[0-9.]+") {
-                None => name.ends_with(ending),
-                Some((start, ending)) => {
-                    let start = start.strip_prefix('^').unwrap();
-                    let rest = name.strip_prefix(start);
-                    let number = rest.and_then(|rest| rest.strip_suffix(ending));
-                    number.is_some_and(|n| !n.is_empty() && n.parse::<f64>().is_ok())
-                }
-            };
-            if fits {
-                valid(rule, cell)?;
-                known = true;
-            }
-        }
-        if !known && schema["additionalProperties"] == json!(false) {
-            return Err(format!("{name} is not known"));
-        }
-    }
-    Ok(())
+    json_schema::valid(schema, schema, value)
 }
 
 fn check_lines(schema: &Value, text: &str) {

@@ -81,9 +81,7 @@ fn a_reading_counts_for_the_pose_it_is_of() {
         }
     }
     // Of two poses within reach the nearer one is visited.
-    let form = parametrization::find("spherical")
-        .unwrap()
-        .form(symmetries()[0]);
+    let form = crate::common::form("spherical", symmetries()[0]);
     let mut schedule = planned(&form, "sobol", 2);
     let at = |theta: f64| DirectionPair::from_spherical(0.5, 0.0, theta, 0.0);
     for (pose, theta) in schedule.poses.iter_mut().zip([0.7, 0.7004]) {

@@ -14,7 +14,7 @@ const EXACT: f64 = 1e-12;
 /// How far the pair that the positions make is from the one that was asked for.
 fn error(machine: &Machine, pair: &DirectionPair, free: bool, positions: &Positions) -> f64 {
     let made = machine.forward(positions);
-    if free || machine.class().isotropic_only() {
+    if free || machine.class().isotropic_only {
         distance(&turned_onto(&made, pair), pair)
     } else {
         distance(&made, pair)
@@ -123,7 +123,7 @@ fn every_solution_makes_the_pair() {
             let pair = random_pair(&random, i);
             largest = largest.max(worst(&machine, &pair));
         }
-        let name = machine.class().name();
+        let name = machine.class().name;
         println!("{name}: worst error of random pairs {largest:.1e} rad");
         assert!(largest < EXACT, "{name}: {largest:e}");
     }
@@ -134,7 +134,7 @@ fn degenerate_pairs_are_made_as_well() {
     let pairs = degenerate();
     for machine in machines() {
         let machine = machine.without_limits();
-        let name = machine.class().name();
+        let name = machine.class().name;
         let mut largest: f64 = 0.0;
         for pair in &pairs {
             let error = worst(&machine, pair);
@@ -159,7 +159,7 @@ fn degenerate_pairs_are_made_as_well() {
 #[test]
 fn places_within_limits_make_the_pair() {
     for (machine, spec) in machines().iter().zip(specs()) {
-        let name = machine.class().name();
+        let name = machine.class().name;
         let random = Random::new(12);
         let (mut reached, mut i, mut largest) = (0, 0, 0.0_f64);
         while reached < 100_000 {
@@ -207,7 +207,7 @@ fn positions_that_come_from_a_pair_go_back_to_it() {
             assert!(
                 error < EXACT,
                 "{}: {error:e} at {positions:?}",
-                machine.class().name()
+                machine.class().name
             );
         }
     }
@@ -237,7 +237,7 @@ fn the_chain_agrees_with_rotations_by_hand() {
             let u: [f64; MAX_AXES] = random.point(i);
             let q = u.map(|u| TAU * (u - 0.5));
             // Light and sensor in the lab, then back into the sample's frame.
-            let (light, sensor) = match machine.class().name() {
+            let (light, sensor) = match machine.class().name {
                 "fixed-detector-3-axis" => {
                     let back = |v| about_x(-q[2], about_y(-q[1], v));
                     (back(about_y(q[0], z)), back(z))
@@ -260,7 +260,7 @@ fn the_chain_agrees_with_rotations_by_hand() {
             let made = machine.forward(&q);
             for (found, expected) in [(made.omega_i, light), (made.omega_o, sensor)] {
                 for (f, e) in found.vector().to_array().into_iter().zip(expected) {
-                    assert!((f - e).abs() < 1e-14, "{}", machine.class().name());
+                    assert!((f - e).abs() < 1e-14, "{}", machine.class().name);
                 }
             }
         }
@@ -284,7 +284,7 @@ fn what_turns_the_sample_rests_for_isotropic_materials() {
     let random = Random::new(15);
     for machine in machines() {
         let machine = machine.without_limits();
-        let resting = match machine.class().name() {
+        let resting = match machine.class().name {
             "fixed-detector-3-axis" => continue,
             "fixed-source-4-axis" => 1,
             "dual-arm-turntable" => 0,
@@ -300,7 +300,7 @@ fn what_turns_the_sample_rests_for_isotropic_materials() {
             let p = machine.place(&pair, false).unwrap();
             moved += usize::from(p[resting].abs() > 0.01);
         }
-        assert!(moved > 900, "{}: {moved}", machine.class().name());
+        assert!(moved > 900, "{}: {moved}", machine.class().name);
     }
 }
 
@@ -308,7 +308,7 @@ fn what_turns_the_sample_rests_for_isotropic_materials() {
 fn the_cornell_arm_stands_at_twice_the_difference_angle() {
     let mut spec = specs().remove(0);
     let free = Machine::new(&spec).unwrap().without_limits();
-    assert_eq!(free.class().name(), "fixed-detector-3-axis");
+    assert_eq!(free.class().name, "fixed-detector-3-axis");
     let random = Random::new(16);
     for i in 0..10_000 {
         let pair = random_pair(&random, i);

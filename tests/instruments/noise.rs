@@ -1,12 +1,12 @@
 //! What a session states about its readings is what they do.
 
-use crate::common::{model, model_in};
+use crate::common::{material, model};
 use gonio::brdf::{Brdf, Channels};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Bench, Ideal, Instrument, InstrumentSpec, Order, Parts};
 use gonio::measurement::{Details, Flags, Measurement};
 use gonio::schedule::{Itinerary, Pose, Schedule};
-use gonio::{parametrization, registry, schedule};
+use gonio::{registry, schedule};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -35,9 +35,7 @@ fn quiet() -> InstrumentSpec {
 }
 
 fn schedule_of(pairs: impl Iterator<Item = DirectionPair>) -> Arc<Schedule> {
-    let form = parametrization::find("spherical")
-        .expect("a chart")
-        .form(Symmetry::FULL);
+    let form = crate::common::form("spherical", Symmetry::FULL);
     let sets = schedule::all();
     let sobol = sets.iter().find(|e| e.kind == "sobol").expect("a set");
     let sobol = registry::read_text(sobol, "").expect("its defaults");
@@ -311,9 +309,7 @@ fn bracketing_recovers_six_decades() {
 }
 
 fn poses(n: usize) -> Arc<Schedule> {
-    let form = parametrization::find("spherical")
-        .expect("a chart")
-        .form(Symmetry::FULL);
+    let form = crate::common::form("spherical", Symmetry::FULL);
     let sets = schedule::all();
     let sobol = sets.iter().find(|e| e.kind == "sobol").expect("a set");
     let sobol = registry::read_text(sobol, "").expect("its defaults");
@@ -323,16 +319,14 @@ fn poses(n: usize) -> Arc<Schedule> {
 #[test]
 fn one_thread_or_two_the_same_bits() {
     let schedule = poses(700);
-    let brdf = model_in(Channels::Rgb, "ggx", "alpha = 0.1");
+    let brdf = material("ggx", "alpha = 0.1", Channels::Rgb);
     for spec in super::specs() {
         let bench = Bench::new(&spec, Parts::ALL, 3).expect("an instrument");
         let mut itinerary = bench.plan(&schedule, Order::Sorted);
         let run = |threads: usize, itinerary: &Itinerary| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .expect("a pool");
-            pool.install(|| bench.session(itinerary, 9).measure(&*brdf, &schedule))
+            crate::common::on_threads(threads, || {
+                bench.session(itinerary, 9).measure(&*brdf, &schedule)
+            })
         };
         let (one, two) = (run(1, &itinerary), run(2, &itinerary));
         let bits = |m: &Measurement| m.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
@@ -361,7 +355,7 @@ fn with_every_part_off_a_bench_is_ideal() {
         let itinerary = bench.plan(&schedule, Order::AsGenerated);
         assert!(itinerary.unreachable.is_empty());
         for channels in [Channels::Luminance, Channels::Rgb] {
-            let brdf = model_in(channels, "ggx", "alpha = 0.05");
+            let brdf = material("ggx", "alpha = 0.05", channels);
             let got = bench.session(&itinerary, 1).measure(&*brdf, &schedule);
             let want = Ideal.measure(&*brdf, &schedule);
             assert_eq!(got.values, want.values);
@@ -411,9 +405,7 @@ fn one_seed_for_everything_draws_independent_errors() {
     }
     // Of a reading and of the place of its pose, over poses of a random set.
     let seed = 7;
-    let form = gonio::parametrization::find("spherical")
-        .expect("a parametrization")
-        .form(gonio::geometry::Symmetry::FULL);
+    let form = crate::common::form("spherical", gonio::geometry::Symmetry::FULL);
     let sets = gonio::schedule::all();
     let random = sets.iter().find(|e| e.kind == "random").expect("a set");
     let random = gonio::registry::read_text(random, "").expect("no keys");

@@ -1,6 +1,6 @@
 //! Averages over both apertures: closed forms, brute force, and what they do to a lobe.
 
-use crate::common::{Level, levels, model};
+use crate::common::{Level, levels, made, model};
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels, Presence};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
@@ -16,27 +16,15 @@ levels! {
     any_aperture_at_any_elevation_comes_to_an_end: "thorough: every aperture at every elevation";
 }
 
-/// A BRDF of one formula.
-struct Formula<F>(F);
-
-impl<F: Fn(&DirectionPair) -> f64 + Send + Sync> Brdf for Formula<F> {
-    fn channels(&self) -> &Channels {
-        &Channels::Luminance
-    }
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::NONE
-    }
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        out[0] = if pair.is_above_horizon() {
-            (self.0)(pair)
+/// A BRDF of one formula, 0 below the horizon.
+fn formula(f: impl Fn(&DirectionPair) -> f64 + Send + Sync) -> impl Brdf {
+    made(Symmetry::NONE, move |pair| {
+        Some([if pair.is_above_horizon() {
+            f(pair)
         } else {
             0.0
-        };
-        Presence::Present
-    }
+        }])
+    })
 }
 
 fn deg(x: f64) -> f64 {
@@ -158,8 +146,8 @@ fn a_constant_is_itself_even_where_the_horizon_cuts() {
 
 #[test]
 fn cosines_have_their_closed_forms() {
-    let of_sensor = Formula(|p: &DirectionPair| p.omega_o.cos_theta());
-    let of_light = Formula(|p: &DirectionPair| p.omega_i.cos_theta());
+    let of_sensor = formula(|p| p.omega_o.cos_theta());
+    let of_light = formula(|p| p.omega_i.cos_theta());
     for a in [0.3, 2.0, 8.0].map(deg) {
         for theta in [0.0, 0.4, 1.0, 1.3] {
             let pair = DirectionPair::from_spherical(theta, 0.3, 1.2, 2.0);
@@ -401,7 +389,7 @@ fn apertures_widen_a_lobe_by_their_second_moments(level: Level) {
     let point = Optics::new(0.0, 0.0, Tolerance::default());
     for half_width in level.of(vec![0.015], vec![0.002, 0.005, 0.015, 0.04]) {
         // In the half vector; the sensor moves by twice the angle.
-        let lobe = Formula(move |p: &DirectionPair| {
+        let lobe = formula(move |p| {
             let h = p.half();
             let slope2 = (h.x * h.x + h.y * h.y) / (h.z * h.z);
             (-0.5 * slope2 / (half_width * half_width)).exp()
@@ -437,26 +425,6 @@ fn apertures_widen_a_lobe_by_their_second_moments(level: Level) {
 
 #[test]
 fn data_that_are_missing_are_left_out() {
-    struct Holed(f64);
-    impl Brdf for Holed {
-        fn channels(&self) -> &Channels {
-            &Channels::Rgb
-        }
-        fn symmetry(&self) -> Symmetry {
-            Symmetry::FULL
-        }
-        fn conserves_energy(&self) -> bool {
-            true
-        }
-        fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-            out.copy_from_slice(&[0.25, 0.5, 0.0]);
-            if pair.omega_o.theta() < self.0 {
-                Presence::Missing
-            } else {
-                Presence::Present
-            }
-        }
-    }
     let pair = DirectionPair::from_spherical(0.5, 0.0, 0.6, 1.0);
     let optics = Optics::new(0.02, 0.02, Tolerance::default());
     let mut work = Workspace::default();
@@ -467,7 +435,10 @@ fn data_that_are_missing_are_left_out() {
         (0.61, true),
         (0.7, false),
     ] {
-        let got = optics.average(&Holed(hole), &pair, &mut work);
+        let holed = made(Symmetry::FULL, |p| {
+            (p.omega_o.theta() >= hole).then_some([0.25, 0.5, 0.0])
+        });
+        let got = optics.average(&holed, &pair, &mut work);
         assert_eq!(got.is_some(), some, "{hole}");
         if let Some(got) = got {
             for (value, want) in got.value.into_iter().zip([0.25, 0.5, 0.0]) {
@@ -513,14 +484,14 @@ fn spots_are_compared_along_and_across() {
 
 /// A BRDF that keeps the range of its values within the apertures, and refuses more of them than an
 /// average may cost.
-struct Watched<'a> {
+struct ObservedBrdf<'a> {
     of: &'a dyn Brdf,
     pair: DirectionPair,
     apertures: [f64; 2],
     seen: Mutex<(usize, [f64; 2])>,
 }
 
-impl Brdf for Watched<'_> {
+impl Brdf for ObservedBrdf<'_> {
     fn channels(&self) -> &Channels {
         self.of.channels()
     }
@@ -584,7 +555,7 @@ fn any_aperture_at_any_elevation_comes_to_an_end(level: Level) {
                     let pair =
                         DirectionPair::from_spherical(theta, 0.3, theta - tilt, 0.3 + turn + aside);
                     let case = format!("{kind} {text} {theta} {a:?} {turn} {tilt:e} {aside:e}");
-                    let watched = Watched {
+                    let watched = ObservedBrdf {
                         of: &*brdf,
                         pair,
                         apertures: a,

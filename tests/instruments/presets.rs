@@ -10,7 +10,7 @@ fn there_is_one_preset_a_class_and_every_file_is_one() {
     let presets = instrument::presets();
     let classes = instrument::classes();
     let used: Vec<_> = specs().into_iter().map(|spec| spec.class).collect();
-    let names: Vec<_> = classes.iter().map(|class| class.name()).collect();
+    let names: Vec<_> = classes.iter().map(|class| class.name).collect();
     assert_eq!(used, names);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/instruments");
     let files = fs::read_dir(folder).unwrap();

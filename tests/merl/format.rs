@@ -1,10 +1,10 @@
 //! Bytes in: what is kept, what is refused, and what a config says.
 
-use super::{cells, file, grey, ulps};
-use gonio::brdf::measured::merl::{Merl, MerlError, MerlGrid, SCALE, check};
-use gonio::brdf::{self, BuildError, Channels};
+use super::{cells, file, ulps};
+use gonio::brdf::measured::TableError;
+use gonio::brdf::measured::merl::{Merl, MerlGrid, SCALE, check};
+use gonio::brdf::{self, Channels};
 use gonio::{numeric, registry};
-use std::path::Path;
 use std::sync::LazyLock;
 
 const GRID: MerlGrid = MerlGrid::RECIPROCAL;
@@ -72,25 +72,25 @@ fn streams_of_another_length_are_refused() {
     let whole = grey_file();
     let expected = GRID.file_len();
     for found in [0, 1, 11] {
-        match Merl::read(&whole[..found], Channels::Rgb) {
-            Err(MerlError::NoHeader { found: f }) => assert_eq!(f, found as u64),
-            other => panic!("{other:?}"),
-        }
+        let error = Merl::read(&whole[..found], Channels::Rgb).unwrap_err();
+        let text = format!(
+            "not a MERL file: found {found} bytes, expected a header of 12 and three planes"
+        );
+        assert!(matches!(error, TableError::Malformed(why) if why == text));
     }
     for found in [12, 13, 11_664_012, 20_000_000, whole.len() - 1] {
         for channels in [Channels::Luminance, Channels::Rgb] {
             let error = Merl::read(&whole[..found], channels).unwrap_err();
-            assert!(matches!(error, MerlError::Length { found: f, .. } if f == found as u64));
-            let text = error.to_string();
-            assert!(text.contains(&found.to_string()) && text.contains(&expected.to_string()));
+            let text = format!("found {found} bytes, expected {expected} for a {GRID} table");
+            assert!(matches!(error, TableError::Malformed(why) if why == text));
         }
     }
     let mut long = whole.clone();
     long.push(0);
     let error = Merl::read(long.as_slice(), Channels::Luminance).unwrap_err();
-    assert!(
-        matches!(error, MerlError::TooLong { grid: GRID }),
-        "{error}"
+    assert_eq!(
+        error.to_string(),
+        format!("found more data after the {expected} bytes expected for a {GRID} table")
     );
 }
 
@@ -116,11 +116,11 @@ fn headers_are_checked_before_anything_is_read() {
     ] {
         let bytes: Vec<u8> = dims.iter().flat_map(|d| d.to_le_bytes()).collect();
         let error = Merl::read(HeaderOnly(&bytes), Channels::Rgb).unwrap_err();
-        assert!(matches!(error, MerlError::Dims { found } if found == dims));
-        assert!(
-            error.to_string().contains("expected 90, 90, 180"),
-            "{error}"
+        let [h, d, phi] = dims;
+        let text = format!(
+            "not a MERL file: found {h}, {d}, {phi} in the header, expected 90, 90, 180 or 90, 90, 360"
         );
+        assert!(matches!(error, TableError::Malformed(why) if why == text));
     }
 }
 
@@ -153,7 +153,7 @@ fn marks_are_no_data_and_zeros_are_doubted() {
         "{remarks:?}"
     );
     for channels in [Channels::Rgb, Channels::Luminance] {
-        let table = Merl::load(&path, channels).unwrap();
+        let table = Merl::load(&path, channels, None).unwrap();
         for h in 9..16 {
             let is_there = table.value([h, 10, 10]).is_some();
             assert_eq!(is_there, matches!(h, 9 | 13 | 15), "{h}");
@@ -185,7 +185,7 @@ fn a_table_without_data_is_refused() {
         for channels in [Channels::Luminance, Channels::Rgb] {
             let bytes = file(GRID, |c, _| if c == 2 { nothing } else { 1.0 });
             let error = Merl::read(bytes.as_slice(), channels).unwrap_err();
-            assert!(matches!(error, MerlError::NoData), "{error}");
+            assert!(matches!(error, TableError::NoData(_)), "{error}");
         }
     }
 }
@@ -210,60 +210,6 @@ fn grey_file() -> Vec<u8> {
 fn spec(text: &str) -> Box<dyn brdf::BrdfSpec> {
     let table = toml::de::DeTable::parse(text).unwrap();
     brdf::read(table).unwrap()
-}
-
-/// The message about a file a config names, checked to start with the file's name.
-fn complaint(path: &Path, build: bool) -> String {
-    let spec = spec(&format!("kind = 'merl'\npath = '{}'", path.display()));
-    let result = if build {
-        spec.build(Channels::Luminance).map(drop)
-    } else {
-        spec.check(&Channels::Rgb)
-    };
-    match result {
-        Err(BuildError::Data { path: p, message }) => {
-            assert_eq!(p, path);
-            message
-        }
-        other => panic!("{other:?}"),
-    }
-}
-
-#[test]
-fn unusable_files_are_named_with_what_was_found_and_expected() {
-    let dir = tempfile::tempdir().unwrap();
-    let whole = grey_file();
-    let mut long = whole.clone();
-    long.extend([0; 5]);
-    let write = |name: &str, bytes: &[u8]| {
-        let path = dir.path().join(name);
-        std::fs::write(&path, bytes).unwrap();
-        path
-    };
-    let cases = [
-        (write("empty", &[]), "found 0 bytes"),
-        (write("short", &whole[..7]), "found 7 bytes"),
-        (
-            write("text", b"hello, this is a letter"),
-            "in the header, expected 90, 90, 180",
-        ),
-        (
-            write("cut", &whole[..34_992_011]),
-            "found 34992011 bytes, expected 34992012",
-        ),
-        (
-            write("long", &long),
-            "found 34992017 bytes, expected 34992012",
-        ),
-        (dir.path().to_owned(), "not a regular file"),
-        (dir.path().join("nowhere"), "No such file"),
-    ];
-    for (path, want) in cases {
-        for build in [false, true] {
-            let message = complaint(&path, build);
-            assert!(message.contains(want), "{message}");
-        }
-    }
 }
 
 #[test]
@@ -306,17 +252,4 @@ fn a_config_names_a_file() {
             "{wrong}"
         );
     }
-}
-
-#[test]
-fn the_variant_without_reciprocity_is_read() {
-    let grid = MerlGrid::FULL;
-    let table = grey(grid, Channels::Rgb, |cell| grid.index(cell) as f64);
-    assert_eq!(table.grid(), grid);
-    for cell in [[0, 0, 0], [3, 4, 359], [89, 89, 180]] {
-        let [r, ..] = table.value(cell).unwrap();
-        assert!((r - grid.index(cell) as f64).abs() < 1e-6);
-    }
-    use gonio::brdf::Brdf;
-    assert!(table.symmetry().isotropic && !table.symmetry().reciprocal);
 }

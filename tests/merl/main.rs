@@ -2,6 +2,8 @@
 //! is made here.
 #![cfg(feature = "experiments")]
 
+#[path = "../common/mod.rs"]
+mod common;
 mod format;
 mod lookup;
 mod writing;

@@ -1,13 +1,14 @@
 //! BRDFs out: what a cell holds, what is refused, and that the bytes are always the same.
 
+use super::common::made;
 use super::{cells, first, ulps};
-use gonio::brdf::measured::TabulatedSpec;
-use gonio::brdf::measured::merl::{
-    Interpolation, Merl, MerlError, MerlGrid, Nodes, write_merl, write_merl_file,
-};
+use gonio::brdf::measured::merl::{Interpolation, Merl, MerlGrid, Nodes, write_merl};
+use gonio::brdf::measured::{TableError, TabulatedSpec};
 use gonio::brdf::{self, Brdf, BrdfSpec, Channels, Lambert, LambertSpec, Presence, Spectrum};
+use gonio::formats::{self, Tabulation};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::registry;
+use std::path::Path;
 
 /// A smooth function with the symmetries asked for and no other; missing where `hole` says.
 struct Smooth {
@@ -112,29 +113,6 @@ fn what_is_written_is_read_back() {
     }
 }
 
-#[test]
-fn look_ups_return_the_tabulated_function() {
-    for (reciprocal, grid) in [(true, MerlGrid::RECIPROCAL), (false, MerlGrid::FULL)] {
-        let smooth = Smooth::new(Channels::Luminance, reciprocal);
-        let bytes = written(&smooth, grid);
-        let table = Merl::read(bytes.as_slice(), Channels::Luminance).unwrap();
-        for i in 0..2000u32 {
-            let t = f64::from(i);
-            let pair = DirectionPair::from_spherical(
-                (t * 0.618).fract() * 1.4,
-                t,
-                (t * 0.414).fract() * 1.4,
-                2.3 * t,
-            );
-            for pair in [pair, pair.swapped()] {
-                let [want, ..] = smooth.values(&pair);
-                let got = first(&table, &pair).unwrap();
-                assert!((got - want).abs() < 3e-4, "{pair:?}: {got} {want}");
-            }
-        }
-    }
-}
-
 /// Whatever its cells hold: at the horizon, below it, beside cells without data.
 #[test]
 fn a_copy_of_a_table_has_its_cells() {
@@ -185,25 +163,10 @@ fn missing_data_stay_missing() {
 
 #[test]
 fn broken_promises_are_written_as_missing() {
-    struct Broken(f64);
-    impl Brdf for Broken {
-        fn channels(&self) -> &Channels {
-            &Channels::Rgb
-        }
-        fn symmetry(&self) -> Symmetry {
-            Symmetry::FULL
-        }
-        fn conserves_energy(&self) -> bool {
-            false
-        }
-        fn eval(&self, _: &DirectionPair, out: &mut [f64]) -> Presence {
-            out.copy_from_slice(&[1.0, self.0, 1.0]);
-            Presence::Present
-        }
-    }
     // The last is finite, but not once it is divided by the scale of the file.
     for broken in [-0.5, f64::NAN, f64::INFINITY, 1e306] {
-        let bytes = written(&Broken(broken), MerlGrid::RECIPROCAL);
+        let brdf = made(Symmetry::FULL, |_| Some([1.0, broken, 1.0]));
+        let bytes = written(&brdf, MerlGrid::RECIPROCAL);
         let (header, body) = bytes.split_at(12);
         assert_eq!(header.len(), 12);
         assert!(body.chunks(8).all(|b| b == (-1.0f64).to_le_bytes()));
@@ -215,25 +178,18 @@ fn a_table_refuses_what_it_cannot_hold() {
     let mut brdf = Smooth::new(Channels::Luminance, false);
     let refusal = |brdf: &Smooth, grid| write_merl(brdf, grid, &mut Vec::new()).unwrap_err();
     let error = refusal(&brdf, MerlGrid::RECIPROCAL);
-    assert!(matches!(error, MerlError::NotReciprocal));
-    assert!(
-        error.to_string().contains("90×90×360 can hold it"),
-        "{error}"
-    );
+    assert!(matches!(error, TableError::Unsuited(why) if why.contains("90×90×360 can hold it")));
     brdf.symmetry = Symmetry::ORTHOTROPIC;
     for grid in [MerlGrid::RECIPROCAL, MerlGrid::FULL] {
-        assert!(matches!(refusal(&brdf, grid), MerlError::NotIsotropic));
+        let error = refusal(&brdf, grid);
+        assert!(matches!(error, TableError::Unsuited(why) if why.contains("not isotropic")));
     }
 }
 
 #[test]
 fn the_bytes_do_not_depend_on_the_threads() {
     let brdf = Smooth::new(Channels::Rgb, true);
-    let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap()
-            .install(|| written(&brdf, MerlGrid::RECIPROCAL))
-    };
+    let on = |threads| crate::common::on_threads(threads, || written(&brdf, MerlGrid::RECIPROCAL));
     assert!(on(1) == on(2));
 }
 
@@ -250,18 +206,22 @@ fn a_file_is_whole_or_not_there() {
     };
     let grey = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
     let path = dir.path().join("grey.binary");
-    write_merl_file(&grey, MerlGrid::RECIPROCAL, &path).unwrap();
+    let write = |brdf: &dyn Brdf, path: &Path| {
+        formats::MERL.write_table.unwrap()(brdf, Tabulation::default(), path)
+    };
+    write(&grey, &path).unwrap();
     assert!(std::fs::read(&path).unwrap() == written(&grey, MerlGrid::RECIPROCAL));
     assert_eq!(names(), ["grey.binary"]);
 
     let folder = dir.path().join("folder");
     std::fs::create_dir_all(folder.join("full")).unwrap();
     for target in [folder, dir.path().join("nowhere/a.binary"), "/".into()] {
-        let error = write_merl_file(&grey, MerlGrid::RECIPROCAL, &target).unwrap_err();
-        assert!(matches!(error, MerlError::Io(_)), "{error}");
+        let error = write(&grey, &target).unwrap_err();
+        assert!(matches!(error, formats::TableError::Io(_)), "{error}");
     }
-    let brushed = Smooth::new(Channels::Luminance, false);
-    write_merl_file(&brushed, MerlGrid::RECIPROCAL, &dir.path().join("b")).unwrap_err();
+    let mut brushed = Smooth::new(Channels::Luminance, false);
+    brushed.symmetry = Symmetry::ORTHOTROPIC;
+    write(&brushed, &dir.path().join("b")).unwrap_err();
     assert_eq!(names(), ["folder", "grey.binary"]);
 
     struct Full;

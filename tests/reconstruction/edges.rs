@@ -389,9 +389,8 @@ fn batches_and_threads_change_no_bit() {
     let mut pairs: Vec<_> = (0..300).map(|i| random_pair(&random, i)).collect();
     pairs[17] = DirectionPair::new(Direction::from_spherical(2.0, 0.0), Direction::NORMAL);
     let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         let mut bits = Vec::new();
-        pool.build().unwrap().install(|| {
+        crate::common::on_threads(threads, || {
             for (channels, symmetry) in [
                 (Channels::Luminance, Symmetry::FULL),
                 (Channels::Rgb, Symmetry::ORTHOTROPIC),

@@ -1,11 +1,11 @@
 //! Fits of models: they are found again, and what is not determined is said.
 
-use super::common::{Level, levels, model};
+use super::common::{Level, errors, levels, model, table, test_pairs};
 use super::{form, measure, method};
 use gonio::brdf::{self, Brdf, Channels};
-use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::geometry::Symmetry;
 use gonio::measurement::Measurement;
-use gonio::metrics::{self, Measure, MetricsSpec};
+use gonio::metrics::Measure;
 use gonio::reconstruct::{Fit, Readings, Reconstruct, ReconstructError};
 use gonio::registry;
 use gonio::sampling::Random;
@@ -21,38 +21,22 @@ fn readings(truth: &dyn Brdf, count: usize) -> Measurement {
 }
 
 fn error(truth: &dyn Brdf, copy: &dyn Brdf) -> f64 {
-    let spec = MetricsSpec {
-        pairs: 10_000,
-        ..MetricsSpec::default()
-    };
-    let pairs: Vec<DirectionPair> = metrics::test_pairs(Measure::Lobe, &spec).unwrap();
-    let [f, g] = [truth, copy].map(|brdf| metrics::evaluate(brdf, &pairs));
-    metrics::compare(&pairs, &f, &g).nrmse.unwrap()
+    let pairs = test_pairs(Measure::Lobe, 10_000);
+    errors(truth, copy, &pairs).nrmse.unwrap()
 }
 
 /// Readings of a model, and the same kind with other numbers to begin with.
 #[test]
 fn a_model_is_found_again_from_few_readings() {
-    for (kind, truth, start) in [
-        ("ggx", "alpha = 0.15", "kind = \"ggx\", alpha = 0.5"),
-        ("ggx", "alpha = 0.02", "kind = \"ggx\", alpha = 0.3"),
-        ("beckmann", "alpha = 0.2", "kind = \"beckmann\""),
-        (
-            "ward",
-            "rho_d = 0.3\nrho_s = 0.2\nalpha = 0.1",
-            "kind = \"ward\"",
-        ),
-        (
-            "phong",
-            "rho_d = 0.2\nrho_s = 0.5\nexponent = 80.0",
-            "kind = \"phong\"",
-        ),
-        (
-            "oren-nayar",
-            "albedo = 0.4\nsigma_deg = 25.0",
-            "kind = \"oren-nayar\"",
-        ),
-    ] {
+    for [kind, truth, start] in table(
+        r#"
+        ggx | alpha = 0.15 | kind = "ggx", alpha = 0.5
+        ggx | alpha = 0.02 | kind = "ggx", alpha = 0.3
+        beckmann | alpha = 0.2 | kind = "beckmann"
+        ward | rho_d = 0.3\nrho_s = 0.2\nalpha = 0.1 | kind = "ward"
+        phong | rho_d = 0.2\nrho_s = 0.5\nexponent = 80.0 | kind = "phong"
+        oren-nayar | albedo = 0.4\nsigma_deg = 25.0 | kind = "oren-nayar""#,
+    ) {
         let truth = model(kind, truth);
         let fit = method("fit", &format!("model = {{ {start} }}"));
         for count in [16, 100] {

@@ -1,10 +1,10 @@
 //! What kriging is for: few readings anywhere.
 
-use super::common::{Level, levels, model};
+use super::common::{Level, errors, levels, model, test_pairs};
 use super::{form, measure, method};
 use gonio::brdf::Brdf;
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::metrics::{self, Measure, MetricsSpec};
+use gonio::metrics::Measure;
 use gonio::schedule::SobolSet;
 
 levels! {
@@ -12,11 +12,7 @@ levels! {
 }
 
 fn pairs() -> Vec<DirectionPair> {
-    let spec = MetricsSpec {
-        pairs: 20_000,
-        ..MetricsSpec::default()
-    };
-    metrics::test_pairs(Measure::Cosine, &spec).unwrap()
+    test_pairs(Measure::Cosine, 20_000)
 }
 
 /// Glossy, rough and matte, with and without a Fresnel factor.
@@ -42,10 +38,7 @@ fn error(
     let form = form("half-difference", Symmetry::FULL);
     let m = measure(truth, &form, &SobolSet {}, readings);
     let copy = method(kind, keys).reconstruct(&m).unwrap();
-    let values = [truth, &*copy].map(|brdf| metrics::evaluate(brdf, pairs));
-    metrics::compare(pairs, &values[0], &values[1])
-        .nrmse
-        .unwrap()
+    errors(truth, &*copy, pairs).nrmse.unwrap()
 }
 
 /// Geometric mean of ratios.

@@ -1,10 +1,10 @@
 //! Readings that nobody planned: sheets, lines, a plane, points that almost coincide, gaps, two densities.
 
-use super::common::{Level, levels};
+use super::common::{Level, levels, test_pairs};
 use super::{material, method};
 use gonio::brdf::{self, Brdf, Channels};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
-use gonio::metrics::{self, Measure, MetricsSpec};
+use gonio::metrics::{self, Measure};
 use gonio::parametrization;
 use gonio::reconstruct::{self, Coordinates, Readings, Reconstruct, values_at};
 use gonio::registry;
@@ -90,9 +90,7 @@ fn pair([theta_i, theta_o, phi]: Angles) -> DirectionPair {
 }
 
 pub fn schedule(angles: &[Angles]) -> Arc<Schedule> {
-    let form = parametrization::find("half-difference")
-        .unwrap()
-        .form(Symmetry::FULL);
+    let form = crate::common::form("half-difference", Symmetry::FULL);
     let mut poses: Vec<Pose> = Vec::new();
     for &angles in angles {
         let pair = pair(angles);
@@ -172,11 +170,7 @@ struct Bench {
 
 impl Bench {
     fn new(models: Vec<(String, Box<dyn Brdf>)>, pairs: usize) -> Self {
-        let spec = MetricsSpec {
-            pairs,
-            ..MetricsSpec::default()
-        };
-        let pairs = metrics::test_pairs(Measure::Cosine, &spec).unwrap();
+        let pairs = test_pairs(Measure::Cosine, pairs);
         let truth = |(_, m): &(String, Box<dyn Brdf>)| metrics::evaluate(&**m, &pairs).luminance;
         Self {
             truths: models.iter().map(truth).collect(),

@@ -16,12 +16,13 @@ mod symmetric;
 mod uncertainty;
 mod validation;
 
-use common::{Level, polar, symmetries};
+use common::form;
+use common::{Level, polar};
 use gonio::brdf::{Brdf, Channels, Presence};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::Measurement;
-use gonio::parametrization::{self, AxisKind, Layout, Parametrization, WarpSpec};
+use gonio::parametrization::{AxisKind, Layout, Parametrization, WarpSpec};
 use gonio::reconstruct::{self, Reconstruct};
 use gonio::registry;
 use gonio::schedule::{Grid, SampleSet, SobolSet};
@@ -109,10 +110,6 @@ fn forms(symmetries: &[Symmetry]) -> Vec<Arc<dyn Parametrization>> {
         }
     }
     forms
-}
-
-fn form(name: &str, symmetry: Symmetry) -> Arc<dyn Parametrization> {
-    parametrization::find(name).unwrap().form(symmetry)
 }
 
 /// Every reconstruction that goes through its readings, and with linear values too where it has a choice. A fit and
@@ -250,24 +247,4 @@ fn radial(form: &dyn Parametrization) -> Vec<usize> {
     let axes = form.axes().iter().enumerate();
     let radial = axes.filter(|(_, a)| a.kind == AxisKind::Radial);
     radial.map(|(d, _)| d).collect()
-}
-
-#[test]
-fn the_test_material_has_its_symmetries_and_no_others() {
-    let random = gonio::sampling::Random::new(1);
-    for symmetry in symmetries() {
-        let mut worst = [0.0f64; 3];
-        for i in 0..200 {
-            let pair = common::random_pair(&random, i);
-            let f = smooth(symmetry, &pair);
-            assert!((0.2..2.0).contains(&f), "{f}");
-            for (worst, image) in worst.iter_mut().zip(symmetric::moved(&pair, 0.8)) {
-                *worst = worst.max((f - smooth(symmetry, &image)).abs());
-            }
-        }
-        let declared = [symmetry.isotropic, symmetry.reciprocal, symmetry.bilateral];
-        for (worst, declared) in worst.into_iter().zip(declared) {
-            assert_eq!(worst < 1e-12, declared, "{symmetry:?} {worst}");
-        }
-    }
 }

@@ -1,11 +1,11 @@
 //! Readings that are known to be uncertain.
 
-use super::common::{Level, levels};
+use super::common::{Level, levels, test_pairs};
 use super::layouts::{models, scattered, schedule, sheets};
 use super::method;
 use gonio::brdf::{Brdf, Channels};
 use gonio::measurement::{Details, Flags, Measurement, Outcome};
-use gonio::metrics::{self, Measure, MetricsSpec};
+use gonio::metrics::{self, Measure};
 use gonio::sampling::Random;
 
 levels! {
@@ -47,11 +47,7 @@ fn noisy(model: &dyn Brdf, angles: &[[f64; 3]], noise: f64) -> Measurement {
 
 /// To miss readings by their noise never costs much, and wins where they are noisy.
 fn known_noise_is_smoothed(level: Level) {
-    let spec = MetricsSpec {
-        pairs: 2000,
-        ..MetricsSpec::default()
-    };
-    let pairs = metrics::test_pairs(Measure::Cosine, &spec).unwrap();
+    let pairs = test_pairs(Measure::Cosine, 2000);
     let layouts = [sheets(&[15.0, 30.0, 45.0, 60.0], 8, 12), scattered(500)];
     let mut gains = Vec::new();
     for (name, model) in models().into_iter().step_by(level.of(9, 1)) {

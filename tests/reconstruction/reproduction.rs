@@ -1,5 +1,6 @@
 //! What each method reproduces exactly: the readings, constants, and the polynomials of its order.
 
+use super::common::ISOTROPIC;
 use super::common::{Level, edge_pairs, levels, model, random_pair, symmetries};
 use super::{
     each, form, forms, material, measure, method, methods, missed, on_node, smooth_material,
@@ -18,11 +19,6 @@ levels! {
     readings_of_a_narrow_lobe_are_reproduced_too: "thorough: every method in every coordinates";
     constants_are_reproduced_everywhere: "thorough: every method in every coordinates";
 }
-
-const ISOTROPIC: Symmetry = Symmetry {
-    isotropic: true,
-    ..Symmetry::NONE
-};
 
 fn every_reading_is_reproduced_at_its_pose(level: Level) {
     let truth = |s| Box::new(smooth_material(s)) as _;

@@ -1,6 +1,6 @@
 //! What uncertainties of readings make of their reconstruction.
 
-use super::common::{Level, levels, model};
+use super::common::{Level, levels, model, test_pairs};
 use super::layouts::{models, scattered, schedule};
 use super::{Material, each, form, method, methods, smooth, value};
 use gonio::brdf::{Brdf, Channels};
@@ -9,7 +9,7 @@ use gonio::measurement::{Details, Flags, Measurement, Outcome};
 use gonio::metrics::{self, Measure, MetricsSpec};
 use gonio::reconstruct::{Cover, Coverage, Reconstruct, Replicated, Uncertain};
 use gonio::sampling::Random;
-use gonio::validation::{CrossValidation, Jury};
+use gonio::validation::{CrossValidation, ReferenceReadings};
 use rand_distr::{Distribution, StandardNormal};
 
 levels! {
@@ -46,11 +46,7 @@ fn is_predictive(method: &dyn Reconstruct, m: &Measurement) -> bool {
 }
 
 fn pairs() -> Vec<DirectionPair> {
-    let spec = MetricsSpec {
-        pairs: 500,
-        ..MetricsSpec::default()
-    };
-    metrics::test_pairs(Measure::Cosine, &spec).unwrap()
+    test_pairs(Measure::Cosine, 500)
 }
 
 fn scattered_methods() -> impl Iterator<Item = Box<dyn Reconstruct>> {
@@ -173,7 +169,7 @@ fn readings_alone_are_within_their_uncertainty() {
         let mut m = readings(&scattered(3000), 0.0, 0.0);
         let of_model = |p: &DirectionPair| value(&*model, p);
         m.values = m.schedule.poses.iter().map(|p| of_model(&p.pair)).collect();
-        let truth = Jury::new(&m).unwrap();
+        let truth = ReferenceReadings::new(&m).unwrap();
         m.details.as_mut().unwrap().type_a = m.values.iter().map(|v| 0.03 * v).collect();
         err(&mut m, 7);
         let claims = |u: &f64| claimed * u;

@@ -8,7 +8,7 @@ use gonio::geometry::DirectionPair;
 use gonio::measurement::{Measurement, Outcome};
 use gonio::metrics::{self, Errors, Measure, MetricsSpec};
 use gonio::reconstruct::Reconstruct;
-use gonio::validation::{CrossValidation, Jury, Left, Scores, ValidationError};
+use gonio::validation::{CrossValidation, Left, ReferenceReadings, Scores, ValidationError};
 use std::sync::Arc;
 
 levels! {
@@ -38,8 +38,7 @@ fn named(name: &str) -> Box<dyn Brdf> {
 /// `nrmse`, `cosine`, between two BRDFs.
 fn truth(model: &dyn Brdf, brdf: &dyn Brdf) -> Errors {
     let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default()).unwrap();
-    let [f, g] = [model, brdf].map(|b| metrics::evaluate(b, &pairs));
-    metrics::compare(&pairs, &f, &g)
+    super::common::errors(model, brdf, &pairs)
 }
 
 fn errors(scores: &Scores) -> [f64; Errors::QUANTITIES.len()] {
@@ -55,7 +54,7 @@ fn readings_are_weighted_to_the_measure() {
         .into_iter()
         .map(|[i, o, phi]| [i * i / 85.0, o * o / 85.0, phi])
         .collect();
-    let jury = Jury::new(&readings(&*model, &angles)).unwrap();
+    let jury = ReferenceReadings::new(&readings(&*model, &angles)).unwrap();
     let lambert = named("lambert");
     let judged = jury.errors(&metrics::evaluate(&*lambert, jury.pairs()));
     let plain = truth(&*model, &*lambert);
@@ -211,8 +210,7 @@ fn what_cannot_be_validated_is_told() {
 fn any_number_of_threads_chooses_the_same() {
     let m = readings(&*named("ggx"), &sheets(&[15.0, 30.0, 60.0], 10, 20));
     let [one, two] = [1, 2].map(|threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| {
+        crate::common::on_threads(threads, || {
             let validation = CrossValidation::new(&m, None).unwrap();
             let ranked = validation.rank(validation.candidates(), || ()).unwrap();
             ranked

@@ -132,40 +132,7 @@ mod favours {
 mod merl_grid {
     use gonio::brdf::measured::merl::MerlGrid;
     use gonio::geometry::{Direction, DirectionPair};
-    use std::f64::consts::{FRAC_PI_2, PI};
-
-    #[test]
-    fn layouts_have_their_headers_and_lengths() {
-        assert_eq!(
-            MerlGrid::from_dims([90, 90, 180]),
-            Some(MerlGrid::RECIPROCAL)
-        );
-        assert_eq!(MerlGrid::from_dims([90, 90, 360]), Some(MerlGrid::FULL));
-        assert_eq!(MerlGrid::RECIPROCAL.file_len(), 34_992_012);
-        assert_eq!(MerlGrid::FULL.file_len(), 69_984_012);
-        assert_eq!(MerlGrid::FULL.index([89, 89, 359]) + 1, 2_916_000);
-    }
-
-    #[test]
-    fn extreme_pairs_have_finite_coordinates_and_a_cell() {
-        let ends = [0.0, 1e-200, 1e-15, 1e-8, 1e-3, 0.7];
-        for grid in [MerlGrid::RECIPROCAL, MerlGrid::FULL] {
-            for (a, b) in ends.iter().flat_map(|&a| ends.map(|b| (a, b))) {
-                for phi in [0.0, 1e-15, FRAC_PI_2, PI - 1e-15, PI, -1e-15] {
-                    for (ti, to) in [(a, b), (FRAC_PI_2 - a, FRAC_PI_2 - b), (a, FRAC_PI_2 - b)] {
-                        let pair = DirectionPair::from_spherical(ti, 0.3, to, 0.3 + phi);
-                        let x = grid.coordinates(&pair);
-                        for (x, n) in x.into_iter().zip(grid.dims()) {
-                            // Grazing, and phi_d just below its period, may round beyond the end.
-                            assert!(x >= 0.0 && x <= n as f64 * (1.0 + 1e-15), "{pair:?} {x}");
-                        }
-                        let cell = grid.cell(&pair);
-                        assert!(cell.iter().zip(grid.dims()).all(|(&i, n)| i < n));
-                    }
-                }
-            }
-        }
-    }
+    use std::f64::consts::FRAC_PI_2;
 
     #[test]
     fn the_peak_is_not_snapped() {
@@ -236,7 +203,7 @@ mod fresnel {
 #[cfg(feature = "experiments")]
 mod watched {
     use gonio::brdf::measured::merl::Merl;
-    use gonio::brdf::{Brdf, Channels, Lambert, Presence, Spectrum, Watched};
+    use gonio::brdf::{Brdf, Channels, Lambert, ObservedBrdf, Presence, Spectrum};
     use gonio::geometry::{Direction, DirectionPair};
     use gonio::{brdf, registry};
     use std::sync::atomic::{AtomicUsize, Ordering};
@@ -258,7 +225,7 @@ mod watched {
                     assert_eq!(values.len(), of.len());
                     count.fetch_add(of.len(), Ordering::Relaxed);
                 };
-                let watched = Watched::new(&*brdf, seen);
+                let watched = ObservedBrdf::new(&*brdf, seen);
                 assert_eq!(watched.symmetry(), brdf.symmetry());
                 assert_eq!(watched.conserves_energy(), brdf.conserves_energy());
                 assert_eq!(watched.remarks(), brdf.remarks());
@@ -296,11 +263,11 @@ mod watched {
     fn who_is_stopped_is_done_soon() {
         let brdf = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
         let (asked, looks) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let inner = Watched::new(&brdf, |_: &[f64], of: &[Presence]| {
+        let inner = ObservedBrdf::new(&brdf, |_: &[f64], of: &[Presence]| {
             looks.fetch_add(of.len(), Ordering::Relaxed);
         });
         let stopped = || asked.fetch_add(1, Ordering::Relaxed) >= 2;
-        let watched = Watched::new(&inner, |_: &[f64], _: &[Presence]| ()).until(&stopped);
+        let watched = ObservedBrdf::new(&inner, |_: &[f64], _: &[Presence]| ()).until(&stopped);
         let up = Direction::from_spherical(0.3, 0.0);
         let pairs = vec![DirectionPair::new(up, up); 1000];
         let mut values = vec![7.0; 1000];

@@ -107,28 +107,6 @@ mod hemisphere {
 mod points {
     use crate::common::chi_squared::{equal_bins, uniformity};
     use gonio::sampling::{Random, Sobol};
-    use std::collections::HashSet;
-
-    #[test]
-    fn a_million_sobol_points_are_distinct() {
-        let n = 1_000_000;
-        let mut sobol = Sobol::new(0);
-        let mut points: Vec<[u64; 4]> = (0..n)
-            .map(|i| sobol.point::<4>(i).map(f64::to_bits))
-            .collect();
-        for d in 0..4 {
-            // A coordinate has 2^32 values: some 100 of 10^6 draws meet an earlier one by chance.
-            let distinct: HashSet<u64> = points.iter().map(|p| p[d]).collect();
-            assert!(
-                distinct.len() > 990_000,
-                "dimension {d}: {}",
-                distinct.len()
-            );
-        }
-        points.sort_unstable();
-        points.dedup();
-        assert_eq!(points.len() as u64, n);
-    }
 
     #[test]
     fn every_block_is_stratified() {

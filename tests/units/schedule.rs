@@ -123,141 +123,17 @@ mod lattice {
 
 #[cfg(feature = "experiments")]
 mod export {
-    use gonio::geometry::{DirectionPair, Symmetry};
+    use gonio::geometry::Symmetry;
     use gonio::parametrization;
     use gonio::parametrization::WarpSpec;
     use gonio::schedule::{
         Grid, SampleSet, Schedule, ScheduleFormat, Sequence, SobolSet, write_schedule,
     };
-    use serde_json::Value;
-    use std::collections::BTreeMap;
-
-    const ARMS: [&str; 4] = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"];
-
-    /// Schedules with plain, warped, 3-D and 4-D columns.
-    fn schedules() -> Vec<Schedule> {
-        let mut schedules = Vec::new();
-        for symmetry in [Symmetry::FULL, Symmetry::NONE] {
-            for entry in parametrization::all() {
-                let p = entry.form(symmetry);
-                schedules.push(Grid::default().plan(&p, 40, 1).unwrap());
-                schedules.push(SobolSet::default().plan(&p, 9, 1).unwrap());
-            }
-        }
-        let entry = parametrization::find("half-difference").unwrap();
-        let warps = BTreeMap::from([("theta_h".to_owned(), WarpSpec::Merl)]);
-        let p = entry.warped(Symmetry::FULL, &warps).unwrap();
-        schedules.push(Grid::default().plan(&p, 40, 1).unwrap());
-        schedules
-    }
 
     fn text(schedule: &Schedule, format: ScheduleFormat) -> String {
         let mut bytes = Vec::new();
         write_schedule(schedule, Sequence::Generated, format, &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
-    }
-
-    /// Angle columns in degrees against the pose they were written from.
-    /// `ulps` is what the reader may lose.
-    fn check_row(schedule: &Schedule, index: usize, ulps: f64, value: impl Fn(&str) -> f64) {
-        let pose = &schedule.poses[index];
-        assert_eq!(value("index"), index as f64);
-        let [ti, pi, to, po] = ARMS.map(|name| value(name).to_radians());
-        let back = DirectionPair::from_spherical(ti, pi, to, po);
-        for (a, b) in [
-            (back.omega_i, pose.pair.omega_i),
-            (back.omega_o, pose.pair.omega_o),
-        ] {
-            // Degrees and back round the angles once each.
-            assert!((a.vector() - b.vector()).length() < 2e-15);
-        }
-        for (axis, c) in schedule.parametrization.axes().iter().zip(pose.coords) {
-            let written = value(&axis.column());
-            let expected = if axis.column().ends_with("_deg") {
-                c.to_degrees()
-            } else {
-                c
-            };
-            // The coordinates exactly, unless an arm's column stands for them.
-            let slack = if ARMS.contains(&axis.column().as_str()) {
-                1e-13
-            } else {
-                ulps * f64::EPSILON * expected.abs()
-            };
-            assert!((written - expected).abs() <= slack, "{}", axis.column());
-        }
-    }
-
-    #[test]
-    fn csv_reads_back_with_comments_skipped() {
-        for schedule in schedules() {
-            let text = text(&schedule, ScheduleFormat::Csv);
-            let comments: Vec<_> = text.lines().take_while(|l| l.starts_with("# ")).collect();
-            assert!(
-                text.lines()
-                    .skip(comments.len())
-                    .all(|l| !l.starts_with('#'))
-            );
-            let mut reader = csv::ReaderBuilder::new()
-                .comment(Some(b'#'))
-                .from_reader(text.as_bytes());
-            let header = reader.headers().unwrap().clone();
-            for name in &header {
-                // Every column is explained.
-                let start = format!("# {name}: ");
-                assert_eq!(
-                    comments.iter().filter(|c| c.starts_with(&start)).count(),
-                    1,
-                    "{name}"
-                );
-            }
-            for arm in ARMS {
-                assert!(header.iter().any(|h| h == arm), "{arm}");
-            }
-            assert_eq!(
-                header
-                    .iter()
-                    .collect::<std::collections::HashSet<_>>()
-                    .len(),
-                header.len()
-            );
-            let mut rows = 0;
-            for record in reader.records() {
-                let record = record.unwrap();
-                check_row(&schedule, rows, 0.0, |name| {
-                    let column = header.iter().position(|h| h == name).expect(name);
-                    record[column].parse().unwrap()
-                });
-                rows += 1;
-            }
-            assert_eq!(rows, schedule.poses.len());
-        }
-    }
-
-    #[test]
-    fn every_json_line_parses_and_the_first_is_the_header() {
-        for schedule in schedules() {
-            let text = text(&schedule, ScheduleFormat::JsonLines);
-            let mut lines = text
-                .lines()
-                .map(|l| serde_json::from_str::<Value>(l).unwrap());
-            let header = lines.next().unwrap()["header"].clone();
-            assert_eq!(header["poses"], schedule.poses.len());
-            assert_eq!(header["parametrization"], schedule.parametrization.name());
-            assert_eq!(header["warp"], schedule.parametrization.warp_name());
-            let symmetry: Symmetry = serde_json::from_value(header["symmetry"].clone()).unwrap();
-            assert_eq!(symmetry, schedule.parametrization.symmetry());
-            let columns: Vec<_> = header["columns"].as_object().unwrap().keys().collect();
-            let mut rows = 0;
-            for line in lines {
-                let object = line.as_object().unwrap();
-                assert_eq!(object.keys().collect::<Vec<_>>(), columns);
-                // The text is exact; serde_json, without `float_roundtrip`, reads it to an ulp.
-                check_row(&schedule, rows, 1.0, |name| object[name].as_f64().unwrap());
-                rows += 1;
-            }
-            assert_eq!(rows, schedule.poses.len());
-        }
     }
 
     #[test]

@@ -57,14 +57,16 @@ pub(super) fn best(
     class: usize,
     purity: f64,
 ) -> Option<BestBox> {
-    let coords = forward(sample, &**form);
     let axes = form.axes();
-    let chooses: Vec<usize> = (0..sample.batches())
-        .filter(|batch| batch % 2 == 0)
-        .flat_map(|batch| sample.batch(batch))
-        .collect();
-    let grids = [0, 1, 2].map(|i| Grid::new(sample, &coords, &chooses, class, i, &axes[i]));
-    let table = |grids: &[Grid; 3]| Table::new(sample, &coords, &chooses, class, grids, axes);
+    let choosing = (0..sample.batches()).filter(|batch| batch % 2 == 0);
+    let paths = Paths {
+        sample,
+        coords: forward(sample, &**form),
+        chooses: choosing.flat_map(|batch| sample.batch(batch)).collect(),
+        class,
+    };
+    let grids = [0, 1, 2].map(|i| Grid::new(&paths, i, &axes[i]));
+    let table = |grids: &[Grid; 3]| Table::new(&paths, grids, axes);
     let coarse = Search::new(table(&grids), purity)?;
     let chosen = coarse.best();
     let fine: [Grid; 3] = std::array::from_fn(|i| grids[i].about(chosen[i]));
@@ -88,6 +90,20 @@ pub(super) fn best(
     })
 }
 
+/// Paths in coordinates, and those of them that choose a box for a class.
+struct Paths<'a> {
+    sample: &'a PathSample,
+    coords: Vec<Coords>,
+    chooses: Vec<usize>,
+    class: usize,
+}
+
+impl Paths<'_> {
+    fn is_of_class(&self, path: usize) -> bool {
+        usize::from(self.sample.classes()[path]) == self.class
+    }
+}
+
 /// Where faces may lie along an axis, in the units of files.
 struct Grid {
     /// From the lower end of the range to the upper.
@@ -100,17 +116,11 @@ struct Grid {
 
 impl Grid {
     /// Faces at quantiles.
-    fn new(
-        sample: &PathSample,
-        coords: &[Coords],
-        chooses: &[usize],
-        class: usize,
-        axis: usize,
-        is: &Axis,
-    ) -> Self {
-        let mut order: Vec<(f64, usize)> = chooses.iter().map(|&i| (coords[i][axis], i)).collect();
+    fn new(paths: &Paths<'_>, axis: usize, is: &Axis) -> Self {
+        let sample = paths.sample;
+        let placed = paths.chooses.iter().map(|&i| (paths.coords[i][axis], i));
+        let mut order: Vec<(f64, usize)> = placed.collect();
         order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let of_class = |i: usize| usize::from(sample.classes()[i]) == class;
         // Quantiles of all light, and of the class.
         let quantiles = |count: usize, counts: &dyn Fn(usize) -> bool| -> Vec<f64> {
             let kept = || order.iter().filter(|(_, i)| counts(*i));
@@ -141,7 +151,7 @@ impl Grid {
         singles.dedup();
         let step = 1.0 / per_unit;
         let beside = singles.iter().flat_map(|x| [x - step, x + step]);
-        let mut inside = quantiles(FACES - 2 - FACES / 2, &of_class);
+        let mut inside = quantiles(FACES - 2 - FACES / 2, &|i| paths.is_of_class(i));
         inside.extend(beside);
         inside.extend(every);
         let ends = is.range.map(|end| is.file_value(end));
@@ -220,30 +230,23 @@ struct Table {
 }
 
 impl Table {
-    fn new(
-        sample: &PathSample,
-        coords: &[Coords],
-        chooses: &[usize],
-        class: usize,
-        grids: &[Grid; 3],
-        axes: &[Axis],
-    ) -> Self {
+    fn new(paths: &Paths<'_>, grids: &[Grid; 3], axes: &[Axis]) -> Self {
         let size = grids.each_ref().map(|grid| grid.faces.len());
         let mut table = Self {
             size,
             sums: vec![[0.0; 2]; size.iter().product()],
         };
-        for &i in chooses {
+        for &i in &paths.chooses {
             // The first face above it; those on the upper end are below that.
             let place = [0, 1, 2].map(|axis| {
-                let x = axes[axis].file_value(coords[i][axis]);
+                let x = axes[axis].file_value(paths.coords[i][axis]);
                 let above = grids[axis].faces.partition_point(|face| *face <= x);
                 above.clamp(1, size[axis] - 1)
             });
             let at = table.at(place);
-            let light = sample.light()[i];
+            let light = paths.sample.light()[i];
             table.sums[at][1] += light;
-            if usize::from(sample.classes()[i]) == class {
+            if paths.is_of_class(i) {
                 table.sums[at][0] += light;
             }
         }

@@ -41,29 +41,8 @@ impl Map {
     }
 }
 
-/// Sums of a map.
-struct Tally {
-    light: Vec<[f64; CLASSES]>,
-    paths: Vec<f64>,
-}
-
-impl Tally {
-    fn new() -> Self {
-        Self {
-            light: vec![[0.0; CLASSES]; CELLS * CELLS],
-            paths: vec![0.0; CELLS * CELLS],
-        }
-    }
-
-    fn add(&mut self, other: &Self) {
-        for (sum, part) in self.light.iter_mut().zip(&other.light) {
-            (0..CLASSES).for_each(|c| sum[c] += part[c]);
-        }
-        for (sum, part) in self.paths.iter_mut().zip(&other.paths) {
-            *sum += part;
-        }
-    }
-}
+/// Sums of a map: of each cell the light of each class, and the number of paths.
+type Tally = Vec<[f64; CLASSES + 1]>;
 
 /// The map of all azimuths, and one of each of some.
 pub(super) fn maps(sample: &PathSample, entry: &Entry<ParametrizationSpec>) -> Vec<Map> {
@@ -74,8 +53,9 @@ pub(super) fn maps(sample: &PathSample, entry: &Entry<ParametrizationSpec>) -> V
     let half = HALF_WIDTH * azimuth.length();
     let slabs = (0..AZIMUTHS).map(|i| Some([middle(i), half]));
     let slabs: Vec<Option<[f64; 2]>> = std::iter::once(None).chain(slabs).collect();
+    let none: Vec<Tally> = vec![vec![[0.0; CLASSES + 1]; CELLS * CELLS]; slabs.len()];
     let batches = (0..sample.batches()).into_par_iter().map(|batch| {
-        let mut tallies: Vec<Tally> = slabs.iter().map(|_| Tally::new()).collect();
+        let mut tallies = none.clone();
         let range = sample.batch(batch);
         let mut coords = vec![[0.0; 4]; range.len()];
         form.forward_batch(&sample.pairs()[range.clone()], &mut coords);
@@ -86,25 +66,29 @@ pub(super) fn maps(sample: &PathSample, entry: &Entry<ParametrizationSpec>) -> V
                 for (tally, slab) in tallies.iter_mut().zip(&slabs) {
                     if slab.is_none_or(|[middle, half]| (azimuth - middle).abs() <= half) {
                         let class = usize::from(sample.classes()[i]);
-                        tally.light[cell][class] += part * sample.light()[i];
-                        tally.paths[cell] += 1.0;
+                        tally[cell][class] += part * sample.light()[i];
+                        tally[cell][CLASSES] += 1.0;
                     }
                 }
             }
         }
         tallies
     });
-    let mut sums: Vec<Tally> = slabs.iter().map(|_| Tally::new()).collect();
+    let mut sums = none.clone();
     for batch in batches.collect::<Vec<_>>() {
-        for (sum, tally) in sums.iter_mut().zip(&batch) {
-            sum.add(tally);
+        for (sum, part) in sums.iter_mut().flatten().zip(batch.iter().flatten()) {
+            (0..=CLASSES).for_each(|c| sum[c] += part[c]);
         }
     }
-    let total: f64 = sums[0].light.iter().flatten().sum();
+    let light = |[light @ .., _]: &[f64; CLASSES + 1]| *light;
+    let total: f64 = sums[0].iter().flat_map(light).sum();
     let map = |(azimuth, tally): (Option<[f64; 2]>, Tally)| Map {
         azimuth,
-        light: tally.light.iter().map(|l| l.map(|l| l / total)).collect(),
-        paths: tally.paths,
+        light: tally
+            .iter()
+            .map(|cell| light(cell).map(|l| l / total))
+            .collect(),
+        paths: tally.iter().map(|cell| cell[CLASSES]).collect(),
     };
     slabs.into_iter().zip(sums).map(map).collect()
 }

@@ -74,10 +74,7 @@ impl ChartBounces {
         let form = entry.form(symmetry);
         let coords = forward(sample, &*form);
         let ranks = information::ranks(&coords, form.axes().len());
-        let flat = Symmetry {
-            isotropic: true,
-            ..symmetry
-        };
+        let flat = symmetry.with_isotropy(true);
         let (information, best) = rayon::join(
             || information::information(sample, &ranks),
             || boxes::best(sample, &entry.form(flat), class, purity),

@@ -2,10 +2,12 @@
 
 use super::{
     ALIGNED, Bench, COMPARED, CONSTANT, Claim, EXACT, F, G, S, Statement, above, below, changes,
-    form, largest, of_charts, on_slices, per_chart, per_slice, percent, smallest,
+    form, largest, lattice, of_charts, on_slices, per_chart, per_slice, percent, percentages,
+    smallest,
 };
 use crate::analysis::LATTICE;
 use crate::geometry::{Direction, DirectionPair};
+use crate::numeric::last_where;
 use crate::parametrization::view_centered;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -88,11 +90,7 @@ fn back_isolines(bench: &Bench) -> Claim {
         criterion: "theta_d is half the angle between the directions, |k| its sine, and |k_bar| is \
                     |h_bar| with the view turned by 180°, over 20 000 pairs",
     }
-    .found(
-        &[miss < EXACT],
-        vec![("largest_difference".into(), miss)],
-        format!("exact: largest difference {miss:.1e}"),
-    )
+    .exact(miss)
 }
 
 fn mirror_isolines() -> Claim {
@@ -107,16 +105,8 @@ fn mirror_isolines() -> Claim {
             form.forward(&DirectionPair::new(light, view_centered(view, 0.0)))[0]
         };
         let level = first(0.0, across.to_radians());
-        let (mut inside, mut outside) = (0.0, FRAC_PI_2);
-        for _ in 0..60 {
-            let middle = 0.5 * (inside + outside);
-            if first(middle, 0.0) < level {
-                inside = middle;
-            } else {
-                outside = middle;
-            }
-        }
-        inside.to_degrees() / across
+        let end = last_where(0.0, FRAC_PI_2, 60, |theta| first(theta, 0.0) < level);
+        end.to_degrees() / across
     };
     let [theta_h, h_bar] = ["half-difference", "hybrid"].map(|c| aspect(c, ACROSS));
     let [small_theta_h, small_h_bar] = ["half-difference", "hybrid"].map(|c| aspect(c, 0.01));
@@ -272,13 +262,12 @@ fn g_ranking(bench: &Bench) -> Claim {
         .iter()
         .flat_map(|v| [most(*v), least(*v)])
         .collect();
-    let shown = |v: [f64; 3]| v.map(percent).join(", ");
     let finding = format!(
         "half/difference, orthographic, hybrid: {} of G changes with the azimuth, {} is no sum of \
          functions of the first two axes, {} is not explained by the best axis",
-        shown(change),
-        shown(bent),
-        shown(apart)
+        percentages(change),
+        percentages(bent),
+        percentages(apart)
     );
     stated.found(&cases, numbers, finding)
 }
@@ -287,9 +276,7 @@ fn g_circular(bench: &Bench) -> Claim {
     let g = &*bench.functions[G];
     let miss = |chart: &str, delta: f64| {
         let form = form(chart, true);
-        let nodes = (0..LATTICE).flat_map(|i| (0..LATTICE).map(move |j| [i, j]));
-        let nodes = nodes.map(|n| n.map(|i| (i as f64 + 0.5) / LATTICE as f64));
-        largest(nodes.filter_map(|[x, y]| {
+        largest(lattice().filter_map(|[x, y]| {
             let value = g.luminance(&form.inverse(&[x, y, delta, 0.0])?)?;
             Some((value - x * x - y * y).abs())
         }))

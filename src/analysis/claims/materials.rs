@@ -5,9 +5,9 @@
 use super::identities::projections;
 use super::{
     COMPARED, CONSTANT, Claim, Distortion, Statement, above, below, changes, form, of_charts,
-    on_slices, per_chart, per_slice, percent,
+    on_slices, per_chart, per_slice, percent, percentages,
 };
-use crate::analysis::{Scale, Weight, distortion, distortion_within};
+use crate::analysis::{Scale, View, Weight};
 use crate::brdf::{Brdf, BuildError};
 use crate::metrics::{Measure, MetricsSpec, test_pairs};
 
@@ -21,12 +21,13 @@ const CORNER: [[f64; 2]; 2] = [[0.0, 1.0 / 3.0], [2.0 / 3.0, 1.0]];
 /// None, but those that choosing the test pairs could have.
 pub fn on_material(name: &str, brdf: &dyn Brdf) -> Result<Vec<Claim>, BuildError> {
     let of = |weight: Weight| {
-        COMPARED.map(|chart| distortion(brdf, Scale::Log, &*form(chart, true), weight))
+        COMPARED.map(|chart| View::new(brdf, Scale::Log, &*form(chart, true), weight).distortion())
     };
     let [pictures, solid] = [Weight::Coordinates, Weight::SolidAngle].map(of);
     let corner = COMPARED.map(|chart| {
         let form = form(chart, true);
-        distortion_within(brdf, Scale::Log, &*form, Weight::Coordinates, CORNER)
+        let view = View::new(brdf, Scale::Log, &*form, Weight::Coordinates);
+        view.within(CORNER).distortion()
     });
     let spec = MetricsSpec {
         pairs: 20_000,
@@ -70,7 +71,6 @@ fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
         let mut slices = slices[i].iter().zip(&slices[0]);
         slices.all(|(s, half)| above(*s, &[*half]))
     };
-    let shown = |v: [f64; 3]| v.map(percent).join(", ");
     stated.found(
         &[
             more(1),
@@ -80,8 +80,8 @@ fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
         numbers,
         format!(
             "half/difference, orthographic, hybrid: the first axis explains {}; by solid angle {}",
-            shown(overall),
-            shown(by_solid)
+            percentages(overall),
+            percentages(by_solid)
         ),
     )
 }
@@ -108,7 +108,7 @@ fn corner_stable(corner: &[Distortion; 3]) -> Claim {
         per_chart("corner_changes_with_azimuth", change),
         format!(
             "half/difference, orthographic, hybrid: {} changes with the azimuth",
-            change.map(percent).join(", ")
+            percentages(change)
         ),
     )
 }
@@ -167,14 +167,13 @@ fn least_change(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
     let mut numbers = per_chart("changes_with_azimuth", change);
     numbers.extend(per_chart("changes_with_azimuth_by_solid_angle", by_solid));
     let least = |v: [f64; 3]| below(v[2], &v[..2]);
-    let shown = |v: [f64; 3]| v.map(percent).join(", ");
     stated.found(
         &[least(change), least(by_solid)],
         numbers,
         format!(
             "half/difference, orthographic, hybrid: {}; by solid angle {}",
-            shown(change),
-            shown(by_solid)
+            percentages(change),
+            percentages(by_solid)
         ),
     )
 }
@@ -195,14 +194,13 @@ fn aligns_best(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
     let mut numbers = per_chart(steps, sum);
     numbers.extend(per_chart(solid_angle, by_solid));
     let most = |v: [f64; 3]| above(v[2], &v[..2]);
-    let shown = |v: [f64; 3]| v.map(percent).join(", ");
     stated.found(
         &[most(sum), most(by_solid)],
         numbers,
         format!(
             "half/difference, orthographic, hybrid: {}; by solid angle {}",
-            shown(sum),
-            shown(by_solid)
+            percentages(sum),
+            percentages(by_solid)
         ),
     )
 }

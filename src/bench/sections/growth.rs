@@ -49,24 +49,17 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
     let (_, brdf) = truths::metal("0.4")?;
     let mut ladders = Vec::new();
     for entry in reconstruct::all() {
-        let method = registry::read_text(&entry, "").map_err(|e| Error::Internal(e.to_string()))?;
+        let method = registry::read_text(&entry, "").map_err(truths::internal)?;
         // One system of all readings has a limit of its own.
         if method.weighs_readings() {
             continue;
         }
         let method: Rc<dyn Reconstruct> = method.into();
-        let rung = |power| rung(&brdf, &method, power);
-        ladders.push(Ladder {
-            names: vec!["readings".into(), entry.kind.into()],
-            rungs: (3..=most).map(rung).collect(),
-            pilot: None,
-        });
+        let rungs = (3..=most).map(|power| rung(&brdf, &method, power));
+        ladders.push(Ladder::new(["readings", entry.kind], rungs));
     }
-    ladders.push(Ladder {
-        names: vec!["materials".into(), "study".into()],
-        rungs: materials.iter().map(|&n| study(n)).collect(),
-        pilot: None,
-    });
+    let studies = materials.iter().map(|&n| study(n));
+    ladders.push(Ladder::new(["materials", "study"], studies));
     Ok(ladders)
 }
 
@@ -170,7 +163,7 @@ fn study(materials: usize) -> Rung {
 struct Nobody;
 
 impl Observer<Row> for Nobody {
-    fn tell(&mut self, _: &Event<'_, Row>) -> Result<(), Error> {
+    fn observe(&mut self, _: &Event<'_, Row>) -> Result<(), Error> {
         Ok(())
     }
 }

@@ -1,10 +1,11 @@
 //! Instruments and orders of their visits over their budget.
 
-use super::truths::{self, ERRORS, Pairs, SEED, Truth, text};
+use super::truths::{self, ERRORS, Pairs, SEED, Truth, internal, text};
 use crate::bench::{Column, Diagram, Ladder, Rung, Section, Settings, Watch};
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::instrument::{Bench, Instrument, Order, Parts, presets, read};
+use crate::measurement::Measurement;
 use crate::parametrization::usual_form;
 use crate::schedule::{Grid, SampleSet, Schedule};
 use crate::validation::chosen;
@@ -32,7 +33,6 @@ pub(super) const SECTION: Section = Section {
 };
 
 fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
-    let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
     let (pairs, budgets, roughness): (_, &[usize], &[&str]) = match settings.quick {
         true => (Pairs::new(1 << 11)?, &[60, 240], &["0.4"]),
         false => (
@@ -45,25 +45,18 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
     let mut schedules = Vec::new();
     for &budget in budgets {
         let schedule = Grid::default().plan(&form, budget, SEED);
-        schedules.push((budget, Arc::new(schedule.map_err(|e| internal(&e))?)));
+        schedules.push((budget, Arc::new(schedule.map_err(internal)?)));
     }
     let mut ladders = Vec::new();
     for alpha in roughness {
         let (material, brdf) = truths::metal(alpha)?;
         let truth = Truth::new(brdf, &pairs);
         for preset in presets() {
-            let spec = read(preset.text).map_err(|e| internal(&e))?;
-            let bench = Bench::new(&spec, Parts::ALL, SEED).map_err(|e| internal(&e))?;
-            let bench = Rc::new(bench);
+            let spec = read(preset.text).map_err(internal)?;
+            let bench = Rc::new(Bench::new(&spec, Parts::ALL, SEED).map_err(internal)?);
             for order in Order::ALL {
-                let rung =
-                    |schedule: &(usize, Arc<Schedule>)| rung(&truth, &bench, order, schedule);
-                let name = |of: &str| of.to_owned();
-                ladders.push(Ladder {
-                    names: vec![material.clone(), name(preset.name), name(order.name())],
-                    rungs: schedules.iter().map(rung).collect(),
-                    pilot: None,
-                });
+                let rungs = schedules.iter().map(|s| rung(&truth, &bench, order, s));
+                ladders.push(Ladder::new([&material, preset.name, order.name()], rungs));
             }
         }
     }
@@ -76,26 +69,17 @@ fn rung(
     order: Order,
     (budget, schedule): &(usize, Arc<Schedule>),
 ) -> Rung {
-    let (brdf, bench, schedule) = (
-        Rc::clone(&truth.brdf),
-        Rc::clone(bench),
-        Arc::clone(schedule),
-    );
+    let (truth, bench, schedule) = (Rc::clone(truth), Rc::clone(bench), Arc::clone(schedule));
+    let brdf = Rc::clone(&truth.brdf);
     let pass = move |_: &Watch| {
         let itinerary = bench.plan(&schedule, order);
         let measured = bench.session(&itinerary, SEED).measure(&*brdf, &schedule);
         Ok((measured, itinerary.seconds() / 60.0))
     };
-    let truth = Rc::clone(truth);
-    let work = *budget as f64;
-    Rung::new(
-        budget.to_string(),
-        work,
-        pass,
-        move |(measured, minutes)| {
-            let copy = chosen(&measured).reconstruct(&measured).map_err(text)?;
-            let values = truth.pairs().at(&*copy);
-            Ok(truth.judged(&values, &[minutes, measured.readings() as f64]))
-        },
-    )
+    let judge = move |(measured, minutes): (Measurement, f64)| {
+        let copy = chosen(&measured).reconstruct(&measured).map_err(text)?;
+        let values = truth.pairs().at(&*copy);
+        Ok(truth.judged(&values, &[minutes, measured.readings() as f64]))
+    };
+    Rung::new(budget.to_string(), *budget as f64, pass, judge)
 }

@@ -1,6 +1,6 @@
 //! Planners and sample sets over their budget.
 
-use super::truths::{self, ERRORS, Pairs, SEED, Truth, text};
+use super::truths::{self, ERRORS, Pairs, SEED, Truth, internal, text};
 use crate::acquisition::{self, Planner, Task, further, nothing, once, scheduled};
 use crate::bench::{Column, Diagram, Ladder, Rung, Section, Settings, Watch};
 use crate::error::Error;
@@ -41,30 +41,25 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
     if !settings.quick {
         materials.push(truths::metal("0.4")?);
     }
-    let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
     let kriging = reconstruct::all();
     let kriging = kriging.iter().find(|e| e.kind == "kriging");
-    let kriging = kriging.ok_or_else(|| internal(&"no kriging"))?;
-    let kriging: Rc<dyn Reconstruct> = read_text(kriging, "").map_err(|e| internal(&e))?.into();
+    let kriging = kriging.ok_or_else(|| internal("no kriging"))?;
+    let kriging: Rc<dyn Reconstruct> = read_text(kriging, "").map_err(internal)?.into();
     let mut planners: Vec<(&str, Rc<dyn Planner>)> = Vec::new();
     for entry in schedule::all() {
-        let set = read_text(&entry, "").map_err(|e| internal(&e))?;
+        let set = read_text(&entry, "").map_err(internal)?;
         planners.push((entry.kind, once(set).into()));
     }
     for entry in acquisition::all() {
-        let planner = read_text(&entry, "").map_err(|e| internal(&e))?;
+        let planner = read_text(&entry, "").map_err(internal)?;
         planners.push((entry.kind, planner.into()));
     }
     let mut ladders = Vec::new();
     for (material, brdf) in materials {
         let truth = Truth::new(brdf, &pairs);
         for (name, planner) in &planners {
-            let rung = |&budget: &usize| rung(&truth, planner, &kriging, budget);
-            ladders.push(Ladder {
-                names: vec![material.clone(), (*name).into()],
-                rungs: budgets.iter().map(rung).collect(),
-                pilot: None,
-            });
+            let rungs = budgets.iter().map(|n| rung(&truth, planner, &kriging, *n));
+            ladders.push(Ladder::new([&material, *name], rungs));
         }
     }
     Ok(ladders)

@@ -1,6 +1,6 @@
 //! Coordinates, warps and reconstructions over their budget.
 
-use super::truths::{self, ERRORS, Pairs, SEED, Truth, text};
+use super::truths::{self, ERRORS, Pairs, SEED, Truth, internal, text};
 use crate::bench::{Column, Diagram, Ladder, Rung, Section, Settings};
 use crate::error::Error;
 use crate::geometry::Symmetry;
@@ -55,27 +55,23 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
         for (names, form) in forms(settings.quick) {
             for entry in reconstruct::all() {
                 let method = registry::read_text(&entry, "");
-                let method: Rc<dyn Reconstruct> = method.map_err(|e| internal(&e))?.into();
+                let method: Rc<dyn Reconstruct> = method.map_err(internal)?.into();
                 // Of all readings at once few can be taken.
                 let most = match method.weighs_readings() {
                     true => of_system,
                     false => usize::MAX,
                 };
-                let rung = |&budget: &usize| rung(&truth, &form, &method, budget);
-                let [parametrization, warp] = names.clone();
-                ladders.push(Ladder {
-                    names: vec![material.clone(), parametrization, warp, entry.kind.into()],
-                    rungs: budgets.iter().filter(|b| **b <= most).map(rung).collect(),
-                    pilot: None,
-                });
+                let budgets = budgets.iter().filter(|b| **b <= most);
+                let rungs = budgets.map(|n| rung(&truth, &form, &method, *n));
+                let [parametrization, warp] = &names;
+                ladders.push(Ladder::new(
+                    [&material, parametrization, warp, entry.kind],
+                    rungs,
+                ));
             }
         }
     }
     Ok(ladders)
-}
-
-fn internal(e: &dyn std::fmt::Display) -> Error {
-    Error::Internal(e.to_string())
 }
 
 /// Coordinates with names of them and of their warp: as they are, and with nodes crowded at the first pole.

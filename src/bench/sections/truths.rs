@@ -16,12 +16,12 @@ pub(super) type Named = (String, Rc<dyn Brdf>);
 
 /// A material from the registry. Names and keys are constants: a failure is an internal error.
 pub(super) fn built(kind: &str, text: &str) -> Result<Rc<dyn Brdf>, Error> {
-    let internal = |e: &dyn std::fmt::Display| Error::Internal(format!("{kind}: {e}"));
+    let failed = |e: &dyn std::fmt::Display| internal(format_args!("{kind}: {e}"));
     let entries = brdf::all();
     let entry = entries.iter().find(|e| e.kind == kind);
-    let entry = entry.ok_or_else(|| internal(&"no such material"))?;
-    let spec = registry::read_text(entry, text).map_err(|e| internal(&e))?;
-    let built = spec.build(Channels::Luminance).map_err(|e| internal(&e))?;
+    let entry = entry.ok_or_else(|| failed(&"no such material"))?;
+    let spec = registry::read_text(entry, text).map_err(|e| failed(&e))?;
+    let built = spec.build(Channels::Luminance).map_err(|e| failed(&e))?;
     Ok(built.into())
 }
 
@@ -37,7 +37,7 @@ pub(super) fn table(settings: &Settings) -> Result<Named, Error> {
         let text = "of = { kind = \"ggx\", alpha = 0.1 }";
         return Ok(("table-ggx-0.1".into(), built("tabulated", text)?));
     };
-    let table = Merl::load(path, Channels::Luminance).map_err(|e| Error::data(path, e))?;
+    let table = Merl::load(path, Channels::Luminance, None).map_err(|e| Error::data(path, e))?;
     let name = path.file_stem().unwrap_or("table".as_ref());
     Ok((name.to_string_lossy().into_owned(), Rc::new(table)))
 }
@@ -73,7 +73,7 @@ impl Pairs {
             ..MetricsSpec::default()
         };
         let set = TestSet::new(&[Measure::Cosine], &spec);
-        let set = set.map_err(|e| Error::Internal(e.to_string()))?;
+        let set = set.map_err(internal)?;
         let level = set.level(0);
         Ok(Rc::new(Self { set, level }))
     }
@@ -115,6 +115,11 @@ impl Truth {
         let others = others.iter().copied().map(Value::exact);
         Judged::new(estimated.into_iter().chain(others).collect())
     }
+}
+
+/// An error of what names and keys are constants of.
+pub(super) fn internal(e: impl std::fmt::Display) -> Error {
+    Error::Internal(e.to_string())
 }
 
 /// An error as the text that leaves a rung out.

@@ -12,7 +12,7 @@
 use super::lobe::Lobe;
 use crate::brdf::{Brdf, ChannelValues, Presence, SplitBrdf, SumErrors};
 use crate::geometry::{Direction, DirectionPair};
-use crate::sampling::GAUSS_KRONROD;
+use crate::sampling::{GAUSS_KRONROD, cut, halve_worst};
 
 /// Directional albedo of one view.
 #[derive(Clone, Debug)]
@@ -270,24 +270,19 @@ fn integrate(lobe: &Lobe<'_>) -> (DirectionalAlbedo, Vec<Cell>) {
         }
         let largest = value.iter().copied().fold(0.0, f64::max);
         let error: f64 = cells.iter().map(Cell::error).sum();
-        let done = error <= TOLERANCE * largest || evaluations >= most;
-        let worst = cells.iter().map(Cell::error).fold(0.0, f64::max);
-        let count = cells.len();
-        if !done {
-            for i in 0..count {
-                if cells[i].error() > 0.25 * worst {
-                    let [s, phi] = cells[i].errors;
-                    let axis = usize::from(phi > s);
-                    let [mut below, mut above] = [cells[i].range; 2];
-                    let middle = 0.5 * (below[axis][0] + below[axis][1]);
-                    (below[axis][1], above[axis][0]) = (middle, middle);
-                    cells[i] = Cell::new(lobe, below, &mut nodes);
-                    cells.push(Cell::new(lobe, above, &mut nodes));
-                    evaluations += 2 * NODES * NODES;
-                }
-            }
-        }
-        if cells.len() == count {
+        let is_done = error <= TOLERANCE * largest || evaluations >= most;
+        let errors: Vec<[f64; 2]> = cells.iter().map(|cell| cell.errors).collect();
+        let halves = |cell: &Cell, axis: usize| {
+            let [lo, hi] = cell.range[axis];
+            let parts = cut(cell.range, axis, 0.5 * (lo + hi));
+            parts.map(|range| Cell::new(lobe, range, &mut nodes))
+        };
+        let halved = match is_done {
+            true => 0,
+            false => halve_worst(&mut cells, &errors, halves),
+        };
+        evaluations += 2 * halved * NODES * NODES;
+        if halved == 0 {
             // Rounding of the sums, and of half vectors against the narrowest cell.
             let rounding = 1e-13 + f64::EPSILON / narrowest;
             let albedo = DirectionalAlbedo {

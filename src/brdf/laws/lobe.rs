@@ -14,6 +14,7 @@
 
 use crate::brdf::{Brdf, Presence};
 use crate::geometry::{Direction, DirectionPair};
+use crate::sampling::cut;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -245,11 +246,7 @@ fn towards(cell: [[f64; 2]; 2], s: f64, widths: [f64; 2]) -> Vec<[[f64; 2]; 2]> 
                 let at = if from_start { lo + step } else { hi - step };
                 parts = parts
                     .into_iter()
-                    .flat_map(|part| {
-                        let [mut below, mut above] = [part; 2];
-                        (below[a][1], above[a][0]) = (at, at);
-                        [below, above]
-                    })
+                    .flat_map(|part| cut(part, a, at))
                     .collect();
             }
         }

@@ -14,35 +14,15 @@
 //! light and sensor over [0, π], where π is the mirror direction. Layout and lines are those that open readers of the format
 //! expect; that values are without a cosine was inferred, and no program that renders them was run.
 
-use super::{fill_gaps, values_or_exchanged};
+use super::{TableError, fill_gaps, suits_isotropic, values_or_exchanged};
 use crate::brdf::{Brdf, Channels};
-use crate::files;
 use crate::geometry::DirectionPair;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::io::{self, Write};
-use std::path::Path;
 
 /// Cells of theta and of delta phi: one degree each.
 pub const CELLS: [usize; 2] = [90, 180];
-
-/// Reason why a table could not be made or written. Messages do not name the file; callers do.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum MdlError {
-    /// The system reported an error.
-    #[error("cannot write this MBSDF table: {0}")]
-    Io(#[from] io::Error),
-    /// There is no azimuth of the light in it.
-    #[error("an MBSDF table holds isotropic materials; this one changes as the sample is turned")]
-    Anisotropic,
-    /// It is for one wavelength, or R, G, B.
-    #[error("an MBSDF table holds luminance, R, G, B or one wavelength")]
-    Wavelengths,
-    /// Nothing to write.
-    #[error("this material has no data at any cell of the table")]
-    NoData,
-}
 
 /// Pairs that are evaluated.
 pub fn table_pairs(brdf: &dyn Brdf) -> u64 {
@@ -69,21 +49,16 @@ fn meet(a: &mut f64, b: f64) {
 /// Whether a table can hold a BRDF.
 ///
 /// # Errors
-/// [`MdlError::Anisotropic`] and [`MdlError::Wavelengths`].
-pub fn suits(brdf: &dyn Brdf) -> Result<(), MdlError> {
-    if !brdf.symmetry().isotropic {
-        return Err(MdlError::Anisotropic);
-    }
-    match brdf.channels().wavelengths() {
-        Some(w) if w.nm().len() > 1 => Err(MdlError::Wavelengths),
-        _ => Ok(()),
-    }
+/// [`TableError::Unsuited`] of one that is not isotropic, or of several wavelengths.
+pub fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
+    let wavelengths = "an MBSDF table holds luminance, R, G, B or one wavelength";
+    suits_isotropic(brdf, "an MBSDF table", wavelengths, 1)
 }
 
 /// Tabulates a BRDF, channels together, the mean of both sides of the plane of incidence. A cell without data has what it has
 /// with light and sensor exchanged, else what the cell nearer to retro-reflection has, or, if there is none, the nearest one; 0 where a pair of elevations has no data at all. Runs on rayon's threads; the result does not
 /// depend on their number. Also returns the number of pairs without data.
-fn tabulate(brdf: &dyn Brdf) -> Result<(Vec<f64>, usize), MdlError> {
+pub(crate) fn tabulate(brdf: &dyn Brdf) -> Result<(Vec<f64>, usize), TableError> {
     suits(brdf)?;
     let n = brdf.channels().count();
     let [elevations, azimuths] = CELLS;
@@ -114,14 +89,16 @@ fn tabulate(brdf: &dyn Brdf) -> Result<(Vec<f64>, usize), MdlError> {
             let values = rows.into_iter().flat_map(|(values, ..)| values);
             Ok((values.collect(), lost))
         }
-        false => Err(MdlError::NoData),
+        false => Err(TableError::no_data(
+            "this material has no data at any cell of the table",
+        )),
     }
 }
 
 /// Tabulates a BRDF and writes it.
 ///
 /// # Errors
-/// [`MdlError`].
+/// [`TableError`].
 ///
 /// ```
 /// use gonio::brdf::measured::mdl::{CELLS, write_mdl};
@@ -132,25 +109,19 @@ fn tabulate(brdf: &dyn Brdf) -> Result<(Vec<f64>, usize), MdlError> {
 /// assert!(bytes.starts_with(b"NVIDIA ARC MBSDF V1\n"));
 /// let last = f32::from_le_bytes(*bytes.last_chunk().unwrap());
 /// assert_eq!(last, (0.5 / std::f64::consts::PI) as f32);
-/// # Ok::<(), gonio::brdf::measured::mdl::MdlError>(())
+/// # Ok::<(), gonio::brdf::measured::TableError>(())
 /// ```
-pub fn write_mdl(brdf: &dyn Brdf, out: &mut impl Write) -> Result<(), MdlError> {
+pub fn write_mdl(brdf: &dyn Brdf, out: &mut impl Write) -> Result<(), TableError> {
     let (values, _) = tabulate(brdf)?;
-    Ok(write(&values, brdf.channels(), out)?)
+    let written = write(&values, brdf.channels(), out);
+    written.map_err(|e| TableError::Io("cannot write this MBSDF table", e))
 }
 
-/// Writes a file that appears whole or not at all. Returns the number of pairs without data, which are filled.
+/// Writes the values of a BRDF of some channels.
 ///
 /// # Errors
-/// [`MdlError`].
-pub fn write_mdl_file(brdf: &dyn Brdf, path: &Path) -> Result<usize, MdlError> {
-    let (values, lost) = tabulate(brdf)?;
-    let channels = brdf.channels();
-    files::write_atomically(path, |out| write(&values, channels, out))?;
-    Ok(lost)
-}
-
-fn write(values: &[f64], channels: &Channels, out: &mut impl Write) -> io::Result<()> {
+/// Those of `out`.
+pub(crate) fn write(values: &[f64], channels: &Channels, out: &mut impl Write) -> io::Result<()> {
     let version = env!("CARGO_PKG_VERSION");
     writeln!(out, "NVIDIA ARC MBSDF V1\ngenerator=\"gonio {version}\"")?;
     if let Some(w) = channels.wavelengths() {

@@ -1,6 +1,52 @@
 //! Measured tables, and materials converted into tables.
 
+/// A table in a file as a config names it: its keys beside `path` and `no_reading`, each with its default.
+macro_rules! file_table {
+    (
+        $kind:literal: $summary:literal
+        $(#[$about:meta])*
+        pub struct $Name:ident {
+            $($(#[$attribute:meta])* $key:ident: $type:ty = $default:expr;)*
+        }
+    ) => {
+        const KIND: &str = $kind;
+
+        /// The registry entry. No examples: those must build on every machine, and this kind needs a file.
+        pub const ENTRY: $crate::registry::Entry<dyn $crate::brdf::BrdfSpec> =
+            $crate::registry::Entry {
+                kind: KIND,
+                summary: $summary,
+                examples: &[],
+                read: |table| Ok(Box::new($crate::registry::parse::<$Name>(table)?)),
+            };
+
+        $(#[$about])*
+        #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $Name {
+            /// The file.
+            pub path: std::path::PathBuf,
+            /// One more number that stands for no reading.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub no_reading: Option<f64>,
+            $($(#[$attribute])* pub $key: $type,)*
+        }
+
+        impl $Name {
+            /// A file with every other key at its default.
+            pub fn of(path: std::path::PathBuf) -> Self {
+                Self {
+                    path,
+                    no_reading: None,
+                    $($key: $default,)*
+                }
+            }
+        }
+    };
+}
+
 mod doubts;
+mod error;
 pub mod mdl;
 pub mod merl;
 pub mod rgl;
@@ -9,6 +55,7 @@ pub mod tensor_tree;
 pub mod utia;
 pub mod zemax;
 
+pub use error::TableError;
 pub use tabulated::TabulatedSpec;
 
 pub(super) use merl::ENTRY as MERL;
@@ -20,26 +67,27 @@ pub(super) use zemax::ENTRY as ZEMAX;
 
 use super::{Brdf, Channels, Presence};
 use crate::error::ParameterError;
+use crate::files;
 use crate::geometry::DirectionPair;
 use std::fmt;
+use std::fs::File;
+use std::io::{self, Write};
 use std::path::Path;
 
-/// The values of a table, one list per channel; each kind of table says what they mean.
-#[derive(Clone, Debug)]
-enum Planes {
-    /// One plane.
-    Luminance(Vec<f64>),
-    /// R, G, B.
-    Rgb([Vec<f64>; 3]),
-}
+/// Values of a channel that are written at a time.
+const PART: usize = 360;
 
-impl Planes {
-    fn channels(&self) -> &'static Channels {
-        match self {
-            Planes::Luminance(_) => &Channels::Luminance,
-            Planes::Rgb(_) => &Channels::Rgb,
-        }
+/// Opens a table that is a regular file; also its length.
+fn open_regular(
+    path: &Path,
+    no_access: fn(io::Error) -> TableError,
+) -> Result<(File, u64), TableError> {
+    // Asked by name: a pipe that nobody writes to would not open.
+    let meta = std::fs::metadata(path).map_err(no_access)?;
+    if !meta.is_file() {
+        return Err(TableError::malformed("not a regular file"));
     }
+    Ok((files::open(path).map_err(no_access)?, meta.len()))
 }
 
 /// Values of a BRDF at some pairs, channels together; NaN without data, or where it breaks its promise to be finite and not
@@ -98,6 +146,44 @@ fn fill_gaps(row: &mut [f64], n: usize) -> bool {
         }
     }
     true
+}
+
+/// Checks that a `table` of isotropic materials can hold a BRDF; the sentence `wavelengths` refuses one of more than `most` of them.
+fn suits_isotropic(
+    brdf: &dyn Brdf,
+    table: &str,
+    wavelengths: &str,
+    most: usize,
+) -> Result<(), TableError> {
+    if !brdf.symmetry().isotropic {
+        return Err(TableError::unsuited(format!(
+            "{table} holds isotropic materials; this one changes as the sample is turned"
+        )));
+    }
+    match brdf.channels().wavelengths() {
+        Some(w) if w.nm().len() > most => Err(TableError::unsuited(wavelengths)),
+        _ => Ok(()),
+    }
+}
+
+/// Writes R, then G, then B of values of `n` interleaved channels, 1 or 3, each as the eight bytes of what is `stored` of a channel
+/// and value.
+fn write_planes(
+    values: &[f64],
+    n: usize,
+    stored: impl Fn(usize, f64) -> f64,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    let mut bytes = Vec::new();
+    for c in 0..3 {
+        for part in values.chunks(n * PART) {
+            bytes.clear();
+            let channel = part.iter().skip(c.min(n - 1)).step_by(n);
+            bytes.extend(channel.flat_map(|v| stored(c, *v).to_le_bytes()));
+            out.write_all(&bytes)?;
+        }
+    }
+    Ok(())
 }
 
 /// Label of a table: the name of its file, or its kind if that has none.

@@ -4,9 +4,9 @@
 //! has the cells, the rounding and the missing data of a file, without one. It answers "how much of
 //! the error is the table's?" before an instrument is involved.
 
-use super::merl::{Interpolation, Merl, MerlError, MerlGrid, Nodes, write_merl};
-use super::utia::{FILE_LEN, Utia, UtiaError, write_utia};
-use super::without_wavelengths;
+use super::merl::{Interpolation, Merl, MerlGrid, NOT_ISOTROPIC, Nodes, write_merl};
+use super::utia::{FILE_LEN, Utia, write_utia};
+use super::{TableError, without_wavelengths};
 use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
@@ -140,7 +140,7 @@ impl BrdfSpec for TabulatedSpec {
         if self.keys.format == TableFormat::Utia || self.symmetry(channels)?.isotropic {
             return Ok(());
         }
-        let allowed = format!("another material: {}", MerlError::NotIsotropic);
+        let allowed = format!("another material: {NOT_ISOTROPIC}");
         Err(ParameterError::new("of", self.of.label(), allowed).into())
     }
 
@@ -162,18 +162,18 @@ impl BrdfSpec for TabulatedSpec {
         without_wavelengths("format", self.keys.format.name(), &channels)?;
         let brdf = self.of.build(channels.clone())?;
         // Memory neither fails nor runs over: what is left is a material that does not fit.
-        let refused = |e: &dyn std::fmt::Display| {
+        let refused = |e: TableError| {
             ParameterError::new("of", self.of.label(), format!("another material: {e}"))
         };
         match self.keys.format {
             TableFormat::Merl => {
                 let nodes = self.keys.nodes.unwrap_or_default();
-                let table = merl_of(&*brdf, nodes, channels).map_err(|e| refused(&e))?;
+                let table = merl_of(&*brdf, nodes, channels).map_err(refused)?;
                 let interpolation = self.keys.interpolation.unwrap_or_default();
                 Ok(Box::new(table.with_interpolation(interpolation)))
             }
             TableFormat::Utia => {
-                let table = utia_of(&*brdf, channels).map_err(|e| refused(&e))?;
+                let table = utia_of(&*brdf, channels).map_err(refused)?;
                 Ok(Box::new(table))
             }
         }
@@ -196,7 +196,7 @@ impl BrdfSpec for TabulatedSpec {
     }
 }
 
-fn merl_of(brdf: &dyn Brdf, nodes: Nodes, channels: Channels) -> Result<Merl, MerlError> {
+fn merl_of(brdf: &dyn Brdf, nodes: Nodes, channels: Channels) -> Result<Merl, TableError> {
     let grid = MerlGrid::holding(brdf)?.with_nodes(nodes);
     let mut bytes = Vec::with_capacity(grid.file_len() as usize);
     write_merl(brdf, grid, &mut bytes)?;
@@ -206,7 +206,7 @@ fn merl_of(brdf: &dyn Brdf, nodes: Nodes, channels: Channels) -> Result<Merl, Me
         .with_bilateral(brdf.symmetry().bilateral))
 }
 
-fn utia_of(brdf: &dyn Brdf, channels: Channels) -> Result<Utia, UtiaError> {
+fn utia_of(brdf: &dyn Brdf, channels: Channels) -> Result<Utia, TableError> {
     let mut bytes = Vec::with_capacity(FILE_LEN as usize);
     write_utia(brdf, &mut bytes)?;
     let table = Utia::read(bytes.as_slice(), 1.0, channels)?;

@@ -16,8 +16,7 @@ use crate::brdf::spectrum::{planes, spread};
 use crate::brdf::{Channels, Spectrum};
 use crate::error::ParameterError;
 use crate::numeric::DENOMINATOR_FLOOR;
-use crate::registry::{self, Entry, ReadError, Table};
-use serde::{Deserialize, Serialize};
+use crate::registry::{self, Entry, NoKeys, ReadError, Table, keys};
 
 const CONDUCTOR: Entry<FresnelSpec> = Entry {
     kind: "conductor",
@@ -48,7 +47,7 @@ const NONE: Entry<FresnelSpec> = Entry {
     summary: "perfect mirrors, F = 1",
     examples: &[""],
     read: |table| {
-        registry::parse::<NoParameters>(table)?;
+        registry::parse::<NoKeys>(table)?;
         Ok(Box::new(FresnelSpec::None))
     },
 };
@@ -61,6 +60,12 @@ pub fn all() -> Vec<Entry<FresnelSpec>> {
 /// Reads a Fresnel term from its config table.
 pub fn read(table: Table<'_>) -> Result<FresnelSpec, ReadError> {
     registry::read("fresnel term", &all(), table).map(|spec| *spec)
+}
+
+/// Takes the term of another table out of it; the usual one if it names none.
+pub(crate) fn take(table: &mut Table<'_>) -> Result<FresnelSpec, ReadError> {
+    let term = registry::take_table(table, "fresnel")?;
+    term.map_or_else(|| Ok(FresnelSpec::default()), read)
 }
 
 /// A Fresnel term, as a config writes it.
@@ -76,58 +81,32 @@ pub enum FresnelSpec {
     None,
 }
 
-/// Complex index of a metal, relative to air.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ConductorSpec {
-    /// Real part, above 0.
-    pub eta: Spectrum,
-    /// Imaginary part (extinction), 0 or more.
-    pub kappa: Spectrum,
-}
-
-/// Real index, relative to air.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DielectricSpec {
-    /// Index of refraction, 1 or more.
-    pub ior: Spectrum,
-}
-
-/// Schlick's parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SchlickSpec {
-    /// Reflectance at the normal, in [0, 1].
-    pub f0: Spectrum,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoParameters {}
-
-impl Default for ConductorSpec {
-    fn default() -> Self {
-        Self {
-            eta: Spectrum::Grey(0.2),
-            kappa: Spectrum::Grey(3.0),
-        }
+keys! {
+    /// Complex index of a metal, relative to air.
+    #[derive(PartialEq)]
+    pub struct ConductorSpec(channels: &Channels) {
+        /// Real part.
+        eta: Spectrum = Spectrum::Grey(0.2), in 1e-3..=1e3;
+        /// Imaginary part (extinction).
+        kappa: Spectrum = Spectrum::Grey(3.0), in 0.0..=1e3;
     }
 }
 
-impl Default for DielectricSpec {
-    fn default() -> Self {
-        Self {
-            ior: Spectrum::Grey(1.5),
-        }
+keys! {
+    /// Real index, relative to air.
+    #[derive(PartialEq)]
+    pub struct DielectricSpec(channels: &Channels) {
+        /// Index of refraction.
+        ior: Spectrum = Spectrum::Grey(1.5), in 1.0..=1e3;
     }
 }
 
-impl Default for SchlickSpec {
-    fn default() -> Self {
-        Self {
-            f0: Spectrum::Grey(0.04),
-        }
+keys! {
+    /// Schlick's parameter.
+    #[derive(PartialEq)]
+    pub struct SchlickSpec(channels: &Channels) {
+        /// Reflectance at the normal.
+        f0: Spectrum = Spectrum::Grey(0.04), in 0.0..=1.0;
     }
 }
 
@@ -144,7 +123,7 @@ impl FresnelSpec {
             FresnelSpec::Conductor(spec) => registry::resolved(CONDUCTOR.kind, spec),
             FresnelSpec::Dielectric(spec) => registry::resolved(DIELECTRIC.kind, spec),
             FresnelSpec::Schlick(spec) => registry::resolved(SCHLICK.kind, spec),
-            FresnelSpec::None => registry::resolved(NONE.kind, &NoParameters {}),
+            FresnelSpec::None => registry::resolved(NONE.kind, &NoKeys {}),
         }
     }
 
@@ -173,15 +152,13 @@ impl FresnelSpec {
     /// # Errors
     /// The first parameter outside its range.
     pub fn check(&self, channels: &Channels) -> Result<(), ParameterError> {
-        match self {
-            FresnelSpec::Conductor(s) => {
-                s.eta.check("fresnel.eta", 1e-3, 1e3, channels)?;
-                s.kappa.check("fresnel.kappa", 0.0, 1e3, channels)
-            }
-            FresnelSpec::Dielectric(s) => s.ior.check("fresnel.ior", 1.0, 1e3, channels),
-            FresnelSpec::Schlick(s) => s.f0.check("fresnel.f0", 0.0, 1.0, channels),
+        let checked = match self {
+            FresnelSpec::Conductor(s) => s.check_keys(channels),
+            FresnelSpec::Dielectric(s) => s.check_keys(channels),
+            FresnelSpec::Schlick(s) => s.check_keys(channels),
             FresnelSpec::None => Ok(()),
-        }
+        };
+        checked.map_err(|e| e.within("fresnel"))
     }
 }
 

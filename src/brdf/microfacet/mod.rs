@@ -25,9 +25,7 @@ pub use fresnel::{Fresnel, FresnelSpec};
 pub use ggx::{ENTRY as GGX, Ggx};
 
 use super::half_vector::{half_above, reflect};
-use super::{
-    Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf, Tables,
-};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf};
 use crate::geometry::{BLOCK, Direction, DirectionPair, FEW, PairBlock, Symmetry, half_and_back};
 use crate::numeric::DENOMINATOR_FLOOR;
 use crate::numeric::angles::scale;
@@ -35,7 +33,6 @@ use crate::registry::{self, ReadError, Table};
 use crate::sampling::RandomStream;
 use glam::DVec3;
 use pulp::{Arch, NullaryFnOnce};
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
 
@@ -69,30 +66,24 @@ pub trait Distribution: Clone + std::fmt::Debug + Send + Sync + 'static {
 }
 
 /// A microfacet model, as a config writes it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default, bound = "")]
 pub struct MicrofacetSpec<D> {
     /// Roughness, one number or [alpha_x, alpha_y].
     pub alpha: Roughness,
     /// Reflectance of one facet.
+    #[serde(skip_serializing, deserialize_with = "registry::taken")]
     pub fresnel: FresnelSpec,
+    #[serde(skip)]
     distribution: PhantomData<fn() -> D>,
 }
 
-/// The keys of the table itself; `fresnel`, a table with a kind of its own, is taken out before
-/// and listed so that the message about an unknown key names it.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Keys {
-    alpha: Roughness,
-    #[serde(rename = "fresnel")]
-    _fresnel: IgnoredAny,
-}
-
-impl Default for Keys {
+impl<D> Default for MicrofacetSpec<D> {
     fn default() -> Self {
         Self {
             alpha: Roughness::Isotropic(0.3),
-            _fresnel: IgnoredAny,
+            fresnel: FresnelSpec::default(),
+            distribution: PhantomData,
         }
     }
 }
@@ -103,27 +94,21 @@ impl<D: Distribution> MicrofacetSpec<D> {
         Self {
             alpha,
             fresnel,
-            distribution: PhantomData,
+            ..Self::default()
         }
     }
 
     fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
-        let fresnel = match registry::take_table(&mut table, "fresnel")? {
-            Some(table) => fresnel::read(table)?,
-            None => FresnelSpec::default(),
-        };
-        let keys: Keys = registry::parse(table)?;
-        Ok(Box::new(Self::new(keys.alpha, fresnel)))
+        Ok(Box::new(Self {
+            fresnel: fresnel::take(&mut table)?,
+            ..registry::parse(table)?
+        }))
     }
 }
 
 impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
     fn resolved(&self) -> registry::Keys {
-        #[derive(Serialize)]
-        struct Written {
-            alpha: Roughness,
-        }
-        let mut table = registry::resolved(D::KIND, &Written { alpha: self.alpha });
+        let mut table = registry::resolved(D::KIND, self);
         table.insert("fresnel".into(), self.fresnel.resolved().into());
         table
     }
@@ -138,7 +123,7 @@ impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
     }
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
-        self.alpha.check("alpha")?;
+        self.alpha.within("alpha", Roughness::RANGE, channels)?;
         self.fresnel.check(channels)?;
         Ok(())
     }
@@ -154,10 +139,6 @@ impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
             &self.fresnel,
             channels,
         )))
-    }
-
-    fn tables(&self) -> Tables {
-        Tables::NONE
     }
 }
 
@@ -243,10 +224,7 @@ impl<D: Distribution> Brdf for Microfacet<D> {
     }
 
     fn symmetry(&self) -> Symmetry {
-        Symmetry {
-            isotropic: self.isotropic,
-            ..Symmetry::ORTHOTROPIC
-        }
+        Symmetry::ORTHOTROPIC.with_isotropy(self.isotropic)
     }
 
     fn conserves_energy(&self) -> bool {

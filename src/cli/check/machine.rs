@@ -18,7 +18,7 @@ const SPOTS_DEG: [[f64; 2]; 4] = [[0.0, 0.0], [60.0, 0.0], [0.0, 60.0], [60.0, 6
 
 /// What is known of an instrument without a config.
 #[derive(Serialize)]
-pub(super) struct Described<'s> {
+pub(super) struct Instrument<'s> {
     instrument: &'s InstrumentSpec,
     class_summary: String,
     spots: Vec<Spots>,
@@ -53,7 +53,7 @@ struct Numbers {
     without_provenance: usize,
 }
 
-impl<'s> Described<'s> {
+impl<'s> Instrument<'s> {
     pub(super) fn new(spec: &'s InstrumentSpec, seed: u64) -> Result<Self, Error> {
         let machine = Machine::new(spec).map_err(|e| Error::Internal(e.to_string()))?;
         let class = machine.class();
@@ -69,7 +69,7 @@ impl<'s> Described<'s> {
             }
         });
         let mut reach = vec![Reach::of(&machine, seed, true)];
-        if !class.isotropic_only() {
+        if !class.isotropic_only {
             reach.push(Reach::of(&machine, seed, false));
         }
         let tags = spec.origins().into_iter();
@@ -79,7 +79,7 @@ impl<'s> Described<'s> {
         let count = |tag: Option<Tag>| tags.iter().filter(|&&t| t == tag).count();
         Ok(Self {
             instrument: spec,
-            class_summary: class.summary().to_owned(),
+            class_summary: class.summary.to_owned(),
             spots: spots.collect(),
             reach,
             numbers: Numbers {

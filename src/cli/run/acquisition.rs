@@ -1,41 +1,49 @@
 //! Observers and output of an acquisition.
 
-use super::{End, RunContext, Shown};
+use super::{End, Observers, Printed, Shown};
 use crate::cli::print;
-use crate::cli::talk::note;
+use crate::cli::verbosity::note;
 use crate::error::Error;
-use crate::experiment::{Event, Findings, Kind, Metric, Observer, Plan, QuantityGroup, Row, Wish};
+use crate::experiment::{
+    ByProduct, Event, Findings, Kind, Metric, Observer, Plan, QuantityGroup, Row, Shard,
+};
 use crate::metrics::{Measure, MetricsSpec};
 use crate::report::Studio;
 use crate::report::{
-    Below, MaterialPictures, PARQUET, Picture, RANKING, REPORT, RESULTS, RunFolder, TIMES, Table,
-    calibration, instruments, ranking, ranking_csv, results_csv, schedule_stem, study_html,
-    study_text,
+    Below, PARQUET, RANKING, REPORT, RESULTS, RunFolder, TIMES, Table, calibration, instruments,
+    ranking, ranking_csv, results_csv, schedule_stem, study_html, study_text,
 };
 use std::cell::RefCell;
 use std::io::Write;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 type Folder = RunFolder<Row>;
 
 impl Shown for Plan {
+    fn table(&self) -> Result<Option<Printed<'_, Row>>, Error> {
+        if self.kind != Kind::Acquisition {
+            return Ok(None);
+        }
+        let table = Table::new(self);
+        let lines = move |rows: &[&Row]| table.lines(rows);
+        Ok(Some((Table::new(self).head(), Box::new(lines))))
+    }
+
     fn listeners<'a>(
         &'a self,
         folder: &'a RefCell<Folder>,
-        context: &RunContext,
-    ) -> Result<Vec<Box<dyn Observer<Row> + 'a>>, Error> {
-        let mut list: Vec<Box<dyn Observer<Row> + 'a>> = Vec::new();
+        shard: Option<Shard>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Observers<'a, Row>, Error> {
+        let mut list: Observers<'a, Row> = Vec::new();
         if self.output.schedules.0.is_some() || self.output.slices {
             list.push(Box::new(Asked { plan: self, folder }));
         }
-        if self.kind == Kind::Acquisition {
-            let table = Table::new(self);
-            print(&table.head())?;
-            list.push(Box::new(Lines(table)));
-        }
         if self.pictures.draw {
-            let studio = Studio::new(self, context.shard)?;
+            let studio = Studio::new(self, shard)?;
             studio.general(&mut folder.borrow_mut())?;
-            let stop = std::sync::Arc::clone(&context.stop);
+            let stop = Arc::clone(stop);
             list.push(Box::new(Drawn {
                 studio,
                 folder,
@@ -72,8 +80,12 @@ impl Shown for Plan {
                     print(&study_text(&findings))?;
                 }
                 print(&calibration(&findings))?;
-                let (general, pictures) = gathered(self, folder, end)?;
-                let html = study_html(self, &rows, &findings, end.manifest, &general, &pictures)?;
+                let (general, pictures) = match self.pictures.draw {
+                    true => Studio::new(self, None)?.gathered(folder, end.materials),
+                    false => (Vec::new(), Vec::new()),
+                };
+                let manifest = serde_json::to_value(end.manifest).map_err(|e| internal(&e))?;
+                let html = study_html(self, &rows, &findings, &manifest, &general, &pictures)?;
                 Some((findings, html))
             }
         };
@@ -84,12 +96,10 @@ impl Shown for Plan {
         let Some((findings, html)) = report else {
             return Ok(());
         };
-        {
-            let figure = crate::report::study_curves(&findings)?;
-            folder.write_below(Below::Pictures, "errors.svg", |out| {
-                out.write_all(figure.as_bytes())
-            })?;
-        }
+        let figure = crate::report::study_curves(&findings)?;
+        folder.write_below(Below::Pictures, "errors.svg", |out| {
+            out.write_all(figure.as_bytes())
+        })?;
         let times = crate::report::study_timings(&findings)?;
         folder.write_file(TIMES, |out| out.write_all(times.as_bytes()))?;
         folder.write_file(RANKING, |out| ranking_csv(out, &findings))?;
@@ -165,30 +175,6 @@ fn note_truths(rows: &[&Row]) {
     }
 }
 
-/// The pictures of a report: of the run itself, and of its materials.
-fn gathered(
-    plan: &Plan,
-    folder: &Folder,
-    end: &End<'_>,
-) -> Result<(Vec<Picture>, Vec<MaterialPictures>), Error> {
-    if plan.pictures.draw {
-        return Ok(Studio::new(plan, None)?.gathered(folder, end.materials));
-    }
-    Ok((Vec::new(), Vec::new()))
-}
-
-/// Prints a line per schedule and material.
-struct Lines(Table);
-
-impl Observer<Row> for Lines {
-    fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
-        match event {
-            Event::Complete(rows) => print(&self.0.lines(rows)),
-            _ => Ok(()),
-        }
-    }
-}
-
 /// Writes schedules and slices where `[output]` asks for them.
 struct Asked<'a> {
     plan: &'a Plan,
@@ -204,21 +190,21 @@ impl Asked<'_> {
 }
 
 impl Observer<Row> for Asked<'_> {
-    fn wants(&self, wish: &Wish<'_>) -> bool {
+    fn wants(&self, wish: &ByProduct<'_>) -> bool {
         let folder = self.folder.borrow();
         match wish {
-            Wish::Schedule(key) => {
+            ByProduct::Schedule(key) => {
                 let name = self.schedule(key);
                 name.is_some_and(|name| !folder.has(Below::Schedules, &name))
             }
-            Wish::Reconstruction(job) if self.plan.output.slices => {
+            ByProduct::Reconstruction(job) if self.plan.output.slices => {
                 !folder.has(Below::Slices, &crate::report::slice_name(job))
             }
             _ => false,
         }
     }
 
-    fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
+    fn observe(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
         let mut folder = self.folder.borrow_mut();
         match event {
             Event::Planned(key, schedule, itinerary) => {
@@ -246,13 +232,13 @@ impl Observer<Row> for Asked<'_> {
 struct Drawn<'a> {
     studio: Studio<'a>,
     folder: &'a RefCell<Folder>,
-    stop: std::sync::Arc<std::sync::atomic::AtomicBool>,
+    stop: Arc<AtomicBool>,
 }
 
 impl Observer<Row> for Drawn<'_> {
-    fn wants(&self, wish: &Wish<'_>) -> bool {
+    fn wants(&self, wish: &ByProduct<'_>) -> bool {
         match *wish {
-            Wish::Material(position, material, key) => {
+            ByProduct::Material(position, material, key) => {
                 let folder = self.folder.borrow();
                 self.studio.wants(&folder, position, material, key)
             }
@@ -260,12 +246,12 @@ impl Observer<Row> for Drawn<'_> {
         }
     }
 
-    fn tell(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
+    fn observe(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
         let Event::Loaded(material, key, brdf) = *event else {
             return Ok(());
         };
         let stop = &*self.stop;
-        let stopped = || stop.load(std::sync::atomic::Ordering::SeqCst);
+        let stopped = || stop.load(Ordering::SeqCst);
         let mut folder = self.folder.borrow_mut();
         self.studio
             .material(&mut folder, material, brdf, key, &stopped)

@@ -1,10 +1,11 @@
 //! Observers of a run: progress bar, file of records, and those of its kind.
 
-use crate::cli::doubt;
+use super::Lines;
 use crate::cli::progress::Progress;
-use crate::cli::talk::say;
+use crate::cli::verbosity::say;
+use crate::cli::{doubt, print};
 use crate::error::Error;
-use crate::experiment::{Event, Failure, Observer, Record, Wish};
+use crate::experiment::{ByProduct, Event, Failure, Observer, Record};
 use crate::report::RunFolder;
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -14,10 +15,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) struct Consumers<'a, R> {
     pub(super) stop: Arc<AtomicBool>,
     pub(super) progress: Progress,
+    /// Where records are appended to their file.
+    pub(super) folder: &'a RefCell<RunFolder<R>>,
+    /// Lines that are printed.
+    pub(super) lines: Option<Lines<'a, R>>,
     pub(super) list: Vec<Box<dyn Observer<R> + 'a>>,
 }
 
-impl<R> Observer<R> for Consumers<'_, R> {
+impl<R: Record> Observer<R> for Consumers<'_, R> {
     fn cancelled(&self) -> bool {
         self.stop.load(Ordering::SeqCst)
     }
@@ -26,39 +31,33 @@ impl<R> Observer<R> for Consumers<'_, R> {
         self.progress.begin(work as u64);
     }
 
-    fn wants(&self, wish: &Wish<'_>) -> bool {
+    fn wants(&self, wish: &ByProduct<'_>) -> bool {
         self.list.iter().any(|consumer| consumer.wants(wish))
     }
 
-    fn tell(&mut self, event: &Event<'_, R>) -> Result<(), Error> {
+    fn observe(&mut self, event: &Event<'_, R>) -> Result<(), Error> {
         self.progress.follow(event);
-        // Failures are told in any case.
-        if let Event::Failed(Failure { job, reason, .. }) = event {
-            let line = format!("gonio: {job}: {reason}");
-            self.progress.suspend(|| say(&line));
-        }
-        if let Event::Loaded(material, _, brdf) = event {
-            self.progress.suspend(|| doubt(material, *brdf));
+        // What is printed must not run into the bar.
+        match event {
+            // Failures are told in any case.
+            Event::Failed(Failure { job, reason, .. }) => {
+                let line = format!("gonio: {job}: {reason}");
+                self.progress.suspend(|| say(&line));
+            }
+            Event::Loaded(material, _, brdf) => {
+                self.progress.suspend(|| doubt(material, *brdf));
+            }
+            Event::Made(rows) => self.folder.borrow_mut().write_rows(rows)?,
+            Event::Complete(rows) => {
+                if let Some(lines) = &self.lines {
+                    self.progress.suspend(|| print(&lines(rows)))?;
+                }
+            }
+            _ => {}
         }
         for consumer in &mut self.list {
-            // What is printed must not run into the bar.
-            match event {
-                Event::Complete(_) => self.progress.suspend(|| consumer.tell(event))?,
-                event => consumer.tell(event)?,
-            }
+            consumer.observe(event)?;
         }
         Ok(())
-    }
-}
-
-/// Observer that appends records to their file.
-pub(super) struct Files<'a, R>(pub(super) &'a RefCell<RunFolder<R>>);
-
-impl<R: Record> Observer<R> for Files<'_, R> {
-    fn tell(&mut self, event: &Event<'_, R>) -> Result<(), Error> {
-        match event {
-            Event::Made(rows) => self.0.borrow_mut().write_rows(rows),
-            _ => Ok(()),
-        }
     }
 }

@@ -1,13 +1,13 @@
 //! Observers and output of a moment experiment.
 
-use super::{End, RunContext, Shown};
+use super::{End, Observers, Printed, Shown};
 use crate::cli::print;
-use crate::cli::talk::note;
+use crate::cli::verbosity::note;
 use crate::error::Error;
+use crate::experiment::Shard;
 use crate::experiment::moments::{
     Group, MaterialProfiles, MomentsPlan, ProfileFits, ProfileRow, at_bound,
 };
-use crate::experiment::{Event, Observer};
 use crate::moments::ViewRange;
 use crate::report::Below;
 use crate::report::{
@@ -16,15 +16,13 @@ use crate::report::{
 };
 use std::cell::RefCell;
 use std::io::Write;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 type Folder = RunFolder<MaterialProfiles>;
 
 impl Shown for MomentsPlan {
-    fn listeners<'a>(
-        &'a self,
-        folder: &'a RefCell<Folder>,
-        _context: &RunContext,
-    ) -> Result<Vec<Box<dyn Observer<MaterialProfiles> + 'a>>, Error> {
+    fn table(&self) -> Result<Option<Printed<'_, MaterialProfiles>>, Error> {
         for name in &self.analysis.spheres {
             if self.materials.iter().all(|m| m.name != *name) {
                 note(&format!(
@@ -32,12 +30,19 @@ impl Shown for MomentsPlan {
                 ));
             }
         }
-        print(HEAD)?;
-        let lines = Lines(self, range(self)?);
-        Ok(vec![
-            Box::new(lines),
-            Box::new(spheres::Spheres::new(self, folder)),
-        ])
+        let range = range(self)?;
+        let of = move |m: &&MaterialProfiles| line(&fits(self, m, range), m.seconds.iter().sum());
+        let lines = move |materials: &[&MaterialProfiles]| materials.iter().map(of).collect();
+        Ok(Some((HEAD.into(), Box::new(lines))))
+    }
+
+    fn listeners<'a>(
+        &'a self,
+        folder: &'a RefCell<Folder>,
+        _shard: Option<Shard>,
+        _stop: &Arc<AtomicBool>,
+    ) -> Result<Observers<'a, MaterialProfiles>, Error> {
+        Ok(vec![Box::new(spheres::Spheres::new(self, folder))])
     }
 
     fn conclude(&self, folder: &mut Folder, end: &End<'_>) -> Result<(), Error> {
@@ -113,24 +118,6 @@ fn groups(plan: &MomentsPlan, materials: &[MaterialProfiles], range: ViewRange) 
     groups.filter(|group| !group.fits.is_empty()).collect()
 }
 
-/// Prints a line per material.
-struct Lines<'a>(&'a MomentsPlan, ViewRange);
-
-impl Observer<MaterialProfiles> for Lines<'_> {
-    fn tell(&mut self, event: &Event<'_, MaterialProfiles>) -> Result<(), Error> {
-        let Event::Complete(materials) = event else {
-            return Ok(());
-        };
-        for material in *materials {
-            print(&line(
-                &fits(self.0, material, self.1),
-                material.seconds.iter().sum(),
-            ))?;
-        }
-        Ok(())
-    }
-}
-
 /// A line of the table that is printed while materials are analysed.
 fn line(fits: &[ProfileFits], seconds: f64) -> String {
     let Some(first) = fits.first() else {
@@ -171,7 +158,7 @@ mod spheres {
     use crate::brdf::{Brdf, BuildError};
     use crate::error::Error;
     use crate::experiment::moments::{MaterialProfiles, MomentsPlan};
-    use crate::experiment::{Event, Material, Observer, Wish};
+    use crate::experiment::{ByProduct, Event, Material, Observer};
     use crate::lighting::Lighting;
     use crate::report::pictures::render_sphere;
     use crate::report::{Below, FilterEllipse, file_stem, sphere_svg};
@@ -267,9 +254,9 @@ mod spheres {
     }
 
     impl Observer<MaterialProfiles> for Spheres<'_> {
-        fn wants(&self, wish: &Wish<'_>) -> bool {
+        fn wants(&self, wish: &ByProduct<'_>) -> bool {
             match wish {
-                Wish::Material(_, material, key) if self.is_asked(material) => {
+                ByProduct::Material(_, material, key) if self.is_asked(material) => {
                     let name = format!("{}.svg", Self::stem(&material.name));
                     let there = self.folder.borrow().below(Below::Figures, &name);
                     !there.is_some_and(|svg| svg.ends_with(Self::mark(key).as_bytes()))
@@ -278,7 +265,7 @@ mod spheres {
             }
         }
 
-        fn tell(&mut self, event: &Event<'_, MaterialProfiles>) -> Result<(), Error> {
+        fn observe(&mut self, event: &Event<'_, MaterialProfiles>) -> Result<(), Error> {
             match event {
                 Event::Complete([.., last]) => self.last = Some((*last).clone()),
                 Event::Loaded(material, key, brdf) if self.is_asked(material) => {

@@ -1,25 +1,22 @@
 //! Observers and output of an experiment of kind `relations`.
 
-use super::{End, RunContext, Shown};
+use super::{End, Printed, Shown};
 use crate::cli::print;
 use crate::error::Error;
 use crate::experiment::relations::{MaterialRelations, RelationRow, RelationsPlan};
-use crate::experiment::{Event, Observer};
 use crate::report::{
     RELATIONS, RunFolder, relations_csv, relations_head, relations_lines, relations_summary,
 };
-use std::cell::RefCell;
 
 type Folder = RunFolder<MaterialRelations>;
 
 impl Shown for RelationsPlan {
-    fn listeners<'a>(
-        &'a self,
-        _folder: &'a RefCell<Folder>,
-        _context: &RunContext,
-    ) -> Result<Vec<Box<dyn Observer<MaterialRelations> + 'a>>, Error> {
-        print(&relations_head())?;
-        Ok(vec![Box::new(Lines)])
+    fn table(&self) -> Result<Option<Printed<'_, MaterialRelations>>, Error> {
+        let lines = |records: &[&MaterialRelations]| {
+            let rows: Vec<RelationRow> = records.iter().flat_map(|r| r.rows()).collect();
+            relations_lines(&rows)
+        };
+        Ok(Some((relations_head(), Box::new(lines))))
     }
 
     fn conclude(&self, folder: &mut Folder, end: &End<'_>) -> Result<(), Error> {
@@ -37,22 +34,5 @@ impl Shown for RelationsPlan {
             folder.write_below(below, &name, |out| out.write_all(svg.as_bytes()))?;
         }
         Ok(())
-    }
-
-    fn left_out(&self) -> Vec<(&'static str, String)> {
-        Vec::new()
-    }
-}
-
-/// Prints a line per relation.
-struct Lines;
-
-impl Observer<MaterialRelations> for Lines {
-    fn tell(&mut self, event: &Event<'_, MaterialRelations>) -> Result<(), Error> {
-        let Event::Complete(records) = event else {
-            return Ok(());
-        };
-        let rows: Vec<RelationRow> = records.iter().flat_map(|r| r.rows()).collect();
-        print(&relations_lines(&rows))
     }
 }

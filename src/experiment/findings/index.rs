@@ -154,6 +154,24 @@ impl<'a> Index<'a> {
         (kept, left_out)
     }
 
+    /// A value by choice, allowance and position in `materials`.
+    pub fn each<T>(
+        &self,
+        measure: usize,
+        materials: &[usize],
+        of: impl Fn([usize; 4]) -> T,
+    ) -> Vec<Vec<Vec<T>>> {
+        let at = |choice, a| {
+            materials
+                .iter()
+                .map(|&m| of([measure, choice, a, m]))
+                .collect()
+        };
+        let allowances = 0..self.allowances.list.len();
+        let of_choice = |c| allowances.clone().map(|a| at(c, a)).collect();
+        (0..self.choices.list.len()).map(of_choice).collect()
+    }
+
     /// The arithmetic mean over seeds of a number of the rows; 0 of none.
     pub fn average(&self, at: [usize; 4], of: impl Fn(&Row) -> f64) -> f64 {
         let rows = self.rows.get(&at).map_or(&[][..], Vec::as_slice);

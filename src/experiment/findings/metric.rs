@@ -2,28 +2,20 @@
 
 use crate::experiment::row::Row;
 use crate::metrics::{Errors, Expected};
+use crate::registry::named;
 
-/// An error metric that is compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Metric {
-    /// `nrmse`.
-    Nrmse,
-    /// `log_relative`.
-    LogRelative,
+named! {
+    /// An error metric that is compared.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Metric {
+        /// `nrmse`.
+        Nrmse = "nrmse",
+        /// `log_relative`.
+        LogRelative = "log_relative",
+    }
 }
 
 impl Metric {
-    /// Every metric, in the order of reports.
-    pub const ALL: [Metric; 2] = [Metric::Nrmse, Metric::LogRelative];
-
-    /// Its column.
-    pub fn name(self) -> &'static str {
-        match self {
-            Metric::Nrmse => "nrmse",
-            Metric::LogRelative => "log_relative",
-        }
-    }
-
     pub(super) fn of_expected(self, expected: &Expected) -> Option<f64> {
         match self {
             Metric::Nrmse => expected.nrmse,

@@ -7,7 +7,7 @@ use crate::moments::{
     Profile, SharedEnergyFit, VarianceFit, ViewRange, fit_average_variance, fit_energy,
     fit_energy_shared, fit_mean, fit_mean_variance,
 };
-use crate::numeric::{CorrelationMatrix, correlate};
+use crate::numeric::{Correlation, CorrelationMatrix, correlate};
 use serde::Serialize;
 
 /// The fits of one profile, and averages over the fitted views.
@@ -87,12 +87,12 @@ impl ProfileFits {
 
     /// Slope µ̃ of the mean; `None` if its fit failed.
     pub fn slope(&self) -> Option<f64> {
-        Some(self.mean.as_ref().ok()?.slope())
+        Some(self.mean.as_ref().ok()?.slope)
     }
 
     /// Average variance σ̃², rad²; `None` if its fit failed.
     pub fn average_variance(&self) -> Option<f64> {
-        Some(self.variance.as_ref().ok()?.variance())
+        Some(self.variance.as_ref().ok()?.variance)
     }
 }
 
@@ -105,7 +105,7 @@ pub fn at_bound(fit: &EnergyFit, range: ViewRange) -> [bool; 2] {
     match fit.knots() {
         Some([lower, _]) => [
             lower < range.ends()[0] + 0.5_f64.to_radians(),
-            fit.upper_at_end(),
+            fit.upper_at_end,
         ],
         None => [false; 2],
     }
@@ -296,19 +296,19 @@ fn correlations(fits: &[ProfileFits], channels: usize) -> Vec<CorrelationRow> {
             .map(of)
             .collect()
     };
+    let row = |between, a, b, c: Correlation| CorrelationRow {
+        between,
+        a,
+        b,
+        pearson: c.pearson,
+        spearman: c.spearman,
+        materials: c.pairs,
+    };
     let mut rows = Vec::new();
     let matrix = CorrelationMatrix::new(QUANTITIES.map(|(name, of)| (name, column(0, of))));
     for (i, a) in matrix.names().iter().enumerate() {
         for (j, b) in matrix.names().iter().enumerate().skip(i + 1) {
-            let c = matrix.rows()[i][j];
-            rows.push(CorrelationRow {
-                between: "orders",
-                a: a.clone(),
-                b: b.clone(),
-                pearson: c.pearson,
-                spearman: c.spearman,
-                materials: c.pairs,
-            });
+            rows.push(row("orders", a.clone(), b.clone(), matrix.rows()[i][j]));
         }
     }
     let colours: Vec<(usize, Channel)> = fits
@@ -322,14 +322,8 @@ fn correlations(fits: &[ProfileFits], channels: usize) -> Vec<CorrelationRow> {
         for (k, &(i, a)) in colours.iter().enumerate() {
             for &(j, b) in &colours[k + 1..] {
                 let c = correlate(&column(i, of), &column(j, of));
-                rows.push(CorrelationRow {
-                    between: "channels",
-                    a: format!("{name} {}", a.name()),
-                    b: format!("{name} {}", b.name()),
-                    pearson: c.pearson,
-                    spearman: c.spearman,
-                    materials: c.pairs,
-                });
+                let [a, b] = [a, b].map(|channel| format!("{name} {}", channel.name()));
+                rows.push(row("channels", a, b, c));
             }
         }
     }

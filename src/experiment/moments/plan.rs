@@ -3,7 +3,7 @@
 use super::spec::MomentsTable;
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::{Error, ParameterError};
-use crate::experiment::checks::distinct;
+use crate::experiment::checks::{distinct, each_once, refused_in};
 use crate::experiment::choices::Material;
 use crate::experiment::keypath::KeyPath;
 use crate::experiment::kind::Kind;
@@ -12,7 +12,7 @@ use crate::experiment::source::Source;
 use crate::experiment::tables::{refuse_unknown, section, take_list};
 use crate::lighting::{self, LightingSpec, SkySpec};
 use crate::moments::ViewRange;
-use crate::registry::{self, ReadError, Table};
+use crate::registry::{self, ReadError, Table, keys};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -29,48 +29,37 @@ const KEYS: [&str; 10] = [
     "lighting",
 ];
 
-/// The keys of the top level that are no tables.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Scalars {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    question: Option<String>,
-    experiment: Kind,
-    seeds: Vec<u64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    materials_dir: Option<PathBuf>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    only: Option<Vec<String>>,
-}
-
-impl Default for Scalars {
-    fn default() -> Self {
-        Self {
-            question: None,
-            experiment: Kind::Moments,
-            seeds: vec![1],
-            materials_dir: None,
-            only: None,
-        }
+keys! {
+    /// The keys of the top level that are no tables.
+    struct Scalars {
+        #[serde(skip_serializing_if = "Option::is_none")]
+        question: Option<String> = None;
+        experiment: Kind = Kind::Moments;
+        seeds: Vec<u64> = vec![1];
+        #[serde(skip_serializing_if = "Option::is_none")]
+        materials_dir: Option<PathBuf> = None;
+        #[serde(skip_serializing_if = "Option::is_none")]
+        only: Option<Vec<String>> = None;
     }
 }
 
-/// `[analysis]`: the range of the fits and further analyses of the profiles.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct AnalysisSpec {
-    /// The first view that fits use, degrees.
-    pub min_view_deg: f64,
-    /// The last view that fits use, degrees. Measured tables are unreliable beyond 80°.
-    pub max_view_deg: f64,
-    /// True if clamping by the horizon is found for each profile; costs a second profile.
-    pub horizon: bool,
-    /// Materials that are drawn as a sphere with the covariance ellipses of three views; names that
-    /// no material has are told and left out.
-    pub spheres: Vec<String>,
-    /// Published numbers to compare with.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub published: Option<PublishedNumbers>,
+keys! {
+    /// `[analysis]`: the range of the fits and further analyses of the profiles.
+    #[derive(PartialEq)]
+    pub struct AnalysisSpec {
+        /// The first view that fits use, degrees.
+        min_view_deg: f64 = 0.0;
+        /// The last view that fits use, degrees. Measured tables are unreliable beyond 80°.
+        max_view_deg: f64 = 80.0;
+        /// True if clamping by the horizon is found for each profile; costs a second profile.
+        horizon: bool = false;
+        /// Materials that are drawn as a sphere with the covariance ellipses of three views; names that
+        /// no material has are told and left out.
+        spheres: Vec<String> = Vec::new();
+        /// Published numbers to compare with.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        published: Option<PublishedNumbers> = None;
+    }
 }
 
 /// `[analysis.published]`: published results, printed beside those found here. Texts; what
@@ -106,18 +95,6 @@ pub struct PublishedNumbers {
     pub odd_moments: String,
     /// Published text for the row "share the horizon explains".
     pub horizon: String,
-}
-
-impl Default for AnalysisSpec {
-    fn default() -> Self {
-        Self {
-            min_view_deg: 0.0,
-            max_view_deg: 80.0,
-            horizon: false,
-            spheres: Vec::new(),
-            published: None,
-        }
-    }
 }
 
 impl AnalysisSpec {
@@ -171,20 +148,13 @@ impl MomentsPlan {
         source: &'s Source,
         table: Table<'s>,
     ) -> Result<Self, Error> {
-        let Parts {
-            scalars,
-            merl,
-            tables,
-            moments,
-            analysis,
-            lighting,
-        } = parts(table).map_err(|e| source.error(e))?;
-        let moments = moments.unwrap_or_default();
+        let parts = parts(table).map_err(|e| source.error(e))?;
+        let (scalars, analysis, lighting) = (parts.scalars, parts.analysis, parts.lighting);
+        let moments = parts.moments.unwrap_or_default();
         moments.check(source)?;
         let base = KeyPath::of("analysis");
-        analysis
-            .range()
-            .map_err(|e| source.error_at(&base.key(&e.key), format!("{base}.{e}")))?;
+        let range = analysis.range();
+        range.map_err(|e| refused_in(source, &base, &e))?;
         let &[seed] = scalars.seeds.as_slice() else {
             let message = format!("seeds = {:?}: allowed is one seed", scalars.seeds);
             return Err(source.error_at(&KeyPath::of("seeds"), message));
@@ -192,12 +162,12 @@ impl MomentsPlan {
         if let Some(only) = &scalars.only {
             distinct(source, "only", only, String::clone)?;
         }
-        let written = tables.len();
+        let written = parts.tables.len();
         let origins = Origins {
-            tables,
+            tables: parts.tables,
             dir: scalars.materials_dir.as_deref(),
             only: scalars.only.as_deref(),
-            merl,
+            merl: parts.merl,
         };
         let (materials, missing) = materials::gather(source, origins, &moments.spec.needs())?;
         let path = KeyPath::of("lighting");
@@ -239,14 +209,7 @@ impl MomentsPlan {
 
     /// The groups of materials, in the order of their first member.
     pub fn groups(&self) -> Vec<String> {
-        let mut groups: Vec<String> = Vec::new();
-        for material in &self.materials {
-            let group = material.group();
-            if !groups.contains(&group) {
-                groups.push(group);
-            }
-        }
-        groups
+        each_once(self.materials.iter().map(Material::group))
     }
 }
 
@@ -275,18 +238,14 @@ fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
     let tables = take_list(&mut table, "material", material)?.unwrap_or_default();
     let merl = registry::take_table(&mut table, "merl")?;
     let moments = MomentsTable::take(&mut table)?;
-    let analysis = registry::take_table(&mut table, "analysis")?;
-    let analysis = analysis.map(registry::parse).transpose()?;
-    let lighting = match registry::take_table(&mut table, "lighting")? {
-        Some(lighting) => lighting::read(lighting)?,
-        None => Box::new(SkySpec::default()),
-    };
+    let analysis = registry::take(&mut table, "analysis", registry::parse)?;
+    let lighting = registry::take(&mut table, "lighting", lighting::read)?;
     Ok(Parts {
         scalars: registry::parse(table)?,
         merl,
         tables,
         moments,
         analysis: analysis.unwrap_or_default(),
-        lighting,
+        lighting: lighting.unwrap_or_else(|| Box::new(SkySpec::default())),
     })
 }

@@ -1,15 +1,14 @@
 //! The moment profiles of every material, and their rows in `profiles.csv`.
 
 use super::plan::MomentsPlan;
-use crate::brdf::{BuildError, Channels};
+use crate::brdf::Channels;
 use crate::error::Error;
-use crate::experiment::choices::Material;
 use crate::experiment::counts::{Built, Stage};
 use crate::experiment::each::{self, Of, PerMaterial};
 use crate::experiment::key::{Expected, Part, RowKey};
-use crate::experiment::observer::{Observer, Stop, Summary, Teller, timed};
-use crate::experiment::record::{Experiment, Extent, Known, Record, Shard};
-use crate::moments::{Channel, Clamping, Component, Profile, SliceMoments};
+use crate::experiment::observer::{EventSink, Observer, Stop, Summary};
+use crate::experiment::record::{Experiment, Extent, Head, Known, Record, Shard};
+use crate::moments::{Channel, Clamping, Profile, SliceMoments};
 use serde::{Deserialize, Serialize};
 
 /// The profiles of a material.
@@ -56,15 +55,8 @@ const LABEL: &str = "profiles";
 impl MaterialProfiles {
     /// One row per channel and view.
     pub fn rows(&self) -> impl Iterator<Item = ProfileRow<'_>> {
-        self.profiles.iter().flat_map(move |profile| {
-            let views = profile.views.iter().zip(&profile.slices);
-            views.map(move |(&theta_o, slice)| ProfileRow {
-                material: &self.material,
-                channel: profile.channel,
-                theta_o,
-                slice,
-            })
-        })
+        let of = |profile| ProfileRow::of(&self.material, profile);
+        self.profiles.iter().flat_map(of)
     }
 }
 
@@ -81,67 +73,16 @@ pub struct ProfileRow<'a> {
     pub slice: &'a SliceMoments,
 }
 
-impl ProfileRow<'_> {
-    /// The columns of a table of rows.
-    pub fn columns() -> Vec<String> {
-        let mut columns: Vec<String> = ["material", "channel", "theta_o_deg"]
-            .map(String::from)
-            .into();
-        for component in Component::ALL {
-            columns.push(component.to_string());
-            columns.push(format!("{component}_uncertainty"));
-        }
-        columns.extend(
-            [
-                "missing_share",
-                "clamped_share",
-                "evaluations",
-                "unresolved",
-            ]
-            .map(String::from),
-        );
-        columns
-    }
-
-    /// The fields, in the order of the columns; empty where there is no value.
-    pub fn fields(&self) -> Vec<String> {
-        let mut fields = vec![
-            self.material.to_owned(),
-            self.channel.name().to_owned(),
-            shown(degrees(self.theta_o)),
-        ];
-        for component in Component::ALL {
-            let estimate = self.slice.moments.get(component);
-            fields.push(estimate.map_or(String::new(), |e| shown(e.value)));
-            fields.push(estimate.map_or(String::new(), |e| shown(e.uncertainty)));
-        }
-        fields.push(shown(self.slice.missing_share));
-        fields.push(shown(self.slice.clamped_share));
-        fields.push(self.slice.evaluations.to_string());
-        let unresolved = self.slice.unresolved;
-        fields.push(unresolved.map_or(String::new(), |u| u.to_string()));
-        fields
-    }
-
-    /// The fields with their names, for JSON; `null` where there is no value.
-    pub fn json(&self) -> serde_json::Value {
-        let mut object = serde_json::Map::new();
-        object.insert("material".into(), self.material.into());
-        object.insert("channel".into(), self.channel.name().into());
-        object.insert("theta_o_deg".into(), degrees(self.theta_o).into());
-        for component in Component::ALL {
-            let estimate = self.slice.moments.get(component);
-            let name = component.to_string();
-            object.insert(name.clone(), estimate.map(|e| e.value).into());
-            let uncertainty = estimate.map(|e| e.uncertainty);
-            object.insert(format!("{name}_uncertainty"), uncertainty.into());
-        }
-        object.insert("missing_share".into(), self.slice.missing_share.into());
-        object.insert("clamped_share".into(), self.slice.clamped_share.into());
-        object.insert("evaluations".into(), self.slice.evaluations.into());
-        let unresolved = self.slice.unresolved.map(|u| u.to_string());
-        object.insert("unresolved".into(), unresolved.into());
-        object.into()
+impl<'a> ProfileRow<'a> {
+    /// The rows of a profile, one per view.
+    pub fn of(material: &'a str, profile: &'a Profile) -> impl Iterator<Item = Self> {
+        let views = profile.views.iter().zip(&profile.slices);
+        views.map(move |(&theta_o, slice)| Self {
+            material,
+            channel: profile.channel,
+            theta_o,
+            slice,
+        })
     }
 }
 
@@ -158,36 +99,19 @@ pub fn shown(value: f64) -> String {
 impl Experiment for MomentsPlan {
     type Record = MaterialProfiles;
 
-    fn question(&self) -> Option<&str> {
-        self.question.as_deref()
+    fn head(&self) -> Head<'_> {
+        Head {
+            question: self.question.as_deref(),
+            resolved: &self.resolved,
+            seeds: std::slice::from_ref(&self.seed),
+            materials: &self.materials,
+            missing: &self.missing,
+        }
     }
 
-    fn resolved(&self) -> &toml::Table {
-        &self.resolved
-    }
-
-    fn seeds(&self) -> Vec<u64> {
-        vec![self.seed]
-    }
-
-    fn materials(&self) -> &[Material] {
-        &self.materials
-    }
-
-    fn missing(&self) -> &[String] {
-        &self.missing
-    }
-
-    fn expected(&self, shard: Option<Shard>) -> Vec<Expected> {
-        let part = self.part();
-        let mine = |i: &usize| shard.is_none_or(|s| s.has(*i));
-        let of = |material: usize| Expected {
-            material,
-            label: LABEL.into(),
-            job: format!("{}, {LABEL}", self.materials[material].name),
-            part,
-        };
-        (0..self.materials.len()).filter(mine).map(of).collect()
+    fn of_each(&self, shard: Option<Shard>) -> (Shard, Vec<Expected>) {
+        let record = Expected::of_any(LABEL, LABEL, self.part());
+        (shard.unwrap_or(Shard::WHOLE), vec![record])
     }
 
     fn run(
@@ -221,7 +145,7 @@ impl PerMaterial for MomentsPlan {
         MomentsPlan::channels(self)
     }
 
-    fn shared(&self, _: &Built, _: &mut Teller<'_, MaterialProfiles>) -> Result<(), BuildError> {
+    fn shared(&self, _: &Built, _: &mut EventSink<'_, MaterialProfiles>) -> Result<(), Stop> {
         Ok(())
     }
 
@@ -229,22 +153,22 @@ impl PerMaterial for MomentsPlan {
         &self,
         _place: usize,
         of: Of<'_, ()>,
-        teller: &mut Teller<'_, MaterialProfiles>,
-    ) -> Result<Result<MaterialProfiles, BuildError>, Stop> {
+        events: &mut EventSink<'_, MaterialProfiles>,
+    ) -> Result<MaterialProfiles, Stop> {
         let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
         let table = &self.moments;
-        let ledger = teller.ledger.clone();
-        let brdf = of.brdf.at(&ledger, Stage::Moments);
+        let counters = events.counters.clone();
+        let brdf = of.brdf.at(&counters, Stage::Moments);
         let (mut profiles, mut times) = (Vec::new(), Vec::new());
         for &channel in &table.spec.channels {
-            teller.go_on()?;
-            let (profile, seconds) =
-                timed(|| Profile::new(&brdf, channel, &table.spec, &*table.estimator, self.seed));
+            events.go_on()?;
+            let (profile, seconds) = counters.timed(Stage::Moments, || {
+                Profile::new(&brdf, channel, &table.spec, &*table.estimator, self.seed)
+            });
             // The plan has checked every key, and builds what the channels need.
             profiles.push(profile.map_err(|e| internal(&e))?);
             times.push(seconds);
         }
-        teller.summary.seconds.moments += times.iter().sum::<f64>();
         // Colours of a material share their shape: the first channel stands for all.
         let clamping = match self.analysis.horizon {
             false => None,
@@ -255,7 +179,7 @@ impl PerMaterial for MomentsPlan {
                 Some(found.map_err(|e| internal(&e))?)
             }
         };
-        Ok(Ok(MaterialProfiles {
+        Ok(MaterialProfiles {
             key: of.key,
             material: of.material.name.clone(),
             material_key: of.material_key.to_owned(),
@@ -263,6 +187,6 @@ impl PerMaterial for MomentsPlan {
             profiles,
             seconds: times,
             clamping,
-        }))
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! The table `[moments]` of a config: the quantities that are analysed and their estimator.
 
-use crate::error::{Error, ParameterError};
-use crate::experiment::checks::below;
+use crate::error::Error;
+use crate::experiment::checks::refused_in;
 use crate::experiment::keypath::KeyPath;
 use crate::experiment::source::Source;
 use crate::experiment::tables::section;
@@ -53,13 +53,11 @@ impl MomentsTable {
     /// [`Error::Config`].
     pub(in crate::experiment) fn check(&self, source: &Source) -> Result<(), Error> {
         let base = KeyPath::of("moments");
-        let refuse = |base: KeyPath| {
-            move |e: ParameterError| source.error_at(&below(&base, &e.key), format!("{base}.{e}"))
-        };
-        self.spec.check().map_err(refuse(base.clone()))?;
-        self.estimator
-            .check()
-            .map_err(refuse(base.key("estimator")))
+        let estimator = base.key("estimator");
+        let spec = self.spec.check();
+        spec.map_err(|e| refused_in(source, &base, &e))?;
+        let checked = self.estimator.check();
+        checked.map_err(|e| refused_in(source, &estimator, &e))
     }
 
     /// Every key with its value.

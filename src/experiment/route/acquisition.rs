@@ -1,8 +1,9 @@
 //! Routes of planners that learn: each material has its own.
 
 use super::super::choices::Allowance;
-use super::super::observer::{ScheduleKey, Stop, timed};
-use super::{NoRoute, Route, Router, SetKey, Tour};
+use super::super::counts::{Stage, timed};
+use super::super::observer::{ScheduleKey, Stop};
+use super::{Route, Router, SetKey, Tour, too_few};
 use crate::acquisition::{self, Planner, Task};
 use crate::brdf::Brdf;
 use crate::error::Error;
@@ -33,10 +34,9 @@ impl Router {
         &mut self,
         key: &ScheduleKey<'a>,
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Result<Acquisition<'a>, NoRoute>, Stop> {
+    ) -> Result<Acquisition<'a>, Stop> {
         let planner = &*key.sample_set.set;
-        let form = key.coordinates.form(key.symmetry);
-        let form = form.map_err(|e| Error::Internal(format!("a warp that was checked: {e}")))?;
+        let form = key.coordinates.checked_form(key.symmetry)?;
         let bench = key.instrument.map(|i| {
             let limits = i.use_of.limits;
             let (_, bench) = self.bench(i, limits, key.seed)?;
@@ -52,23 +52,19 @@ impl Router {
             first: Vec::new(),
             seconds: 0.0,
         };
-        let (first, seconds) = timed(|| {
+        let (first, seconds) = self.counters.timed(Stage::Plan, || {
             let go_on = || !cancelled();
             let task = begun.task(&go_on, None);
             acquisition::further(planner, &task, &acquisition::nothing(&task))
         });
-        self.seconds += seconds;
         if cancelled() {
             return Err(Stop::Cancelled);
         }
         begun.seconds = seconds;
         let set = SetKey::of(key);
         self.courses.retain(|(of, ..), _| *of == set);
-        match first {
-            Ok(poses) => begun.first = poses.unwrap_or_default(),
-            Err(reason) => return Ok(Err(reason.into())),
-        }
-        Ok(Ok(begun))
+        begun.first = first.map_err(Stop::failed)?.unwrap_or_default();
+        Ok(begun)
     }
 
     /// How far the acquisition of a material by this key went.
@@ -112,7 +108,7 @@ impl Acquisition<'_> {
         brdf: &dyn Brdf,
         course: &mut Course,
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Result<Route, NoRoute>, Stop> {
+    ) -> Result<Route, Stop> {
         let mut before = 0.0;
         let (found, seconds) = timed(|| match &self.bench {
             None => self.without_machine(brdf, (course, &mut before), cancelled),
@@ -121,12 +117,9 @@ impl Acquisition<'_> {
         if cancelled() {
             return Err(Stop::Cancelled);
         }
-        let (schedule, itinerary) = match found {
-            Ok(found) => found,
-            Err(reason) => return Ok(Err(reason)),
-        };
+        let (schedule, itinerary) = found?;
         let tour = self.bench.as_ref().zip(itinerary);
-        Ok(Ok(Route {
+        Ok(Route {
             budget: self.allowance.count().unwrap_or(schedule.poses.len()),
             schedule,
             tour: tour.map(|((bench, ..), itinerary)| Tour {
@@ -136,7 +129,7 @@ impl Acquisition<'_> {
             whole: None,
             seconds: self.seconds + before + seconds,
             is_new: true,
-        }))
+        })
     }
 
     /// Goes on from where a smaller budget broke off; `before` is set to the wall time up to there.
@@ -145,7 +138,7 @@ impl Acquisition<'_> {
         brdf: &dyn Brdf,
         (course, before): (&mut Course, &mut f64),
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Way, NoRoute> {
+    ) -> Result<Way, Stop> {
         let go_on = || !cancelled();
         let task = self.task(&go_on, Some(brdf));
         let within = course.batches.iter().rev().find(|(n, _)| *n <= self.budget);
@@ -169,7 +162,8 @@ impl Acquisition<'_> {
             }
             asked = n;
         };
-        let taken = acquisition::acquire_from(self.planner, &task, brdf, known, &mut told)?;
+        let taken = acquisition::acquire_from(self.planner, &task, brdf, known, &mut told);
+        let taken = taken.map_err(Stop::failed)?;
         let poses = &taken.schedule.poses;
         if self.planner.nests() && !cancelled() && poses.len() > course.poses.len() {
             let last = course.batches.last().map_or(0, |batch| batch.0);
@@ -186,7 +180,7 @@ impl Acquisition<'_> {
         brdf: &dyn Brdf,
         (bench, order): (&Bench, Order),
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<Way, NoRoute> {
+    ) -> Result<Way, Stop> {
         let go_on = || !cancelled();
         let task = self.task(&go_on, Some(brdf));
         let schedule = |poses| Arc::new(acquisition::scheduled(&task, self.planner, poses));
@@ -217,13 +211,13 @@ impl Acquisition<'_> {
             if kept < asked {
                 break;
             }
-            match acquisition::further(self.planner, &task, &so_far)? {
+            match acquisition::further(self.planner, &task, &so_far).map_err(Stop::failed)? {
                 Some(further) => poses = further,
                 None => break,
             }
         }
         match so_far.schedule.poses.is_empty() {
-            true => Err(NoRoute::TooFew(self.allowance)),
+            true => Err(Stop::Failed(too_few(self.allowance))),
             false => Ok((so_far.schedule, Some(itinerary))),
         }
     }

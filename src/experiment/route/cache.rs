@@ -9,7 +9,7 @@ use std::sync::Arc;
 const CACHED_POSES: usize = 4_000_000;
 
 /// A schedule or an itinerary that is kept.
-pub(super) struct Kept<T> {
+pub(super) struct CacheEntry<T> {
     pub made: Arc<T>,
     /// Wall time of its making, s.
     pub seconds: f64,
@@ -20,7 +20,7 @@ pub(super) struct Kept<T> {
 }
 
 /// Schedules or itineraries of at most [`CACHED_POSES`] poses together.
-pub(super) struct Cache<K, T>(pub HashMap<K, Kept<T>>);
+pub(super) struct Cache<K, T>(pub HashMap<K, CacheEntry<T>>);
 
 impl<K, T> Default for Cache<K, T> {
     fn default() -> Self {
@@ -37,7 +37,7 @@ impl<K: Eq + Hash, T> Cache<K, T> {
     }
 
     /// Returns a new value, and keeps it if there is room.
-    pub fn keep(&mut self, key: K, new: Kept<T>) -> (Arc<T>, f64) {
+    pub fn keep(&mut self, key: K, new: CacheEntry<T>) -> (Arc<T>, f64) {
         let made = (Arc::clone(&new.made), new.seconds);
         let held: usize = self.0.values().map(|kept| kept.poses).sum();
         if held + new.poses <= CACHED_POSES {

@@ -1,80 +1,69 @@
 //! Rows along routes: one for all materials, or one for each.
 
 use super::super::counts::Stage;
-use super::super::observer::{Event, ScheduleKey, Stop, timed};
-use super::super::route::{NoRoute, Route};
+use super::super::observer::{Event, ScheduleKey, Stop};
+use super::super::route::Route;
 use super::super::row::Row;
-use super::super::unit::Unit;
-use super::{Member, Runner, Task};
+use super::{Batch, Member, Runner};
 
-impl<'a> Runner<'a> {
-    /// Tells that nothing comes of a schedule for some materials.
-    pub(super) fn lose(
+impl Runner<'_> {
+    /// A route; tells where there is none that nothing comes of a schedule for some materials.
+    pub(super) fn or_lost<T>(
         &mut self,
+        found: Result<T, Stop>,
         members: &[&Member<'_>],
-        unit: &Unit,
-        tasks: &[Task],
-        text: &str,
-        reason: &NoRoute,
-    ) -> Result<(), Stop> {
-        for member in members {
-            let job = format!("{}, {text}", member.material.name);
-            self.teller.failed(job, reason, tasks.len())?;
+        batch: &Batch<'_>,
+    ) -> Result<Option<T>, Stop> {
+        let materials = members.iter().map(|m| m.material);
+        let (job, jobs) = (batch.schedule.to_string(), batch.tasks.len());
+        let found = self.events.or_all_failed(found, materials, &job, jobs)?;
+        if found.is_none() {
+            self.events.advanced(batch.work(members.len()))?;
         }
-        let lost = (members.len() * tasks.len()) as f64;
-        self.teller.advanced(lost * unit.work())
+        Ok(found)
     }
 
     /// Rows of a planner that learns: each material has a schedule of its own.
     pub(super) fn learn(
         &mut self,
         members: &[&Member<'_>],
-        schedule: &ScheduleKey<'a>,
-        unit: &Unit,
-        tasks: &[Task],
-        text: &str,
+        batch: &Batch<'_>,
     ) -> Result<Vec<Row>, Stop> {
-        let mut made = Vec::new();
+        let (mut made, schedule) = (Vec::new(), &batch.schedule);
         if members.is_empty() {
             return Ok(made);
         }
-        let observer = &*self.teller.observer;
-        let begun = match self.router.begin(schedule, &|| observer.cancelled())? {
-            Ok(begun) => begun,
-            Err(reason) => {
-                self.lose(members, unit, tasks, text, &reason)?;
-                return Ok(made);
-            }
+        let observer = &*self.events.observer;
+        let begun = self.router.begin(schedule, &|| observer.cancelled());
+        let Some(begun) = self.or_lost(begun, members, batch)? else {
+            return Ok(made);
         };
         for member in members {
             let Some(truth) = &member.truth else {
                 continue;
             };
             let name = &member.material.name;
-            self.teller
-                .doing(&format_args!("acquiring {name}, {text}"))?;
-            let observer = &*self.teller.observer;
+            self.events
+                .doing(&format_args!("acquiring {name}, {schedule}"))?;
+            let observer = &*self.events.observer;
             let course = self.router.course(schedule, name);
-            let (found, seconds) = timed(|| {
-                let brdf = truth.brdf.at(&self.teller.ledger, Stage::Plan);
+            let (found, _) = self.events.counters.timed(Stage::Plan, || {
+                let brdf = truth.brdf.at(&self.events.counters, Stage::Plan);
                 begun.route(&brdf, course, &|| observer.cancelled())
             });
-            self.teller.summary.seconds.plan += seconds;
-            let found = found?;
-            let route = match found {
-                Ok(route) => route,
-                Err(reason) => {
-                    self.lose(&[member], unit, tasks, text, &reason)?;
-                    continue;
-                }
+            let Some(route) = self.or_lost(found, &[member], batch)? else {
+                continue;
             };
-            let own = ScheduleKey {
-                material: Some(member.material),
-                ..*schedule
+            let own = Batch {
+                schedule: ScheduleKey {
+                    material: Some(member.material),
+                    ..*schedule
+                },
+                ..*batch
             };
-            let event = Event::Planned(&own, &route.schedule, route.itinerary());
-            self.teller.observer.tell(&event)?;
-            made.extend(self.follow(&[member], &own, &route, (unit, tasks, text))?);
+            let event = Event::Planned(&own.schedule, &route.schedule, route.itinerary());
+            self.events.observer.observe(&event)?;
+            made.extend(self.follow(&[member], &own, &route)?);
         }
         Ok(made)
     }
@@ -83,19 +72,18 @@ impl<'a> Runner<'a> {
     pub(super) fn follow(
         &mut self,
         members: &[&Member<'_>],
-        schedule: &ScheduleKey<'_>,
+        batch: &Batch<'_>,
         route: &Route,
-        (unit, tasks, text): (&Unit, &[Task], &str),
     ) -> Result<Vec<Row>, Stop> {
-        let mut made = Vec::new();
-        let groups = self.measure(members, schedule, route, text)?;
-        for task in tasks {
+        let (mut made, schedule) = (Vec::new(), &batch.schedule);
+        let groups = self.measure(members, schedule, route)?;
+        for task in batch.tasks {
             for group in &groups {
-                let rows = self.reconstruct(schedule, route, group, unit, task, text)?;
-                self.teller.made(&rows)?;
+                let rows = self.reconstruct(schedule, group, task)?;
+                self.events.made(&rows)?;
                 made.extend(rows);
-                self.teller
-                    .advanced(group.members.len() as f64 * unit.work())?;
+                let work = schedule.allowance.work();
+                self.events.advanced(group.members.len() as f64 * work)?;
             }
         }
         Ok(made)

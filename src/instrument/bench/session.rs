@@ -146,8 +146,8 @@ impl Errors {
             let signal = self.detector.read(light, noise);
             let value = signal.value / (asked * seen);
             let shared = [
-                value * self.tile_uncertainty,
-                value * self.drift_uncertainty * hours,
+                value * bench.spec.calibration.uncertainty,
+                value * bench.spec.source.drift_per_hour * hours,
                 average.error[c] / BOUND,
             ];
             let square: f64 = shared.iter().map(|u| u * u).sum();
@@ -246,7 +246,7 @@ impl Session<'_> {
     ) -> Option<Measurement> {
         let poses = &schedule.poses;
         let random = Random::new(self.seed);
-        let mut report = Report::new(brdf.channels().count(), poses.len());
+        let mut measured = self.unread(brdf, schedule);
         for slab in self.itinerary.visits.chunks(SLAB) {
             if !go_on() {
                 return None;
@@ -263,28 +263,36 @@ impl Session<'_> {
                 })
                 .collect();
             for (visit, reading) in slab.iter().zip(&readings) {
-                report.put(visit.pose as usize, reading.as_ref());
+                put(&mut measured, visit.pose as usize, reading.as_ref());
             }
         }
         for (pose, reason) in &self.itinerary.unreachable {
-            report.outcomes[*pose as usize] = Outcome::Unreachable(*reason);
+            measured.outcomes[*pose as usize] = Outcome::Unreachable(*reason);
         }
-        let parts = self.bench.parts;
-        Some(Measurement {
+        Some(measured)
+    }
+
+    /// A measurement before the first visit.
+    fn unread(&self, brdf: &dyn Brdf, schedule: &Arc<Schedule>) -> Measurement {
+        let poses = schedule.poses.len();
+        let none = vec![0.0; poses * brdf.channels().count()];
+        let Bench { parts, spec, .. } = self.bench;
+        Measurement {
             schedule: Arc::clone(schedule),
             channels: brdf.channels().clone(),
-            values: report.values,
-            outcomes: report.outcomes,
-            details: (parts.noise || parts.apertures).then_some(report.details),
+            values: none.clone(),
+            outcomes: vec![Outcome::NotVisited; poses],
+            details: (parts.noise || parts.apertures).then(|| Details {
+                type_a: none.clone(),
+                type_b: none,
+                flags: vec![Flags::NONE; poses],
+            }),
             places: Vec::new(),
             half_angles_deg: match parts.apertures {
-                true => {
-                    let spec = &self.bench.spec;
-                    [spec.source.half_angle_deg, spec.detector.half_angle_deg]
-                }
+                true => [spec.source.half_angle_deg, spec.detector.half_angle_deg],
                 false => [0.0; 2],
             },
-        })
+        }
     }
 }
 
@@ -295,43 +303,21 @@ impl Instrument for Session<'_> {
     }
 }
 
-/// The parts of a measurement, in the order of the schedule.
-struct Report {
-    channels: usize,
-    values: Vec<f64>,
-    outcomes: Vec<Outcome>,
-    details: Details,
-}
-
-impl Report {
-    fn new(channels: usize, poses: usize) -> Self {
-        Self {
-            channels,
-            values: vec![0.0; poses * channels],
-            outcomes: vec![Outcome::NotVisited; poses],
-            details: Details {
-                type_a: vec![0.0; poses * channels],
-                type_b: vec![0.0; poses * channels],
-                flags: vec![Flags::NONE; poses],
-            },
-        }
-    }
-
-    fn put(&mut self, pose: usize, reading: Option<&Reading>) {
-        let Some(reading) = reading else {
-            self.outcomes[pose] = Outcome::NoData;
-            return;
-        };
-        self.outcomes[pose] = Outcome::Reading;
-        let of_pose = pose * self.channels..(pose + 1) * self.channels;
-        let pairs = [
-            (&mut self.values, &reading.value),
-            (&mut self.details.type_a, &reading.type_a),
-            (&mut self.details.type_b, &reading.type_b),
-        ];
-        for (all, one) in pairs {
-            all[of_pose.clone()].copy_from_slice(one);
-        }
-        self.details.flags[pose] = reading.flags;
+/// Puts a reading in its place in the order of the schedule.
+fn put(measured: &mut Measurement, pose: usize, reading: Option<&Reading>) {
+    let Some(reading) = reading else {
+        measured.outcomes[pose] = Outcome::NoData;
+        return;
+    };
+    measured.outcomes[pose] = Outcome::Reading;
+    let channels = reading.value.len();
+    let copy = |all: &mut [f64], one: &[f64]| {
+        all[pose * channels..][..channels].copy_from_slice(one);
+    };
+    copy(&mut measured.values, &reading.value);
+    if let Some(details) = &mut measured.details {
+        copy(&mut details.type_a, &reading.type_a);
+        copy(&mut details.type_b, &reading.type_b);
+        details.flags[pose] = reading.flags;
     }
 }

@@ -1,7 +1,7 @@
 //! Sums over many pairs, evaluated in one call.
 
 use crate::brdf::{Brdf, ChannelValues, Presence};
-use crate::geometry::{Direction, DirectionPair};
+use crate::geometry::DirectionPair;
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -155,8 +155,8 @@ impl Workspace {
     #[inline]
     pub(super) fn push(&mut self, omega_i: DVec3, omega_o: DVec3, weight: f64, group: usize) {
         if omega_i.z > 0.0 && omega_o.z > 0.0 {
-            let [i, o] = [omega_i, omega_o].map(Direction::from_unit);
-            self.pairs.push(DirectionPair::new(i, o));
+            self.pairs
+                .push(DirectionPair::from_unit([omega_i, omega_o]));
             self.weights.push(weight * omega_i.z);
             self.groups.push(group as u16);
         }

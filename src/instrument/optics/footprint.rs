@@ -2,26 +2,18 @@
 
 use crate::geometry::DirectionPair;
 use crate::instrument::InstrumentSpec;
+use crate::registry::named;
 
-/// Relation of the lit and the seen spot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Filling {
-    /// The sensor sees the whole lit spot: the signal follows cos θ_o.
-    UnderFilled,
-    /// The seen spot lies within the lit one: the signal follows cos θ_i.
-    OverFilled,
-    /// The one along one axis, the other across: the signal depends on both.
-    Mixed,
-}
-
-impl Filling {
-    /// Name for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::UnderFilled => "under-filled",
-            Self::OverFilled => "over-filled",
-            Self::Mixed => "under-filled one way, over-filled the other",
-        }
+named! {
+    /// Relation of the lit and the seen spot.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Filling {
+        /// The sensor sees the whole lit spot: the signal follows cos θ_o.
+        UnderFilled = "under-filled",
+        /// The seen spot lies within the lit one: the signal follows cos θ_i.
+        OverFilled = "over-filled",
+        /// The one along one axis, the other across: the signal depends on both.
+        Mixed = "under-filled one way, over-filled the other",
     }
 }
 

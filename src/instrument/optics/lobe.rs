@@ -16,6 +16,7 @@ use super::lens::{FINEST, Overlap};
 use super::{Estimate, Optics};
 use crate::brdf::{Brdf, ChannelValues};
 use crate::geometry::{DirectionPair, angle_between};
+use crate::sampling::{cut, halve_worst, mirrored};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -188,35 +189,27 @@ impl Radial {
     }
 }
 
-/// Nodes of the Gauss–Kronrod pair of 5 and 11 nodes on [−1, 1] from the middle outwards, weights
-/// of the 11, weights of the 5 (0 where it has no node).
-const PAIR: [[f64; 3]; 6] = [
-    [0.0, 0.282_987_417_857_491_2, 0.568_888_888_888_888_9],
-    [0.279_630_413_161_783_2, 0.272_849_801_912_558_9, 0.0],
-    [
-        0.538_469_310_105_683_1,
-        0.241_040_339_228_647_6,
-        0.478_628_670_499_366_5,
-    ],
-    [0.754_166_726_570_849_2, 0.186_800_796_556_492_65, 0.0],
+/// The Gauss–Kronrod pair of 5 and 11 nodes on [−1, 1]: node (ascending), weight of the 11, weight of the 5 (0 where it has no
+/// node).
+const PAIR: [[f64; 3]; NODES] = mirrored(&[
+    [0.984_085_360_094_842_5, 0.042_582_036_751_081_83, 0.0],
     [
         0.906_179_845_938_664,
         0.115_233_316_622_473_4,
         0.236_926_885_056_189_1,
     ],
-    [0.984_085_360_094_842_5, 0.042_582_036_751_081_83, 0.0],
-];
+    [0.754_166_726_570_849_2, 0.186_800_796_556_492_65, 0.0],
+    [
+        0.538_469_310_105_683_1,
+        0.241_040_339_228_647_6,
+        0.478_628_670_499_366_5,
+    ],
+    [0.279_630_413_161_783_2, 0.272_849_801_912_558_9, 0.0],
+    [0.0, 0.282_987_417_857_491_2, 0.568_888_888_888_888_9],
+]);
 
 /// Nodes of a rule.
 const NODES: usize = 11;
-
-/// The pair in ascending order.
-fn nodes() -> [[f64; 3]; NODES] {
-    std::array::from_fn(|k| {
-        let [x, w, g] = PAIR[k.abs_diff(5)];
-        [if k < 5 { -x } else { x }, w, g]
-    })
-}
 
 /// A part of the polar plane.
 #[derive(Clone, Debug)]
@@ -241,12 +234,9 @@ impl Cell {
 
     fn halves(&self, axis: usize) -> [Cell; 2] {
         let [lo, hi] = self.range[axis];
-        let middle = 0.5 * (lo + hi);
-        [[lo, middle], [middle, hi]].map(|part| {
-            let mut range = self.range;
-            range[axis] = part;
-            Cell::new(self.radial, range, self.sums.view().channels())
-        })
+        let channels = self.sums.view().channels();
+        let parts = cut(self.range, axis, 0.5 * (lo + hi));
+        parts.map(|range| Cell::new(self.radial, range, channels))
     }
 }
 
@@ -262,12 +252,11 @@ struct Integral<'a> {
 
 impl Integral<'_> {
     fn evaluate(&mut self, cell: &mut Cell, level: usize, work: &mut Workspace) {
-        let nodes = nodes();
         let [[t0, t1], [p0, p1]] = cell.range;
         let (ht, hp) = (0.5 * (t1 - t0), 0.5 * (p1 - p0));
         let (kind, pair, polar) = (self.kind, self.pair, &self.polar);
         let sensor = pair.omega_o.vector();
-        for (i, node) in nodes.iter().enumerate() {
+        for (i, node) in PAIR.iter().enumerate() {
             let [rho, slope] = cell.radial.at(t0 + ht * (1.0 + node[0]));
             let (sr, cr) = rho.sin_cos();
             let radial_weight = ht * slope * sr;
@@ -275,7 +264,7 @@ impl Integral<'_> {
             self.optics
                 .lens
                 .overlap(a, b, rho, level, &mut self.overlap);
-            for (j, node) in nodes.iter().enumerate() {
+            for (j, node) in PAIR.iter().enumerate() {
                 let (s, c) = (p0 + hp * (1.0 + node[0])).sin_cos();
                 let along = polar.x * c + polar.y * s;
                 let g = polar.centre * cr + along * sr;
@@ -296,9 +285,8 @@ impl Integral<'_> {
         let groups = work.evaluate(self.brdf, NODES * NODES);
         cell.sums.clear();
         cell.differences.iter_mut().for_each(Sums::clear);
-        for (sums, ij) in groups.iter().zip(0..) {
-            let ([_, ki, gi], [_, kj, gj]): ([f64; 3], [f64; 3]) =
-                (nodes[ij / NODES], nodes[ij % NODES]);
+        for (ij, sums) in groups.iter().enumerate() {
+            let [[_, ki, gi], [_, kj, gj]] = [PAIR[ij / NODES], PAIR[ij % NODES]];
             cell.sums.add(ki * kj, sums);
             cell.differences[0].add((ki - gi) * kj, sums);
             cell.differences[1].add(ki * (kj - gj), sums);
@@ -408,20 +396,15 @@ pub(super) fn integrate(
         if estimate.excess(tolerance) <= 0.5 || spent > budget {
             break estimate;
         }
-        let largest = errors.iter().map(|e| e[0] + e[1]).fold(0.0, f64::max);
-        let before = cells.len();
-        for i in 0..errors.len() {
-            if errors[i][0] + errors[i][1] > 0.25 * largest {
-                let axis = usize::from(errors[i][1] > errors[i][0]);
-                let [mut below, mut above] = cells[i].halves(axis);
-                integral.evaluate(&mut below, 0, work);
-                integral.evaluate(&mut above, 0, work);
-                cells[i] = below;
-                cells.push(above);
-            }
-        }
+        let halved = halve_worst(&mut cells, &errors, |cell, axis| {
+            let mut halves = cell.halves(axis);
+            halves
+                .iter_mut()
+                .for_each(|half| integral.evaluate(half, 0, work));
+            halves
+        });
         // No cell is to blame where errors are infinite, or no channel is above 0.
-        if cells.len() == before {
+        if halved == 0 {
             break estimate;
         }
     };

@@ -1,13 +1,11 @@
 //! Refuses a preset that describes no instrument, with the path of the key.
 
-use super::{
-    AxisSpec, BASE, CalibrationSpec, DetectorSpec, InstrumentSpec, LIGHT, SENSOR, Scan, SourceSpec,
-    TimingSpec,
-};
-use crate::error::{ParameterError, in_closed, in_left_open, one_of};
+use super::{AxisSpec, BASE, DetectorSpec, InstrumentSpec, LIGHT, SENSOR, Scan, TimingSpec};
+use crate::error::{ParameterError, one_of};
+pub(super) use crate::error::{in_closed, in_left_open};
 use crate::instrument::class::{AxisTemplate, Class, classes};
-use crate::measurement::WIDEST_DEG;
 use glam::DVec3;
+use std::fmt::Display;
 
 type Checked = Result<(), ParameterError>;
 
@@ -26,16 +24,16 @@ impl InstrumentSpec {
         name("name", &self.name)?;
         text("about", &self.about)?;
         let class = self.kinematic_class()?;
-        self.check_chain(&*class)?;
+        self.check_chain(class)?;
         for (i, axis) in self.axis.iter().enumerate() {
             axis.check(&format!("axis[{i}]"))?;
         }
         self.check_bodies()?;
         self.check_limits()?;
-        self.source.check()?;
-        self.detector.check()?;
-        self.timing.check()?;
-        self.calibration.check()?;
+        self.source.check("source")?;
+        self.detector.check("detector")?;
+        self.timing.check("timing")?;
+        self.calibration.check("calibration")?;
         for (i, entry) in self.provenance.iter().enumerate() {
             let path = format!("provenance[{i}]");
             if entry.fields.is_empty() {
@@ -48,18 +46,17 @@ impl InstrumentSpec {
     }
 
     /// The class that the file names.
-    pub(crate) fn kinematic_class(&self) -> Result<Box<dyn Class>, ParameterError> {
-        let names: Vec<_> = classes().iter().map(|class| class.name()).collect();
-        let number = names.iter().position(|name| *name == self.class);
-        let class = number.map(|number| classes().swap_remove(number));
+    pub(crate) fn kinematic_class(&self) -> Result<&'static Class, ParameterError> {
+        let class = classes().iter().find(|class| class.name == self.class);
         class.ok_or_else(|| {
+            let names: Vec<_> = classes().iter().map(|class| class.name).collect();
             let value = format!("{:?}", self.class);
             ParameterError::new("class", value, format!("one of {}", names.join(", ")))
         })
     }
 
     /// Names, parents and vectors of the axes: a chain, and that of the class.
-    fn check_chain(&self, class: &dyn Class) -> Checked {
+    fn check_chain(&self, class: &Class) -> Checked {
         for (i, axis) in self.axis.iter().enumerate() {
             let key = format!("axis[{i}].name");
             name(&key, &axis.name)?;
@@ -84,8 +81,7 @@ impl InstrumentSpec {
                 return Err(ParameterError::new(key, value, allowed));
             }
         }
-        let required = class.axes();
-        let class = class.name();
+        let (required, class) = (class.axes, class.name);
         if self.axis.len() != required.len() {
             let allowed = format!(
                 "the {} axes of {class}: {}",
@@ -199,101 +195,45 @@ impl InstrumentSpec {
 }
 
 impl AxisSpec {
-    fn check(&self, path: &str) -> Checked {
+    /// Checks the ends of its range.
+    pub(super) fn check_range(&self, path: &str) -> Checked {
         let key = |key: &str| format!("{path}.{key}");
-        finite(&key("min_deg"), self.min_deg)?;
-        finite(&key("max_deg"), self.max_deg)?;
         if self.min_deg >= self.max_deg {
             let allowed = format!("a number below max_deg = {}", self.max_deg);
             return Err(ParameterError::new(key("min_deg"), self.min_deg, allowed));
         }
         if self.wraps && self.max_deg - self.min_deg < 360.0 {
-            return Err(ParameterError::new(
-                key("wraps"),
-                true,
-                "true only if max_deg − min_deg is at least 360",
-            ));
-        }
-        above(&key("speed_deg_per_s"), self.speed_deg_per_s)?;
-        above(
-            &key("acceleration_deg_per_s2"),
-            self.acceleration_deg_per_s2,
-        )?;
-        for (name, value) in [
-            ("resolution_deg", self.resolution_deg),
-            ("repeatability_deg", self.repeatability_deg),
-            ("bias_deg", self.bias_deg),
-        ] {
-            in_closed(&key(name), value, 0.0, WIDEST_DEG)?;
+            let allowed = "true only if max_deg − min_deg is at least 360";
+            return Err(ParameterError::new(key("wraps"), true, allowed));
         }
         Ok(())
-    }
-}
-
-impl SourceSpec {
-    fn check(&self) -> Checked {
-        in_closed(
-            "source.half_angle_deg",
-            self.half_angle_deg,
-            0.0,
-            WIDEST_DEG,
-        )?;
-        above("source.beam_mm", self.beam_mm)?;
-        at_least_0("source.drift_per_hour", self.drift_per_hour)
     }
 }
 
 impl DetectorSpec {
-    fn check(&self) -> Checked {
-        in_closed(
-            "detector.half_angle_deg",
-            self.half_angle_deg,
-            0.0,
-            WIDEST_DEG,
-        )?;
-        above("detector.view_mm", self.view_mm)?;
-        above("detector.reference_rate", self.reference_rate)?;
-        above("detector.full_scale", self.full_scale)?;
-        counted("detector.bits", u64::from(self.bits), 32)?;
-        at_least_0("detector.read_noise", self.read_noise)?;
-        at_least_0("detector.dark_rate", self.dark_rate)?;
-        counted("detector.exposures", self.exposures as u64, 32)?;
-        above("detector.exposure_min_s", self.exposure_min_s)?;
-        above("detector.exposure_max_s", self.exposure_max_s)?;
-        in_closed("detector.outliers", self.outliers, 0.0, 1.0)?;
-        if self.exposure_min_s > self.exposure_max_s {
-            return Err(ParameterError::new(
-                "detector.exposure_min_s",
-                self.exposure_min_s,
-                format!("at most exposure_max_s = {}", self.exposure_max_s),
-            ));
+    /// Checks the order of its exposures.
+    pub(super) fn check_exposures(&self, path: &str) -> Checked {
+        if self.exposure_min_s <= self.exposure_max_s {
+            return Ok(());
         }
-        Ok(())
+        let key = format!("{path}.exposure_min_s");
+        let allowed = format!("at most exposure_max_s = {}", self.exposure_max_s);
+        Err(ParameterError::new(key, self.exposure_min_s, allowed))
     }
 }
 
 impl TimingSpec {
-    fn check(&self) -> Checked {
-        at_least_0("timing.settle_s", self.settle_s)?;
-        at_least_0("timing.overhead_s", self.overhead_s)?;
+    /// Checks the rate of readings, which a sweep needs.
+    pub(super) fn check_rate(&self, path: &str) -> Checked {
+        let key = format!("{path}.sample_rate_hz");
         match (self.scan, self.sample_rate_hz) {
-            (_, Some(rate)) => above("timing.sample_rate_hz", rate),
+            (_, Some(rate)) => above(&key, rate),
             (Scan::Stop, None) => Ok(()),
-            (Scan::Fly, None) => Err(ParameterError::new(
-                "timing.sample_rate_hz",
-                "nothing",
-                "a finite number above 0, as scan = \"fly\"",
-            )),
+            (Scan::Fly, None) => {
+                let allowed = "a finite number above 0, as scan = \"fly\"";
+                Err(ParameterError::new(key, "nothing", allowed))
+            }
         }
-    }
-}
-
-impl CalibrationSpec {
-    fn check(&self) -> Checked {
-        in_left_open("calibration.reflectance", self.reflectance, 0.0, 1.0)?;
-        below("calibration.uncertainty", self.uncertainty, 1.0)?;
-        at_least_0("calibration.every_minutes", self.every_minutes)?;
-        at_least_0("calibration.seconds", self.seconds)
     }
 }
 
@@ -306,7 +246,7 @@ fn described(axes: &[AxisTemplate]) -> String {
     words.collect::<Vec<_>>().join("; ")
 }
 
-fn finite(key: &str, value: f64) -> Checked {
+pub(super) fn finite(key: &str, value: f64) -> Checked {
     if !value.is_finite() {
         return Err(ParameterError::new(key, value, "a finite number"));
     }
@@ -317,12 +257,12 @@ fn finite(key: &str, value: f64) -> Checked {
     }
 }
 
-fn above(key: &str, value: f64) -> Checked {
+pub(super) fn above(key: &str, value: f64) -> Checked {
     in_left_open(key, value, 0.0, f64::INFINITY)?;
     sane(key, value)
 }
 
-fn at_least_0(key: &str, value: f64) -> Checked {
+pub(super) fn at_least_0(key: &str, value: f64) -> Checked {
     below(key, value, f64::INFINITY)?;
     if value > 0.0 {
         sane(key, value)
@@ -342,7 +282,7 @@ fn sane(key: &str, value: f64) -> Checked {
 }
 
 /// Checks `0 ≤ value < end`.
-fn below(key: &str, value: f64, end: f64) -> Checked {
+pub(super) fn below(key: &str, value: f64, end: f64) -> Checked {
     if value >= 0.0 && value < end {
         return Ok(());
     }
@@ -354,8 +294,12 @@ fn below(key: &str, value: f64, end: f64) -> Checked {
     Err(ParameterError::new(key, value, allowed))
 }
 
-fn counted(key: &str, value: u64, most: u64) -> Checked {
-    if (1..=most).contains(&value) {
+pub(super) fn counted<N: From<u8> + PartialOrd + Display>(
+    key: &str,
+    value: N,
+    most: u8,
+) -> Checked {
+    if (N::from(1)..=N::from(most)).contains(&value) {
         return Ok(());
     }
     let allowed = format!("a whole number in [1, {most}]");

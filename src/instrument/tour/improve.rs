@@ -50,7 +50,7 @@ pub(super) fn improve(
     let mut places = vec![*rest];
     places.extend(path.iter().map(|&i| points[i as usize]));
     let mut search = Search::new(travel, &places);
-    search.queue_all();
+    (0..search.end()).for_each(|place| search.queue(place));
     search.repair();
     search.kick();
     search
@@ -116,10 +116,6 @@ impl<'a> Search<'a> {
         if !std::mem::replace(&mut self.queued[place as usize], true) {
             self.queue.push_back(place);
         }
-    }
-
-    fn queue_all(&mut self) {
-        (0..self.end()).for_each(|place| self.queue(place));
     }
 
     /// Improves until no place in the queue is left; returns the seconds saved.
@@ -223,7 +219,6 @@ impl<'a> Search<'a> {
         }
         let mut random = Random::new(0).stream(0);
         self.tour.longest = REPAIR;
-        self.tour.log = Some(Vec::new());
         for _ in 0..(KICKS * n).min(MOST_KICKS) {
             let longest = PIECE.min((n - 2) / 2);
             let start = below(&mut random, n);
@@ -238,6 +233,7 @@ impl<'a> Search<'a> {
             if !lost.is_finite() {
                 continue;
             }
+            self.tour.log.clear();
             // a [b…c] [d…e] f: both together, then each by itself.
             self.tour.turn(start + 1, one + two);
             self.tour.turn(start + 1, two);
@@ -245,8 +241,6 @@ impl<'a> Search<'a> {
             [a, b, c, d, e, f].into_iter().for_each(|i| self.queue(i));
             if self.repair() < lost {
                 self.tour.undo();
-            } else {
-                self.tour.keep();
             }
         }
     }
@@ -275,7 +269,7 @@ struct Tour {
     /// Pieces longer than this are not turned round.
     longest: usize,
     /// Pieces turned since the last kick: start and length.
-    log: Option<Vec<(u32, u32)>>,
+    log: Vec<(u32, u32)>,
 }
 
 impl Tour {
@@ -284,7 +278,7 @@ impl Tour {
             order: (0..n as u32).collect(),
             at: (0..n as u32).collect(),
             longest: n,
-            log: None,
+            log: Vec::new(),
         }
     }
 
@@ -355,25 +349,14 @@ impl Tour {
             i = if i + 1 == n { 0 } else { i + 1 };
             j = if j == 0 { n - 1 } else { j - 1 };
         }
-        if let Some(log) = &mut self.log {
-            log.push(((start % n) as u32, length as u32));
-        }
+        self.log.push(((start % n) as u32, length as u32));
     }
 
     /// Takes back everything since the last kick.
     fn undo(&mut self) {
-        let Some(mut turned) = self.log.take() else {
-            return;
-        };
-        while let Some((start, length)) = turned.pop() {
+        while let Some((start, length)) = self.log.pop() {
             self.turn(start as usize, length as usize);
-        }
-        self.log = Some(turned);
-    }
-
-    fn keep(&mut self) {
-        if let Some(log) = &mut self.log {
-            log.clear();
+            self.log.pop();
         }
     }
 }

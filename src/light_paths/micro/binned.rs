@@ -80,14 +80,11 @@ impl Binned {
                     continue;
                 };
                 let class = Part::of(drawn.met).classes().start - 1;
-                let luminance = followed.luminance(&weight);
                 for (node, share) in nodes.around(drawn.pair.vectors()) {
                     let light = &mut sums.light[(node * LATER + class) * channels..][..channels];
-                    light
-                        .iter_mut()
-                        .zip(&weight)
-                        .for_each(|(l, w)| *l += share * w);
-                    let square = (share * luminance).powi(2);
+                    let of_node = light.iter_mut().zip(&weight);
+                    of_node.for_each(|(l, w)| *l += share * w);
+                    let square = (share * drawn.light).powi(2);
                     sums.squares[node][class] += square;
                     sums.squares[node][LATER] += square;
                 }
@@ -190,10 +187,8 @@ impl Binned {
         for (node, share) in &shares {
             let light = &self.light[node * LATER * self.channels..][..LATER * self.channels];
             for (value, light) in value[1..].iter_mut().zip(light.chunks(self.channels)) {
-                value
-                    .iter_mut()
-                    .zip(light)
-                    .for_each(|(v, l)| *v += share * l);
+                let of_class = value.iter_mut().zip(light);
+                of_class.for_each(|(v, l)| *v += share * l);
             }
         }
         Split {

@@ -503,13 +503,10 @@ impl SplitBrdf for MicroSurface {
             let last = self.keys.bounces.last();
             let start = |u: [f64; 2]| u.map(|s| s * self.keys.spot);
             let drawn = surface.draw(start, last, &mut weight, &mut random);
-            if let Some(drawn) = drawn.filter(|drawn| self.keys.bounces.holds(drawn.met)) {
-                each(LightPath {
-                    pair: drawn.pair,
-                    met: drawn.met,
-                    light: channels.luminance(&weight),
-                });
-            }
+            drawn
+                .filter(|path| self.keys.bounces.holds(path.met))
+                .into_iter()
+                .for_each(&mut *each);
         }
     }
 

@@ -90,10 +90,7 @@ pub struct MicroSurfaceSpec {
 fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
     let span = table.span();
     let surface = registry::take_table(&mut table, "surface")?;
-    let facets = match registry::take_table(&mut table, "facets")? {
-        Some(table) => facets::read(table)?,
-        None => FacetsSpec::default(),
-    };
+    let facets = facets::take(&mut table)?;
     let keys = registry::parse(table)?;
     let Some(surface) = surface else {
         let message =
@@ -134,14 +131,8 @@ impl BrdfSpec for MicroSurfaceSpec {
     }
 
     fn label(&self) -> String {
-        let mut label = format!("micro-{}", self.surface.facts().label);
-        if let Some(facets) = self.facets.label() {
-            label += &format!("-{facets}");
-        }
-        if self.keys.bounces != Part::All {
-            label += &format!("-{}", self.keys.bounces);
-        }
-        label
+        let label = format!("micro-{}", self.surface.facts().label);
+        self.facets.labelled(label, self.keys.bounces)
     }
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {

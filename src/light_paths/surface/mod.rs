@@ -64,14 +64,26 @@ pub struct Facts {
     pub cells: usize,
 }
 
+impl Facts {
+    /// Of a square period of one shape that runs along the axes.
+    fn of_shape(label: String, size: usize) -> Self {
+        Self {
+            label,
+            symmetry: Symmetry::ORTHOTROPIC,
+            is_random: false,
+            cells: size * size,
+        }
+    }
+}
+
 /// Every kind of surface that a config can name.
 pub fn all() -> Vec<Entry<dyn SurfaceSpec>> {
     vec![
-        spectral::GAUSSIAN,
-        spectral::EXPONENTIAL,
-        shapes::V_GROOVES,
-        shapes::DIMPLES,
-        shapes::WOVEN,
+        spectral::GaussianSpec::ENTRY,
+        spectral::ExponentialSpec::ENTRY,
+        shapes::GroovesSpec::ENTRY,
+        shapes::DimplesSpec::ENTRY,
+        shapes::WovenSpec::ENTRY,
         height_map::ENTRY,
     ]
 }

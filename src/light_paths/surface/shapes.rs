@@ -4,59 +4,21 @@ use super::{Facts, HeightField, SurfaceSpec, check_size};
 use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::Symmetry;
-use crate::registry::{self, Entry};
+use crate::registry::{self, declare};
 use crate::sampling::Random;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
-/// The registry entry.
-pub const V_GROOVES: Entry<dyn SurfaceSpec> = Entry {
-    kind: GroovesSpec::KIND,
-    summary: "symmetric V-grooves along y, whose sides are steep by angle_deg",
-    examples: &["angle_deg = 45.0\nsize = 16"],
-    read: |table| Ok(Box::new(registry::parse::<GroovesSpec>(table)?)),
-};
-
-/// The registry entry.
-pub const DIMPLES: Entry<dyn SurfaceSpec> = Entry {
-    kind: DimplesSpec::KIND,
-    summary: "spherical pits (depth above 0) or bumps (below 0) of a radius, at random places, over a share of the plane",
-    examples: &[
-        "radius = 12\ndepth = 6\ncover = 0.5\nsize = 128",
-        "radius = 12\ndepth = -6\nsize = 128",
-    ],
-    read: |table| Ok(Box::new(registry::parse::<DimplesSpec>(table)?)),
-};
-
-/// The registry entry.
-pub const WOVEN: Entry<dyn SurfaceSpec> = Entry {
-    kind: WovenSpec::KIND,
-    summary: "plain weave of round threads, thread cells wide",
-    examples: &["thread = 16\nsize = 64"],
-    read: |table| Ok(Box::new(registry::parse::<WovenSpec>(table)?)),
-};
-
-/// V-grooves, as a config writes them.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct GroovesSpec {
-    /// Angle of both sides to the plane, degrees.
-    pub angle_deg: f64,
-    /// Cells along each axis of a period, an even number: half of them go down.
-    pub size: usize,
-}
-
-impl Default for GroovesSpec {
-    fn default() -> Self {
-        Self {
-            angle_deg: 45.0,
-            size: 16,
-        }
+declare! {
+    impl dyn SurfaceSpec, "v-grooves": "symmetric V-grooves along y, whose sides are steep by angle_deg", [
+        "angle_deg = 45.0\nsize = 16",
+    ]
+    /// V-grooves, as a config writes them.
+    pub struct GroovesSpec {
+        /// Angle of both sides to the plane, degrees.
+        angle_deg: f64 = 45.0;
+        /// Cells along each axis of a period, an even number: half of them go down.
+        size: usize = 16;
     }
-}
-
-impl GroovesSpec {
-    const KIND: &'static str = "v-grooves";
 }
 
 impl SurfaceSpec for GroovesSpec {
@@ -65,12 +27,7 @@ impl SurfaceSpec for GroovesSpec {
     }
 
     fn facts(&self) -> Facts {
-        Facts {
-            label: format!("{}-{}", Self::KIND, self.angle_deg),
-            symmetry: Symmetry::ORTHOTROPIC,
-            is_random: false,
-            cells: self.size * self.size,
-        }
+        Facts::of_shape(format!("{}-{}", Self::KIND, self.angle_deg), self.size)
     }
 
     fn check(&self) -> Result<(), BuildError> {
@@ -92,36 +49,24 @@ impl SurfaceSpec for GroovesSpec {
     }
 }
 
-/// Pits or bumps, as a config writes them.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DimplesSpec {
-    /// Radius of the circle that one cuts out of the plane, cells.
-    pub radius: f64,
-    /// Depth of a pit, cells; that of a bump is below 0.
-    pub depth: f64,
-    /// Share of the plane that has one, on average.
-    pub cover: f64,
-    /// Cells along each axis of a period.
-    pub size: usize,
-    /// Another one gives other places.
-    pub seed: u64,
-}
-
-impl Default for DimplesSpec {
-    fn default() -> Self {
-        Self {
-            radius: 24.0,
-            depth: 12.0,
-            cover: 0.7,
-            size: 1024,
-            seed: 1,
-        }
+declare! {
+    impl dyn SurfaceSpec, "dimples": "spherical pits (depth above 0) or bumps (below 0) of a radius, at random places, over a share of the plane", [
+        "radius = 12\ndepth = 6\ncover = 0.5\nsize = 128",
+        "radius = 12\ndepth = -6\nsize = 128",
+    ]
+    /// Pits or bumps, as a config writes them.
+    pub struct DimplesSpec {
+        /// Radius of the circle that one cuts out of the plane, cells.
+        radius: f64 = 24.0;
+        /// Depth of a pit, cells; that of a bump is below 0.
+        depth: f64 = 12.0;
+        /// Share of the plane that has one, on average.
+        cover: f64 = 0.7;
+        /// Cells along each axis of a period.
+        size: usize = 1024;
+        /// Another one gives other places.
+        seed: u64 = 1;
     }
-}
-
-impl DimplesSpec {
-    const KIND: &'static str = "dimples";
 }
 
 impl SurfaceSpec for DimplesSpec {
@@ -184,30 +129,17 @@ impl SurfaceSpec for DimplesSpec {
     }
 }
 
-/// A plain weave, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct WovenSpec {
-    /// Width of a thread, cells.
-    pub thread: usize,
-    /// Height of the round of a thread, in its widths; half a circle is 0.5.
-    pub round: f64,
-    /// Cells along each axis of a period, an even number of threads.
-    pub size: usize,
-}
-
-impl Default for WovenSpec {
-    fn default() -> Self {
-        Self {
-            thread: 32,
-            round: 0.25,
-            size: 256,
-        }
+declare! {
+    impl dyn SurfaceSpec, "woven": "plain weave of round threads, thread cells wide", ["thread = 16\nsize = 64"]
+    /// A plain weave, as a config writes it.
+    pub struct WovenSpec {
+        /// Width of a thread, cells.
+        thread: usize = 32;
+        /// Height of the round of a thread, in its widths; half a circle is 0.5.
+        round: f64 = 0.25;
+        /// Cells along each axis of a period, an even number of threads.
+        size: usize = 256;
     }
-}
-
-impl WovenSpec {
-    const KIND: &'static str = "woven";
 }
 
 impl SurfaceSpec for WovenSpec {
@@ -216,12 +148,7 @@ impl SurfaceSpec for WovenSpec {
     }
 
     fn facts(&self) -> Facts {
-        Facts {
-            label: format!("{}-{}", Self::KIND, self.round),
-            symmetry: Symmetry::ORTHOTROPIC,
-            is_random: false,
-            cells: self.size * self.size,
-        }
+        Facts::of_shape(format!("{}-{}", Self::KIND, self.round), self.size)
     }
 
     fn check(&self) -> Result<(), BuildError> {

@@ -11,7 +11,7 @@ use super::{Facts, HeightField, SurfaceSpec, check_size};
 use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::Symmetry;
-use crate::registry::{self, Entry};
+use crate::registry::{self, declare};
 use crate::sampling::Random;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -20,25 +20,6 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
-
-/// The registry entry.
-pub const GAUSSIAN: Entry<dyn SurfaceSpec> = Entry {
-    kind: GaussianSpec::KIND,
-    summary: "Gaussian random heights with the correlation exp(-r²/l²); rms_slope of one axis or both, brushed where they differ",
-    examples: &[
-        "rms_slope = 0.3\ncorrelation = 8\nsize = 128",
-        "rms_slope = [0.3, 0.1]\ncorrelation = 6\nsize = 128",
-    ],
-    read: |table| Ok(Box::new(registry::parse::<GaussianSpec>(table)?)),
-};
-
-/// The registry entry.
-pub const EXPONENTIAL: Entry<dyn SurfaceSpec> = Entry {
-    kind: ExponentialSpec::KIND,
-    summary: "Gaussian random heights with the correlation exp(-r/l), smooth below inner_scale; rms_slope of one axis or both",
-    examples: &["rms_slope = 0.3\ncorrelation = 16\ninner_scale = 4\nsize = 128"],
-    read: |table| Ok(Box::new(registry::parse::<ExponentialSpec>(table)?)),
-};
 
 /// One number for both axes, or one for each.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,65 +58,41 @@ impl Slope {
     }
 }
 
-/// Heights with a Gaussian correlation, as a config writes them.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct GaussianSpec {
-    /// Root mean square of dz/dx and dz/dy.
-    pub rms_slope: Slope,
-    /// Correlation length along x, cells: c = 1/e there.
-    pub correlation: f64,
-    /// Cells along each axis of a period.
-    pub size: usize,
-    /// Another one gives another surface of the same statistics.
-    pub seed: u64,
-}
-
-impl Default for GaussianSpec {
-    fn default() -> Self {
-        Self {
-            rms_slope: Slope::Isotropic(0.3),
-            correlation: 12.0,
-            size: 1024,
-            seed: 1,
-        }
+declare! {
+    impl dyn SurfaceSpec, "gaussian": "Gaussian random heights with the correlation exp(-r²/l²); rms_slope of one axis or both, brushed where they differ", [
+        "rms_slope = 0.3\ncorrelation = 8\nsize = 128",
+        "rms_slope = [0.3, 0.1]\ncorrelation = 6\nsize = 128",
+    ]
+    /// Heights with a Gaussian correlation, as a config writes them.
+    pub struct GaussianSpec {
+        /// Root mean square of dz/dx and dz/dy.
+        rms_slope: Slope = Slope::Isotropic(0.3);
+        /// Correlation length along x, cells: c = 1/e there.
+        correlation: f64 = 12.0;
+        /// Cells along each axis of a period.
+        size: usize = 1024;
+        /// Another one gives another surface of the same statistics.
+        seed: u64 = 1;
     }
 }
 
-/// Heights with an exponential correlation, as a config writes them.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ExponentialSpec {
-    /// Root mean square of dz/dx and dz/dy.
-    pub rms_slope: Slope,
-    /// Correlation length along x, cells: c = 1/e there.
-    pub correlation: f64,
-    /// Length below which heights are smooth, cells, 4 or more.
-    pub inner_scale: f64,
-    /// Cells along each axis of a period.
-    pub size: usize,
-    /// Another one gives another surface of the same statistics.
-    pub seed: u64,
-}
-
-impl Default for ExponentialSpec {
-    fn default() -> Self {
-        Self {
-            rms_slope: Slope::Isotropic(0.3),
-            correlation: 24.0,
-            inner_scale: 4.0,
-            size: 1024,
-            seed: 1,
-        }
+declare! {
+    impl dyn SurfaceSpec, "exponential": "Gaussian random heights with the correlation exp(-r/l), smooth below inner_scale; rms_slope of one axis or both", [
+        "rms_slope = 0.3\ncorrelation = 16\ninner_scale = 4\nsize = 128",
+    ]
+    /// Heights with an exponential correlation, as a config writes them.
+    pub struct ExponentialSpec {
+        /// Root mean square of dz/dx and dz/dy.
+        rms_slope: Slope = Slope::Isotropic(0.3);
+        /// Correlation length along x, cells: c = 1/e there.
+        correlation: f64 = 24.0;
+        /// Length below which heights are smooth, cells, 4 or more.
+        inner_scale: f64 = 4.0;
+        /// Cells along each axis of a period.
+        size: usize = 1024;
+        /// Another one gives another surface of the same statistics.
+        seed: u64 = 1;
     }
-}
-
-impl GaussianSpec {
-    const KIND: &'static str = "gaussian";
-}
-
-impl ExponentialSpec {
-    const KIND: &'static str = "exponential";
 }
 
 fn facts(kind: &str, slope: Slope, size: usize) -> Facts {

@@ -31,7 +31,7 @@ fn densities_are_those_of_the_candidates() {
             let mut sobol = Sobol::new(99);
             let n = 1 << 15;
             let inside = (0..n).filter(|&i| {
-                let pair = part.candidate(sobol.point(i), &set.cut);
+                let pair = part.candidate(sobol.point(i), &set.window);
                 pair.is_some_and(|pair| set.window.keeps(&pair))
             });
             let inside = inside.count() as f64 / n as f64;

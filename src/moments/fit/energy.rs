@@ -35,58 +35,28 @@ impl fmt::Display for Undetermined {
 /// α(θ_o) ≈ base + ramp (Zubiaga et al. 2015, §3.4).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EnergyFit {
-    pub(super) base: f64,
-    pub(super) ramp: Option<Ramp>,
-    pub(super) undetermined: Option<Undetermined>,
-    pub(super) upper_at_end: bool,
-    pub(super) mean: f64,
-    pub(super) errors: FitErrors,
-    pub(super) relative: FitErrors,
+    /// Energy below the first knot, rad² sr⁻¹.
+    pub base: f64,
+    /// Ramp that is added to the base; `None` if the fit is a constant.
+    pub ramp: Option<Ramp>,
+    /// Reason why the knots are not determined; `None` if they are.
+    pub undetermined: Option<Undetermined>,
+    /// True if θ_1 is the last used view: one cubic covers all views beyond θ_0, and every θ_1
+    /// beyond them would fit as well. θ_0 is determined nevertheless.
+    pub upper_at_end: bool,
+    /// Mean energy of the used views, rad² sr⁻¹.
+    pub mean: f64,
+    /// Errors of the fit, rad² sr⁻¹.
+    pub errors: FitErrors,
+    /// Errors of the fit in units of the mean energy.
+    pub relative_errors: FitErrors,
 }
 
 impl EnergyFit {
-    /// Energy below the first knot, rad² sr⁻¹.
-    pub fn base(&self) -> f64 {
-        self.base
-    }
-
-    /// Ramp that is added to the base; `None` if the fit is a constant.
-    pub fn ramp(&self) -> Option<Ramp> {
-        self.ramp
-    }
-
     /// θ_0 and θ_1, rad; `None` if they are not determined.
     pub fn knots(&self) -> Option<[f64; 2]> {
-        match self.undetermined {
-            None => self.ramp.map(|ramp| ramp.knots),
-            Some(_) => None,
-        }
-    }
-
-    /// Reason why the knots are not determined; `None` if they are.
-    pub fn undetermined(&self) -> Option<Undetermined> {
-        self.undetermined
-    }
-
-    /// True if θ_1 is the last used view: one cubic covers all views beyond θ_0, and every θ_1
-    /// beyond them would fit as well. θ_0 is determined nevertheless.
-    pub fn upper_at_end(&self) -> bool {
-        self.upper_at_end
-    }
-
-    /// Mean energy of the used views, rad² sr⁻¹.
-    pub fn mean(&self) -> f64 {
-        self.mean
-    }
-
-    /// Errors of the fit, rad² sr⁻¹.
-    pub fn errors(&self) -> FitErrors {
-        self.errors
-    }
-
-    /// Errors of the fit in units of the mean energy.
-    pub fn relative_errors(&self) -> FitErrors {
-        self.relative
+        let ramp = self.ramp.filter(|_| self.undetermined.is_none());
+        ramp.map(|ramp| ramp.knots)
     }
 
     /// The fitted energy (rad² sr⁻¹) at a view elevation (rad).
@@ -98,32 +68,14 @@ impl EnergyFit {
 /// Several energy profiles fitted with the same knots.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SharedEnergyFit {
-    pub(super) knots: Option<[f64; 2]>,
-    pub(super) undetermined: Option<Undetermined>,
-    pub(super) upper_at_end: bool,
-    pub(super) fits: Vec<EnergyFit>,
-}
-
-impl SharedEnergyFit {
     /// θ_0 and θ_1 of all, rad; `None` if they are not determined.
-    pub fn knots(&self) -> Option<[f64; 2]> {
-        self.knots
-    }
-
+    pub knots: Option<[f64; 2]>,
     /// Reason why the knots are not determined; `None` if they are.
-    pub fn undetermined(&self) -> Option<Undetermined> {
-        self.undetermined
-    }
-
+    pub undetermined: Option<Undetermined>,
     /// True if θ_1 is the last used view of all, see [`EnergyFit::upper_at_end`].
-    pub fn upper_at_end(&self) -> bool {
-        self.upper_at_end
-    }
-
+    pub upper_at_end: bool,
     /// The fits, one per profile, in the order given.
-    pub fn fits(&self) -> &[EnergyFit] {
-        &self.fits
-    }
+    pub fits: Vec<EnergyFit>,
 }
 
 /// An energy profile.

@@ -63,7 +63,9 @@ pub fn fit_energy_shared(
     if found < needed {
         return Err(FitError::TooFewViews { found, needed });
     }
-    let (blocks, order) = blocks(&units);
+    let blocks = blocks(&units);
+    let order = blocks.iter().flat_map(|b| b.members.iter().copied());
+    let order: Vec<usize> = order.collect();
     let views = || units.iter().flat_map(|u| u.views.iter().copied());
     let ends = [
         views().fold(f64::INFINITY, f64::min),
@@ -95,10 +97,7 @@ pub fn fit_energy_shared(
         });
     }
     Ok(SharedEnergyFit {
-        knots: match undetermined {
-            None => Some(knots),
-            Some(_) => None,
-        },
+        knots: undetermined.is_none().then_some(knots),
         undetermined,
         upper_at_end: upper_at_end && !constant,
         fits: fits.into_iter().flatten().collect(),
@@ -148,32 +147,27 @@ impl Unit {
                 rmse: self.mean * relative.rmse,
                 views: relative.views,
             },
-            relative,
+            relative_errors: relative,
         }
     }
 }
 
-/// Blocks of profiles with the same views, and the profile at each place.
-fn blocks(units: &[Unit]) -> (Vec<Block>, Vec<usize>) {
-    let mut blocks: Vec<(Block, Vec<usize>)> = Vec::new();
+/// Blocks of profiles with the same views.
+fn blocks(units: &[Unit]) -> Vec<Block> {
+    let mut blocks: Vec<Block> = Vec::new();
     for (index, unit) in units.iter().enumerate() {
-        let known = blocks.iter_mut().find(|(b, _)| b.views == unit.views);
-        match known {
-            Some((block, members)) => {
-                block.profiles.push(unit.values.clone());
-                members.push(index);
-            }
-            None => {
-                let block = Block {
-                    views: unit.views.clone(),
-                    profiles: vec![unit.values.clone()],
-                };
-                blocks.push((block, vec![index]));
-            }
+        let known = blocks.iter().position(|b| b.views == unit.views);
+        let at = known.unwrap_or(blocks.len());
+        if known.is_none() {
+            blocks.push(Block {
+                views: unit.views.clone(),
+                ..Block::default()
+            });
         }
+        blocks[at].profiles.push(unit.values.clone());
+        blocks[at].members.push(index);
     }
-    let (blocks, members): (Vec<Block>, Vec<Vec<usize>>) = blocks.into_iter().unzip();
-    (blocks, members.concat())
+    blocks
 }
 
 /// The criteria of [`Undetermined`].

@@ -6,21 +6,13 @@ use serde::Serialize;
 /// µ_θ(θ_o) ≈ µ̃ θ_o (Zubiaga et al. 2015, §3.4).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeanFit {
-    slope: f64,
-    errors: FitErrors,
+    /// Slope µ̃, without a unit: −1 for a mirror, 0 for a Lambertian material.
+    pub slope: f64,
+    /// Errors of the fit, rad.
+    pub errors: FitErrors,
 }
 
 impl MeanFit {
-    /// Slope µ̃, without a unit: −1 for a mirror, 0 for a Lambertian material.
-    pub fn slope(&self) -> f64 {
-        self.slope
-    }
-
-    /// Errors of the fit, rad.
-    pub fn errors(&self) -> FitErrors {
-        self.errors
-    }
-
     /// The fitted mean (rad) at a view elevation (rad).
     pub fn value(&self, theta: f64) -> f64 {
         self.slope * theta
@@ -53,21 +45,13 @@ pub fn fit_mean(
 /// (σ_θ² + σ_φ²)/2 ≈ σ̃² (Zubiaga et al. 2015, §3.4).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct VarianceFit {
-    variance: f64,
-    errors: FitErrors,
+    /// Average variance σ̃², rad²: 0 for a mirror, π²/12 for a Lambertian material.
+    pub variance: f64,
+    /// Errors of the fit, rad².
+    pub errors: FitErrors,
 }
 
 impl VarianceFit {
-    /// Average variance σ̃², rad²: 0 for a mirror, π²/12 for a Lambertian material.
-    pub fn variance(&self) -> f64 {
-        self.variance
-    }
-
-    /// Errors of the fit, rad².
-    pub fn errors(&self) -> FitErrors {
-        self.errors
-    }
-
     /// The fitted average variance, rad²; equal at every view.
     pub fn value(&self, _theta: f64) -> f64 {
         self.variance

@@ -10,7 +10,7 @@
 //! let views: Vec<f64> = (0..90).map(|i| f64::from(i).to_radians()).collect();
 //! let mean: Vec<Option<f64>> = views.iter().map(|t| Some(-0.7 * t)).collect();
 //! let fit = fit_mean(&views, &mean, ViewRange::default()).unwrap();
-//! assert!((fit.slope() + 0.7).abs() < 1e-12 && fit.errors().views == 81);
+//! assert!((fit.slope + 0.7).abs() < 1e-12 && fit.errors.views == 81);
 //! // A constant profile has no ramp, so its knots are not determined.
 //! let flat = fit_energy(&views, &[Some(2.0); 90], ViewRange::default(), 1e-4).unwrap();
 //! assert!(flat.knots().is_none() && (flat.value(1.0) - 2.0).abs() < 1e-12);

@@ -20,11 +20,14 @@ const REFINED: usize = 4;
 const SAME: f64 = 1e-9;
 
 /// Profiles with the same view elevations.
+#[derive(Default)]
 pub(super) struct Block {
     /// View elevations, rad.
     pub views: Vec<f64>,
     /// The values of each profile.
     pub profiles: Vec<DVector<f64>>,
+    /// The number of each profile among those of all blocks.
+    pub members: Vec<usize>,
 }
 
 /// The linear fit at given knots, with residuals and derivatives.
@@ -262,7 +265,11 @@ mod tests {
         let of_a: [&dyn Fn(f64) -> f64; 2] = [&|t| 1.0 + t.powi(4), &|t| (3.0 * t).cos()];
         let of_a = of_a.map(|f| values(&a, f)).to_vec();
         let of_b = vec![values(&b, &|t| (2.0 * t).exp() + 0.1 * (40.0 * t).sin())];
-        let block = |views, profiles| Block { views, profiles };
+        let block = |views, profiles| Block {
+            views,
+            profiles,
+            ..Block::default()
+        };
         vec![block(a, of_a), block(b, of_b)]
     }
 

@@ -12,38 +12,27 @@ const LAMBERTIAN: f64 = PI * PI / 12.0;
 /// Lambertian material (0, π²/12), as in Zubiaga et al. 2015, §3.4 and Fig. 7b.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeanVarianceFit {
-    coefficient: f64,
-    errors: FitErrors,
-    r_squared: Option<f64>,
-    correlation: Correlation,
+    /// Coefficient c, rad². 0 is the straight line; π²/12 · µ̃ (1 + µ̃) added to it is
+    /// π²/12 (1 + µ̃)².
+    pub coefficient: f64,
+    /// Errors of the fit, rad²; `views` counts materials.
+    pub errors: FitErrors,
+    /// 1 − Σ residual² / Σ (σ̃² − its average)²: at most 1, below 0 if the function is worse than the
+    /// average. `None` if all materials have the same variance.
+    pub r_squared: Option<f64>,
+    /// Correlation of slopes and variances.
+    pub correlation: Correlation,
+}
+
+/// The average variance (rad²) at the slope `slope` of the mean profile, with a coefficient c.
+fn variance(coefficient: f64, slope: f64) -> f64 {
+    (1.0 + slope) * (LAMBERTIAN + coefficient * slope)
 }
 
 impl MeanVarianceFit {
-    /// Coefficient c, rad². 0 is the straight line; π²/12 · µ̃ (1 + µ̃) added to it is
-    /// π²/12 (1 + µ̃)².
-    pub fn coefficient(&self) -> f64 {
-        self.coefficient
-    }
-
-    /// Errors of the fit, rad²; `views` counts materials.
-    pub fn errors(&self) -> FitErrors {
-        self.errors
-    }
-
-    /// 1 − Σ residual² / Σ (σ̃² − its average)²: at most 1, below 0 if the function is worse than the
-    /// average. `None` if all materials have the same variance.
-    pub fn r_squared(&self) -> Option<f64> {
-        self.r_squared
-    }
-
-    /// Correlation of slopes and variances.
-    pub fn correlation(&self) -> Correlation {
-        self.correlation
-    }
-
     /// The average variance (rad²) at the slope `slope` of the mean profile.
     pub fn value(&self, slope: f64) -> f64 {
-        (1.0 + slope) * (LAMBERTIAN + self.coefficient * slope)
+        variance(self.coefficient, slope)
     }
 }
 
@@ -82,22 +71,19 @@ pub fn fit_mean_variance(
     if square == 0.0 {
         return Err(FitError::Undetermined);
     }
-    let correlation = correlate(slopes, variances);
-    let mut fit = MeanVarianceFit {
-        coefficient: product / square,
-        errors: FitErrors {
-            mae: 0.0,
-            rmse: 0.0,
-            views: 0,
-        },
-        r_squared: None,
-        correlation,
-    };
-    fit.errors = FitErrors::of(used.iter().map(|&(slope, v)| v - fit.value(slope)));
+    let coefficient = product / square;
+    let errors = FitErrors::of(
+        used.iter()
+            .map(|&(slope, v)| v - variance(coefficient, slope)),
+    );
     let average = used.iter().map(|p| p.1).sum::<f64>() / used.len() as f64;
     let spread = FitErrors::of(used.iter().map(|p| p.1 - average)).rmse;
     // Equal numbers may have an average that is rounded away from them.
     let rounding = 4.0 * f64::EPSILON * average.abs();
-    fit.r_squared = (spread > rounding).then(|| 1.0 - (fit.errors.rmse / spread).powi(2));
-    Ok(fit)
+    Ok(MeanVarianceFit {
+        coefficient,
+        errors,
+        r_squared: (spread > rounding).then(|| 1.0 - (errors.rmse / spread).powi(2)),
+        correlation: correlate(slopes, variances),
+    })
 }

@@ -9,7 +9,6 @@ use crate::brdf::{Brdf, Channels, Presence};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::lighting::Lighting;
-use crate::numeric;
 use crate::parametrization::view_centered_angles;
 use glam::DVec3;
 
@@ -43,25 +42,18 @@ impl<'a> Light<'a> {
             v.z,
         );
         let rgb = self.lighting.radiance(Direction::from_unit(turned));
-        let radiance = match self.channel {
-            Channel::Luminance => numeric::luminance(rgb),
-            Channel::Average => (rgb[0] + rgb[1] + rgb[2]) / 3.0,
-            Channel::Red => rgb[0],
-            Channel::Green => rgb[1],
-            Channel::Blue => rgb[2],
-        };
+        let radiance = self.channel.of(&Channels::Rgb, &rgb);
         radiance * v.z.max(0.0) * v.x.hypot(v.z)
     }
 }
 
-/// One number per direction of the light, whatever the view.
-trait Integrand: Send + Sync {
-    fn eval(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]);
-}
+/// One number per direction of the light, whatever the view, as a BRDF.
+struct Integrand<T>(T);
 
-struct AsBrdf<T>(T);
-
-impl<T: Integrand> Brdf for AsBrdf<T> {
+impl<T> Brdf for Integrand<T>
+where
+    T: Fn(&[DirectionPair], &mut [f64], &mut [Presence]) + Send + Sync,
+{
     fn channels(&self) -> &Channels {
         &Channels::Luminance
     }
@@ -76,63 +68,20 @@ impl<T: Integrand> Brdf for AsBrdf<T> {
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let mut presence = [Presence::Missing];
-        self.0.eval(&[*pair], out, &mut presence);
+        (self.0)(&[*pair], out, &mut presence);
         presence[0]
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        self.0.eval(pairs, out, presence);
+        (self.0)(pairs, out, presence);
     }
 }
 
-/// A slice times the irradiance per dθ dφ.
-struct Lit<'a> {
-    slice: Slice<'a>,
-    light: Light<'a>,
-}
-
-impl Integrand for Lit<'_> {
-    fn eval(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        let mut batch = Batch::default();
-        for pair in pairs {
-            batch.push(&self.slice, pair.omega_i);
-        }
-        self.slice.evaluate(&mut batch);
-        for (i, pair) in pairs.iter().enumerate() {
-            let value = batch.values()[i];
-            presence[i] = match batch.kinds()[i] {
-                Kind::Missing => Presence::Missing,
-                _ => Presence::Present,
-            };
-            out[i] = match value > 0.0 {
-                true => value * self.light.arriving(pair.omega_i),
-                false => 0.0,
-            };
-        }
-    }
-}
-
-/// A weight of the two angles times the irradiance per dθ dφ.
-struct Weighted<'a, W> {
-    weight: W,
-    light: Light<'a>,
-    /// −1 if θ is mirrored.
-    sign: f64,
-}
-
-impl<W: Fn(f64, f64) -> f64 + Send + Sync> Integrand for Weighted<'_, W> {
-    fn eval(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        for (i, pair) in pairs.iter().enumerate() {
-            let v = pair.omega_i.vector();
-            let omega = Direction::from_unit(DVec3::new(self.sign * v.x, v.y, v.z));
-            let [theta, phi] = view_centered_angles(omega);
-            let weight = (self.weight)(theta, phi);
-            out[i] = match weight > 0.0 {
-                true => weight * self.light.arriving(omega),
-                false => 0.0,
-            };
-            presence[i] = Presence::Present;
-        }
+/// Value × irradiance per dθ dφ; 0 of no value.
+fn lit(value: f64, light: &Light<'_>, omega: Direction) -> f64 {
+    match value > 0.0 {
+        true => value * light.arriving(omega),
+        false => 0.0,
     }
 }
 
@@ -149,14 +98,29 @@ pub(super) struct Reflected {
 /// Zubiaga et al. 2015, Eq. 9, of the slice itself.
 pub(super) fn reflected(slice: Slice<'_>, light: Light<'_>, rule: &PeakResolving) -> Reflected {
     let theta_o = slice.theta_o();
-    let lit = AsBrdf(Lit { slice, light });
+    let integrand = Integrand(
+        |pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]| {
+            let mut batch = Batch::default();
+            for pair in pairs {
+                batch.push(&slice, pair.omega_i);
+            }
+            slice.evaluate(&mut batch);
+            for (i, pair) in pairs.iter().enumerate() {
+                presence[i] = match batch.kinds()[i] {
+                    Kind::Missing => Presence::Missing,
+                    _ => Presence::Present,
+                };
+                out[i] = lit(batch.values()[i], &light, pair.omega_i);
+            }
+        },
+    );
     let nothing = Reflected {
         radiance: 0.0,
         uncertainty: 0.0,
         missing_share: 1.0,
         resolved: true,
     };
-    let Ok(slice) = Slice::new(&lit, Channel::Luminance, theta_o) else {
+    let Ok(slice) = Slice::new(&integrand, Channel::Luminance, theta_o) else {
         return nothing;
     };
     let result = rule.estimate(&slice, order(0), 0);
@@ -186,11 +150,17 @@ pub(super) fn weighted_light(
 ) -> Result<(Moments, f64), ParameterError> {
     // The cubature looks for narrow peaks at minus the view's elevation.
     let sign = if centre > 0.0 { -1.0 } else { 1.0 };
-    let brdf = AsBrdf(Weighted {
-        weight,
-        light,
-        sign,
-    });
+    let brdf = Integrand(
+        |pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]| {
+            for (pair, out) in pairs.iter().zip(out) {
+                let v = pair.omega_i.vector();
+                let omega = Direction::from_unit(DVec3::new(sign * v.x, v.y, v.z));
+                let [theta, phi] = view_centered_angles(omega);
+                *out = lit(weight(theta, phi), &light, omega);
+            }
+            presence.fill(Presence::Present);
+        },
+    );
     let slice = Slice::new(&brdf, Channel::Luminance, centre.abs())?;
     Ok((rule.estimate(&slice, order(2), 0).moments, sign))
 }

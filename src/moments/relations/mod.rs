@@ -12,59 +12,41 @@ use super::slice::Slice;
 use crate::brdf::Brdf;
 use crate::error::{ParameterError, in_closed, in_left_open};
 use crate::lighting::Lighting;
+use crate::registry::{keys, named};
 use integrand::{Light, Reflected, reflected, weighted_light};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
 
-/// Direction in which the view moves while the normal stays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Along {
-    /// In the plane of incidence: omega_o(t) = m(θ_o + t, 0).
-    Theta,
-    /// Out of it, along the great circle across: omega_o(t) = m(θ_o, t). Turning the azimuth of
-    /// the view by a moves it by t = a sin θ_o to first order.
-    Phi,
-}
-
-impl Along {
-    /// Name in configs and files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Along::Theta => "theta",
-            Along::Phi => "phi",
-        }
+named! {
+    /// Direction in which the view moves while the normal stays.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Along {
+        /// In the plane of incidence: omega_o(t) = m(θ_o + t, 0).
+        Theta = "theta",
+        /// Out of it, along the great circle across: omega_o(t) = m(θ_o, t). Turning the azimuth of
+        /// the view by a moves it by t = a sin θ_o to first order.
+        Phi = "phi",
     }
 }
 
-/// Settings of the measurement of a relation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RelationSpec {
-    /// Standard deviation of the Gaussian window exp(−t²/(2w²)) over the view, degrees, in
-    /// (0, 60]. It ends at 5 of them, and 0.1° before the horizon.
-    pub window_deg: f64,
-    /// Azimuth of the plane of incidence within the lighting, degrees.
-    pub azimuth_deg: f64,
-    /// Largest error of the rendered moments: of energy and variance relative to them, of the mean
-    /// relative to the standard deviation.
-    pub tolerance: f64,
-    /// Most evaluations of the BRDF per view.
-    pub max_evaluations: usize,
-    /// Views within the window: doubled from 33 until the tolerance is reached or this is exceeded.
-    pub max_views: usize,
-}
-
-impl Default for RelationSpec {
-    fn default() -> Self {
-        Self {
-            window_deg: 5.0,
-            azimuth_deg: 0.0,
-            tolerance: 1e-3,
-            max_evaluations: 400_000,
-            max_views: 257,
-        }
+keys! {
+    /// Settings of the measurement of a relation.
+    #[derive(PartialEq)]
+    pub struct RelationSpec {
+        /// Standard deviation of the Gaussian window exp(−t²/(2w²)) over the view, degrees, in
+        /// (0, 60]. It ends at 5 of them, and 0.1° before the horizon.
+        window_deg: f64 = 5.0;
+        /// Azimuth of the plane of incidence within the lighting, degrees.
+        azimuth_deg: f64 = 0.0;
+        /// Largest error of the rendered moments: of energy and variance relative to them, of the mean
+        /// relative to the standard deviation.
+        tolerance: f64 = 1e-3;
+        /// Most evaluations of the BRDF per view.
+        max_evaluations: usize = 400_000;
+        /// Views within the window: doubled from 33 until the tolerance is reached or this is exceeded.
+        max_views: usize = 257;
     }
 }
 
@@ -276,19 +258,18 @@ impl Local {
         let mean = curve(|n| n.mean)?;
         // Least squares over the views of the profile that the window sees; a hundred points of
         // the interpolant weigh unevenly spaced views fairly.
-        let (mut s0, mut st, mut sm) = (0.0, 0.0, 0.0);
         let from = (-3.0 * window).max(mean.first() - theta_o);
         let to = (3.0 * window).min(mean.last() - theta_o);
         let points: Vec<(f64, f64, f64)> = (0..=100)
             .map(|i| from + (to - from) * f64::from(i) * 0.01)
             .map(|t| (t, mean.at(theta_o + t), gaussian(t, window)))
             .collect();
-        for (t, m, w) in &points {
-            s0 += w;
-            st += w * t;
-            sm += w * m;
-        }
-        let (t0, m0) = (st / s0, sm / s0);
+        let sum = |of: fn(&(f64, f64, f64)) -> f64| points.iter().map(of).sum::<f64>();
+        let weight = sum(|(_, _, w)| *w);
+        let (t0, m0) = (
+            sum(|(t, _, w)| w * t) / weight,
+            sum(|(_, m, w)| w * m) / weight,
+        );
         let product: f64 = points.iter().map(|(t, m, w)| w * (t - t0) * (m - m0)).sum();
         let square: f64 = points.iter().map(|(t, _, w)| w * (t - t0) * (t - t0)).sum();
         if !(square > 0.0) {
@@ -395,7 +376,12 @@ impl Scene<'_> {
         };
         let [lo, hi] = [lo.max(-reach), hi.min(reach).max(lo.max(-reach) + 1e-9)];
         let mut intervals = 32;
-        let mut known = self.views(lo, hi, (0..=intervals).collect(), intervals)?;
+        let views = |numbers: Vec<usize>, intervals: usize| {
+            let at = |i: usize| lo + (hi - lo) * i as f64 / intervals as f64;
+            let radiances = numbers.into_par_iter().map(|i| self.radiance(at(i)));
+            radiances.collect::<Result<Vec<Reflected>, ParameterError>>()
+        };
+        let mut known = views((0..=intervals).collect(), intervals)?;
         loop {
             let step = (hi - lo) / intervals as f64;
             let fine = self.moments(&known, lo, step);
@@ -428,7 +414,7 @@ impl Scene<'_> {
             }
             let between = (0..intervals).map(|i| 2 * i + 1).collect();
             intervals *= 2;
-            let new = self.views(lo, hi, between, intervals)?;
+            let new = views(between, intervals)?;
             let mut both = Vec::with_capacity(intervals + 1);
             for (old, new) in known.iter().zip(&new) {
                 both.extend([*old, *new]);
@@ -440,20 +426,6 @@ impl Scene<'_> {
 
     fn share(&self, t: f64) -> f64 {
         libm::erf(t / (SQRT_2 * self.window))
-    }
-
-    fn views(
-        &self,
-        lo: f64,
-        hi: f64,
-        indices: Vec<usize>,
-        intervals: usize,
-    ) -> Result<Vec<Reflected>, ParameterError> {
-        let at = |i: usize| lo + (hi - lo) * i as f64 / intervals as f64;
-        indices
-            .into_par_iter()
-            .map(|i| self.radiance(at(i)))
-            .collect()
     }
 
     /// Moments of window × radiance, and the share of the energy the cubature is unsure of.

@@ -12,7 +12,7 @@ mod solver;
 
 use super::interpolant::{Interpolant, Readings};
 use super::transform::{EPSILON, Transform};
-use super::{Reconstruct, ReconstructError};
+use super::{Reconstruct, ReconstructError, admit};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, MicrofacetSpec};
 use crate::brdf::{
     self, Brdf, BrdfSpec, ComponentSpec, LambertSpec, Presence, Roughness, Spectrum, SumSpec,
@@ -22,7 +22,6 @@ use crate::geometry::DirectionPair;
 use crate::registry::{self, Entry, ReadError, Table};
 use parameters::Parameters;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 use solver::Problem;
 
 const KIND: &str = "fit";
@@ -47,9 +46,11 @@ const MISFIT: f64 = 0.02;
 const MOST: usize = 1000;
 
 /// A fit, as a config writes it.
-#[derive(Debug)]
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Fit {
     /// The model; its numbers are where the search starts. `None`: Lambert's law plus a lobe of GGX.
+    #[serde(deserialize_with = "registry::taken")]
     pub model: Option<Box<dyn BrdfSpec>>,
     /// Numbers of the model that stay as they are: `alpha`, `component[0].weight`.
     pub fixed: Vec<String>,
@@ -57,20 +58,10 @@ pub struct Fit {
     pub starts: usize,
 }
 
-/// The keys of the table itself; `model`, a table with a kind of its own, is taken out before.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Keys {
-    #[serde(rename = "model")]
-    _model: Option<IgnoredAny>,
-    fixed: Vec<String>,
-    starts: usize,
-}
-
-impl Default for Keys {
+impl Default for Fit {
     fn default() -> Self {
         Self {
-            _model: None,
+            model: None,
             fixed: Vec::new(),
             starts: 8,
         }
@@ -79,11 +70,10 @@ impl Default for Keys {
 
 fn read(mut table: Table<'_>) -> Result<Box<dyn Reconstruct>, ReadError> {
     let model = registry::take_table(&mut table, "model")?;
-    let Keys { fixed, starts, .. } = registry::parse(table)?;
+    let keys: Fit = registry::parse(table)?;
     Ok(Box::new(Fit {
         model: model.map(brdf::read).transpose()?,
-        fixed,
-        starts,
+        ..keys
     }))
 }
 
@@ -145,10 +135,6 @@ impl Reconstruct for Fit {
         }
     }
 
-    fn needs_grid(&self) -> bool {
-        false
-    }
-
     fn weighs_readings(&self) -> bool {
         true
     }
@@ -159,13 +145,7 @@ impl Reconstruct for Fit {
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         let parameters = self.parameters()?;
-        if r.count() == 0 {
-            return Err(ReconstructError::TooFew {
-                method: KIND,
-                readings: 0,
-                needed: 1,
-            });
-        }
+        admit(KIND, r.count(), usize::MAX)?;
         let needed = r.schedule.parametrization.symmetry();
         if let Some(lacks) = parameters.lacks(needed) {
             let allowed = format!("one that is {lacks}, as the readings are");

@@ -7,6 +7,7 @@
 use crate::brdf::{self, Brdf, BrdfSpec, Channels};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
+use crate::numeric::last_where;
 use crate::registry::{self, Keys};
 use nalgebra::DVector;
 
@@ -193,15 +194,5 @@ fn end(start: f64, sign: f64, allowed: &dyn Fn(f64) -> bool) -> f64 {
         }
         inside = x;
     }
-    let Some(mut outside) = outside else {
-        return inside;
-    };
-    for _ in 0..60 {
-        let middle = 0.5 * (inside + outside);
-        match allowed(middle) {
-            true => inside = middle,
-            false => outside = middle,
-        }
-    }
-    inside
+    outside.map_or(inside, |outside| last_where(inside, outside, 60, allowed))
 }

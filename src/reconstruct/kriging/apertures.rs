@@ -94,35 +94,31 @@ fn of_process(
     [of_source, of_sensor]: [f64; 2],
 ) -> DMatrix<f64> {
     let mut logs = vec![0.0; pairs.len() * width];
-    let chunks = pairs
-        .par_chunks(TASK)
-        .zip(logs.par_chunks_mut(TASK * width));
-    chunks.for_each(|(pairs, logs)| {
-        for (pair, logs) in pairs.iter().zip(logs.chunks_exact_mut(width)) {
-            let (lights, views) = (cap(pair.omega_i, of_source), cap(pair.omega_o, of_sensor));
-            let mut near = vec![*pair];
-            let mut weights = Vec::new();
-            let mut all = 0.0;
-            for (w_i, light) in &lights {
-                for (w_o, view) in &views {
-                    let weight = w_i * w_o * light.z.max(0.0);
-                    all += weight;
-                    if light.z > 0.0 && view.z > 0.0 {
-                        let [light, view] = [light, view].map(|v| Direction::from_unit(*v));
-                        near.push(DirectionPair::new(light, view));
-                        weights.push(weight);
-                    }
+    let tasks = pairs.par_iter().zip(logs.par_chunks_mut(width));
+    tasks.with_min_len(TASK).for_each(|(pair, logs)| {
+        let (lights, views) = (cap(pair.omega_i, of_source), cap(pair.omega_o, of_sensor));
+        let mut near = vec![*pair];
+        let mut weights = Vec::new();
+        let mut all = 0.0;
+        for (w_i, light) in &lights {
+            for (w_o, view) in &views {
+                let weight = w_i * w_o * light.z.max(0.0);
+                all += weight;
+                if light.z > 0.0 && view.z > 0.0 {
+                    let [light, view] = [light, view].map(|v| Direction::from_unit(*v));
+                    near.push(DirectionPair::new(light, view));
+                    weights.push(weight);
                 }
             }
-            let mut values = vec![0.0; near.len() * width];
-            process.eval(&near, &kernel::columns(&near, symmetry), &mut values);
-            let f = |z: f64| (z.exp() - EPSILON).max(0.0);
-            for (c, log) in logs.iter_mut().enumerate() {
-                let mean = weights.iter().enumerate();
-                let mean: f64 = mean.map(|(k, w)| w * f(values[(k + 1) * width + c])).sum();
-                let ratio = (mean / all + EPSILON).ln() - values[c];
-                *log = ratio.clamp(-LARGEST, LARGEST);
-            }
+        }
+        let mut values = vec![0.0; near.len() * width];
+        process.eval(&near, &kernel::columns(&near, symmetry), &mut values);
+        let f = |z: f64| (z.exp() - EPSILON).max(0.0);
+        for (c, log) in logs.iter_mut().enumerate() {
+            let mean = weights.iter().enumerate();
+            let mean: f64 = mean.map(|(k, w)| w * f(values[(k + 1) * width + c])).sum();
+            let ratio = (mean / all + EPSILON).ln() - values[c];
+            *log = ratio.clamp(-LARGEST, LARGEST);
         }
     });
     DMatrix::from_row_slice(pairs.len(), width, &logs)

@@ -186,13 +186,10 @@ impl Kernel {
 
     /// The terms as weights 3/l² of all columns.
     pub fn flat(&self) -> Vec<Flat> {
-        let of = |t: &Term| {
-            let mut weights = Vec::new();
-            weights.extend(t.lengths.iter().map(|(c, l)| (*c, 3.0 / (l * l))));
-            Flat {
-                amplitude: t.amplitude,
-                weights,
-            }
+        let weight = |(c, l): &(usize, f64)| (*c, 3.0 / (l * l));
+        let of = |t: &Term| Flat {
+            amplitude: t.amplitude,
+            weights: t.lengths.iter().map(weight).collect(),
         };
         self.terms.iter().map(of).collect()
     }

@@ -4,7 +4,7 @@ use super::Kriging;
 use super::posterior::Posterior;
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
-use crate::reconstruct::{LogNormal, Predictive, ReconstructError, Suspect};
+use crate::reconstruct::{LogNormal, Predictive, ReconstructError, Suspect, admit};
 
 /// Pairs that are predicted at once: what is kept of each is as much as there are readings.
 const PREDICTED: usize = 2048;
@@ -21,7 +21,7 @@ impl Mixture {
     /// # Errors
     /// If there are none or too many, or their covariances are singular.
     pub fn of(kriging: &Kriging, measurement: &Measurement) -> Result<Self, ReconstructError> {
-        super::admit(measurement.readings(), super::MOST)?;
+        admit(super::KIND, measurement.readings(), super::MOST)?;
         let (accounts, suspects) = Posterior::all(kriging, measurement)?;
         Ok(Self { accounts, suspects })
     }

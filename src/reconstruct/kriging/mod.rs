@@ -42,59 +42,38 @@ pub use prior::{FUNCTIONS, NODES, Prior, PriorFile, TrainError, Trained, Trainin
 use super::interpolant::{Interpolant, Readings};
 use super::sheets::are_in_plane;
 use super::transform::{EPSILON, Transform, Values};
-use super::{Predictive, Reconstruct, ReconstructError, Suspect};
+use super::{Predictive, Reconstruct, ReconstructError, Suspect, admit};
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
-use crate::registry::{self, Entry};
+use crate::registry::{self, declare};
 use kernel::Kernel;
 use nalgebra::DMatrix;
 use prior::Centre;
 use process::{Part, Process};
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use system::{Data, Likelihood, NUGGET, Sites};
 
-pub(crate) const KIND: &str = "kriging";
-
-/// The registry entry.
-pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
-    kind: KIND,
-    summary: "Gaussian process of ln f with a kernel fitted to many materials; at most 100 000 readings",
-    examples: &[
+declare! {
+    dyn Reconstruct, "kriging": "Gaussian process of ln f with a kernel fitted to many materials; at most 100 000 readings", [
         "",
         "prior = \"built-in\"",
         "fit = false",
         "noise = false",
         "fit = false\nnoise = false",
         "fit = false\nnoise = false\nprior = \"built-in\"",
-    ],
-    read: |table| Ok(Box::new(registry::parse::<Kriging>(table)?)),
-};
-
-/// Kriging, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Kriging {
-    /// True to fit amplitudes and lengths of the kernel to the first channel of the readings, where these fill space.
-    pub fit: bool,
-    /// True to miss readings by their uncertainty of type A, where they have one.
-    pub noise: bool,
-    /// True to leave out those of 33 to 2000 readings that all others contradict.
-    pub robust: bool,
-    /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub prior: Option<PriorFile>,
-}
-
-impl Default for Kriging {
-    fn default() -> Self {
-        Self {
-            fit: true,
-            noise: true,
-            robust: true,
-            prior: None,
-        }
+    ]
+    /// Kriging, as a config writes it.
+    pub struct Kriging {
+        /// True to fit amplitudes and lengths of the kernel to the first channel of the readings, where these fill space.
+        fit: bool = true;
+        /// True to miss readings by their uncertainty of type A, where they have one.
+        noise: bool = true;
+        /// True to leave out those of 33 to 2000 readings that all others contradict.
+        robust: bool = true;
+        /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        prior: Option<PriorFile> = None;
     }
 }
 
@@ -356,12 +335,11 @@ fn told(r: &Readings<'_>, suspects: &[outliers::Suspect]) -> Vec<Suspect> {
 
 /// The readings of a measurement that all others contradict, in the order of the schedule; none of fewer than 33 or more than 2000.
 pub fn suspects(measurement: &Measurement) -> Vec<Suspect> {
-    let kriging = Kriging::default();
-    let compared = (TRUSTED + 1..=MOST_COMPARED).contains(&measurement.readings());
-    let known = compared.then(|| Mixture::of(&kriging, measurement).ok());
-    known
-        .flatten()
-        .map_or(Vec::new(), |known| known.suspects().to_vec())
+    if !(TRUSTED + 1..=MOST_COMPARED).contains(&measurement.readings()) {
+        return Vec::new();
+    }
+    let known = Mixture::of(&Kriging::default(), measurement);
+    known.map_or(Vec::new(), |known| known.suspects().to_vec())
 }
 
 /// True if there are so few readings, of a material of such symmetries, that a prior is of use.
@@ -385,23 +363,6 @@ impl Account {
             kernel,
             known: None,
         }
-    }
-}
-
-/// Refuses none, and more than `most` readings.
-fn admit(readings: usize, most: usize) -> Result<(), ReconstructError> {
-    match readings {
-        0 => Err(ReconstructError::TooFew {
-            method: KIND,
-            readings,
-            needed: 1,
-        }),
-        _ if readings > most => Err(ReconstructError::TooMany {
-            method: KIND,
-            readings,
-            allowed: most,
-        }),
-        _ => Ok(()),
     }
 }
 
@@ -448,10 +409,6 @@ impl Reconstruct for Kriging {
         label
     }
 
-    fn needs_grid(&self) -> bool {
-        false
-    }
-
     fn prior(&self) -> Option<&PriorFile> {
         self.prior.as_ref()
     }
@@ -479,7 +436,7 @@ impl Reconstruct for Kriging {
     }
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
-        admit(r.count(), MOST_SPARSE)?;
+        admit(KIND, r.count(), MOST_SPARSE)?;
         let (kernel, suspects) = self.common(r);
         let readings = self.prepared(r, kernel, &suspects);
         let r = &readings.of(r);

@@ -1,6 +1,7 @@
 //! How uncertain further readings are, from those there are.
 
 use super::system::NUGGET;
+use crate::numeric::upper_median;
 use crate::reconstruct::interpolant::Readings;
 use crate::reconstruct::transform::EPSILON;
 
@@ -28,13 +29,9 @@ impl Noise {
         let floor = all.iter().map(|[_, u]| *u).fold(f64::INFINITY, f64::min);
         let rest = |[f, u]: &[f64; 2]| (u * u - floor * floor).max(0.0).sqrt() / (f + EPSILON);
         let mut shares: Vec<f64> = all.iter().map(rest).collect();
-        shares.sort_by(f64::total_cmp);
+        let median = upper_median(&mut shares).unwrap_or(0.0);
         Self {
-            relative: shares
-                .get(shares.len() / 2)
-                .copied()
-                .unwrap_or(0.0)
-                .hypot(unsaid.sqrt()),
+            relative: median.hypot(unsaid.sqrt()),
             floor: if floor.is_finite() { floor } else { 0.0 },
         }
     }

@@ -104,21 +104,15 @@ impl Posterior {
             .as_ref()
             .map(|u| u.chunks(width).map(luminance).collect());
         let present = present(measurement);
+        let all = Readings::of(measurement, &present, each.as_deref());
         let readings = Readings {
-            schedule: &measurement.schedule,
             width: 1,
             values: &values,
-            present: &present,
             noise: type_a.as_deref(),
-            half_angles_deg: measurement.half_angles_deg,
+            ..all
         };
         let symmetry = measurement.schedule.parametrization.symmetry();
-        let (kernel, suspects) = kriging.common(&Readings {
-            width,
-            values: &measurement.values,
-            noise: each.as_deref(),
-            ..readings
-        });
+        let (kernel, suspects) = kriging.common(&all);
         let kernel = match width {
             1 => kernel,
             _ => kriging.fitted(&Readings {
@@ -141,11 +135,8 @@ impl Posterior {
         };
         let chosen = kriging.chosen(&readings, super::MOST);
         let shared: Vec<f64> = chosen.into_iter().map(shared).collect();
-        let process = |Account {
-                           share,
-                           kernel,
-                           known,
-                       }| {
+        let process = |account: Account| {
+            let (share, kernel, known) = (account.share, account.kernel, account.known);
             let prior = known.as_ref().map(|k: &Known| &*k.prior);
             let data = kriging.data(&readings, super::MOST, 1, prior);
             let mut data = data.noisier(kernel.unsaid);
@@ -174,7 +165,6 @@ impl Posterior {
             noise: Vec::new(),
             values: DMatrix::zeros(0, 1),
         };
-        let empty = (DMatrix::zeros(0, 0), DVector::zeros(0));
         let known = prior.map(|prior| Known {
             centre: Centre {
                 mean: DMatrix::zeros(none.sites.functions.nrows(), 1),
@@ -182,7 +172,8 @@ impl Posterior {
             },
             prior,
         });
-        Self::with(Covariance::new(&kernel), known, none, symmetry, empty)
+        let before = Self::given(Covariance::new(&kernel), known, none, symmetry);
+        before.unwrap_or_else(|| unreachable!("nothing is not singular"))
     }
 
     fn given(
@@ -194,24 +185,14 @@ impl Posterior {
         let factor = covariance.factor(&data)?;
         let mut solved = data.values.clone();
         system::forward(&factor, &mut solved);
-        let solved = (factor, solved.column(0).into_owned());
-        Some(Self::with(covariance, known, data, symmetry, solved))
-    }
-
-    fn with(
-        covariance: Covariance,
-        known: Option<Known>,
-        data: Data,
-        symmetry: Symmetry,
-        (factor, solved): (DMatrix<f64>, DVector<f64>),
-    ) -> Self {
+        let solved = solved.column(0).into_owned();
         let n = data.sites.len();
         let mut spread = match &known {
             Some(known) => data.sites.functions.tr_mul(&known.centre.spread),
             None => DMatrix::zeros(n, 0),
         };
         system::forward(&factor, &mut spread);
-        Self {
+        Some(Self {
             symmetry,
             spread,
             covariance,
@@ -224,7 +205,7 @@ impl Posterior {
             solved,
             noise: Noise::default(),
             shared: (0.0, DVector::zeros(n)),
-        }
+        })
     }
 
     /// The same with errors of ln f of readings which further readings do not average out.

@@ -80,11 +80,7 @@ impl Part {
 
     /// Writes ln(f + ε) of pairs.
     pub fn eval(&self, pairs: &[DirectionPair], columns: &[Columns], out: &mut [f64]) {
-        Arch::new().dispatch(Means {
-            part: self,
-            columns,
-            out,
-        });
+        Arch::new().dispatch(Means(self, columns, out));
         for out in out.chunks_exact_mut(self.levels.len()) {
             out.iter_mut().zip(&self.levels).for_each(|(z, l)| *z += l);
         }
@@ -95,22 +91,17 @@ impl Part {
 }
 
 /// Writes ln(f + ε) less its level at pairs.
-struct Means<'a> {
-    part: &'a Part,
-    columns: &'a [Columns],
-    out: &'a mut [f64],
-}
+struct Means<'a>(&'a Part, &'a [Columns], &'a mut [f64]);
 
 impl NullaryFnOnce for Means<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let of = self.part;
+        let Self(of, columns, out) = self;
         let width = of.levels.len();
         let mut sums = vec![[0.0; LANES]; width];
-        let queries = self.columns.iter().zip(self.out.chunks_exact_mut(width));
-        for (x, out) in queries {
+        for (x, out) in columns.iter().zip(out.chunks_exact_mut(width)) {
             sums.fill([0.0; LANES]);
             for (block, weights) in of.blocks.iter().zip(of.weights.chunks_exact(width)) {
                 let k = kernel::covariance(&of.terms, x, block);
@@ -170,11 +161,6 @@ impl Interpolant for Process {
                 }
             }
         }
-        for (pair, out) in pairs.iter().zip(out.chunks_exact_mut(self.width())) {
-            let above = pair.is_above_horizon();
-            for z in out {
-                *z = if above { TRANSFORM.inverse(*z) } else { 0.0 };
-            }
-        }
+        TRANSFORM.inverse_above(pairs, self.width(), out);
     }
 }

@@ -6,7 +6,7 @@ use crate::experiment::{
     Allowance, Choice, Duel, Duels, Explained, Factor, Findings, Line, Metric, OWN, Ranking, Scope,
 };
 use crate::report::Columns;
-use crate::report::acquisition::table::error;
+use crate::report::acquisition::table::{error, star};
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict};
 use std::fmt::Write as _;
 
@@ -81,30 +81,17 @@ fn errors_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
     let mut columns = columns(&text, &findings.allowances);
     let mut lines = best_of_each(ranking, findings.factor);
     let of = |choice: &Choice| subject(findings.factor, choice);
-    let place = |choice: &Choice| {
-        ranking
-            .lines
-            .iter()
-            .position(|l| of(&l.choice) == of(choice))
-    };
-    lines.sort_by_key(|l| place(&l.choice));
+    let all: Vec<String> = ranking.lines.iter().map(|l| of(&l.choice)).collect();
+    lines.sort_by_key(|l| all.iter().position(|name| *name == of(&l.choice)));
     let mean = |line: &Line, a: usize| whole(line, a).map(|c| c.mean);
     let median = |line: &Line, a: usize| whole(line, a).map(|c| c.median);
     for line in &lines {
-        let mut row = format!(
-            "  {}, {}",
-            of(&line.choice),
-            method_beside(&line.choice, findings)
-        );
+        let method = method_beside(&line.choice, findings);
+        let mut row = format!("  {}, {method}", of(&line.choice));
         for a in 0..findings.allowances.len() {
             let own = mean(line, a);
-            let least = lines.iter().filter_map(|l| mean(l, a)).reduce(f64::min);
-            let mark = if own.is_some() && own == least {
-                '*'
-            } else {
-                ' '
-            };
-            row += &format!("\t{}{mark} ({})", error(own), error(median(line, a)));
+            let star = star(own, lines.iter().map(|l| mean(l, a)));
+            row += &format!("\t{}{star} ({})", error(own), error(median(line, a)));
         }
         columns.row(&row);
     }
@@ -142,15 +129,7 @@ fn filled(lines: &[&Line]) -> String {
 /// allowance; what a factor compares counts as one.
 fn in_own_coordinates(ranking: &Ranking, factor: Factor) -> Vec<Choice> {
     let mut methods: Vec<Choice> = Vec::new();
-    let kept = [
-        Factor::Reconstruction,
-        Factor::SampleSet,
-        Factor::Instrument,
-    ];
-    let like = |a: &Choice, b: &Choice| {
-        let mut kept = kept.into_iter().filter(|k| *k != factor);
-        kept.all(|k| k.level(a) == k.level(b))
-    };
+    let like = |a: &Choice, b: &Choice| are_alike(factor, METHOD, a, b);
     for line in &ranking.lines {
         let choice = &line.choice;
         let everywhere = line.cells.iter().all(Option::is_some);
@@ -159,6 +138,24 @@ fn in_own_coordinates(ranking: &Ranking, factor: Factor) -> Vec<Choice> {
         }
     }
     methods
+}
+
+/// What a method is, beside its coordinates.
+const METHOD: [Factor; 3] = [
+    Factor::Reconstruction,
+    Factor::SampleSet,
+    Factor::Instrument,
+];
+
+/// True if two choices have the same levels of some factors, but for the one that a report is about.
+fn are_alike(
+    about: Factor,
+    kept: impl IntoIterator<Item = Factor>,
+    a: &Choice,
+    b: &Choice,
+) -> bool {
+    let mut kept = kept.into_iter().filter(|k| *k != about);
+    kept.all(|k| k.level(a) == k.level(b))
 }
 
 /// A duel as the other choice and its ratios against the reference, one per name of [`compared_at`]; `None`
@@ -331,16 +328,6 @@ pub(super) struct Against {
 /// reference.
 pub(super) fn ratios(findings: &Findings, duels: &Duels, best: &Choice) -> Vec<Against> {
     let factor = findings.factor;
-    let kept = [
-        Factor::SampleSet,
-        Factor::Instrument,
-        Factor::Reconstruction,
-        Factor::Coordinates,
-    ];
-    let like = |c: &Choice| {
-        let mut kept = kept.into_iter().filter(|k| *k != factor);
-        kept.all(|k| k.level(c) == k.level(best))
-    };
     let named = |d: &Duel| {
         let (choice, cells) = against(findings, d)?;
         let other = if d.a == choice { &d.b } else { &d.a };
@@ -357,7 +344,11 @@ pub(super) fn ratios(findings: &Findings, duels: &Duels, best: &Choice) -> Vec<A
             cells,
         })
     };
-    let mine = duels.duels.iter().filter(|d| like(&d.a));
+    let kept = || METHOD.into_iter().chain([Factor::Coordinates]);
+    let mine = duels
+        .duels
+        .iter()
+        .filter(|d| are_alike(factor, kept(), &d.a, best));
     mine.filter_map(named).collect()
 }
 

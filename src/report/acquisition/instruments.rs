@@ -1,10 +1,11 @@
 //! Tables of an experiment with instruments: errors at equal readings and at equal minutes, by
 //! instrument, with the unreachable poses and the errors they cause.
 
-use super::table::error;
+use super::order::sampling;
+use super::table::{error, star};
 use crate::error::count;
 use crate::experiment::{OWN, Row};
-use crate::report::Columns;
+use crate::report::{Columns, each_once};
 use crate::schedule::Unreachable;
 use crate::statistics::geometric_mean;
 
@@ -13,15 +14,14 @@ const ONE_BY_ONE: usize = 4;
 
 /// Tables of choices (parametrization, warp and so on) against instruments.
 pub fn instruments(rows: &[&Row]) -> String {
-    let mut found = Levels::default();
-    for row in rows {
-        add(&mut found.measures, row.measure.clone());
-        add(&mut found.materials, row.material.clone());
-        add(&mut found.instruments, row.instrument.clone());
-        add(&mut found.choices, Choice::of(row));
-        add(&mut found.allowances, row.allowed.clone());
-    }
-    found.tables(rows)
+    let levels = Levels {
+        measures: each_once(rows.iter().map(|r| r.measure.clone())),
+        materials: each_once(rows.iter().map(|r| r.material.clone())),
+        instruments: each_once(rows.iter().map(|r| r.instrument.clone())),
+        choices: each_once(rows.iter().map(|r| Choice::of(r))),
+        allowances: each_once(rows.iter().map(|r| r.allowed.clone())),
+    };
+    levels.tables(rows)
 }
 
 /// A line of a table.
@@ -35,10 +35,7 @@ struct Choice {
 impl Choice {
     fn of(row: &Row) -> Self {
         Self {
-            label: match row.warp.as_str() {
-                "none" => row.parametrization.clone(),
-                warp => format!("{} {warp}", row.parametrization),
-            },
+            label: sampling(&row.choice()),
             sample_set: row.sample_set.clone(),
             reconstruction: match row.coordinates.as_str() {
                 OWN => row.reconstruction.clone(),
@@ -49,7 +46,6 @@ impl Choice {
 }
 
 /// Levels of each column that the tables are laid out by, each once, in the order of the rows.
-#[derive(Default)]
 struct Levels {
     measures: Vec<String>,
     materials: Vec<String>,
@@ -180,11 +176,9 @@ impl Levels {
         for (choice, line) in self.choices.iter().zip(&cells) {
             let mut text = format!("  {}", self.name(choice));
             for (i, cell) in line.iter().enumerate() {
-                let least = cells.iter().filter_map(|l| l[i]).reduce(f64::min);
-                let mark = if best && cell.is_some() && *cell == least {
-                    '*'
-                } else {
-                    ' '
+                let mark = match best {
+                    true => star(*cell, cells.iter().map(|l| l[i])),
+                    false => ' ',
                 };
                 text += &format!("\t{}{mark}", show(*cell));
             }
@@ -223,10 +217,4 @@ fn percent(share: Option<f64>) -> String {
 
 fn arithmetic_mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-}
-
-fn add<T: PartialEq>(list: &mut Vec<T>, item: T) {
-    if !list.contains(&item) {
-        list.push(item);
-    }
 }

@@ -17,10 +17,10 @@ pub(super) mod table;
 
 pub use calibration::calibration;
 pub use findings::study_text;
-#[cfg(all(feature = "pictures", feature = "stability"))]
-pub use html::frame;
 #[cfg(feature = "pictures")]
-pub use html::{MaterialPictures, Media, Picture, html as study_html, study_curves, study_timings};
+pub use html::{MaterialPictures, Picture, html as study_html, study_curves, study_timings};
+#[cfg(all(feature = "pictures", feature = "stability"))]
+pub use html::{frame, table as html_table};
 pub use instruments::instruments;
 #[cfg(feature = "parquet")]
 pub use parquet::results_parquet;

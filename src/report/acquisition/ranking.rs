@@ -1,8 +1,10 @@
 //! Table of the mean errors of all choices, over all materials.
 
-use super::table::error;
+use super::order::sampling;
+use super::table::{error, star};
+use crate::error::count;
 use crate::experiment::{Choice, OWN, Row};
-use crate::report::Columns;
+use crate::report::{Columns, each_once};
 use crate::statistics::{compares, geometric_mean};
 
 /// The geometric mean of `nrmse` over materials and seeds, by measure and budget; the best of each
@@ -11,10 +13,7 @@ use crate::statistics::{compares, geometric_mean};
 /// which is better.
 pub fn ranking(rows: &[&Row]) -> String {
     let mut out = String::new();
-    let (mut materials, mut exact) = (vec![], vec![]);
-    for row in rows {
-        add(&mut exact, row.material.as_str());
-    }
+    let mut exact = each_once(rows.iter().map(|r| r.material.as_str()));
     exact.retain(|m| {
         let mine = rows.iter().filter(|r| r.material == *m);
         !compares(mine.filter_map(|r| r.value("nrmse")))
@@ -27,19 +26,16 @@ pub fn ranking(rows: &[&Row]) -> String {
     if rows.is_empty() {
         return out;
     }
-    let (mut measures, mut budgets, mut choices) = (vec![], vec![], vec![]);
-    for row in &rows {
-        add(&mut materials, row.material.as_str());
-        add(&mut measures, row.measure.as_str());
-        add(&mut budgets, row.budget);
-        add(&mut choices, row.choice());
-    }
+    let materials = each_once(rows.iter().map(|r| r.material.as_str()));
+    let measures = each_once(rows.iter().map(|r| r.measure.as_str()));
+    let budgets = each_once(rows.iter().map(|r| r.budget));
+    let choices = each_once(rows.iter().map(|r| r.choice()));
     let sets = choices
         .iter()
         .any(|c| c.sample_set != choices[0].sample_set);
     let name = |c: &Choice| {
-        let mut parts = vec![c.parametrization.as_str()];
-        parts.extend((c.warp != "none").then_some(c.warp.as_str()));
+        let sampling = sampling(c);
+        let mut parts = vec![sampling.as_str()];
         parts.extend(sets.then_some(c.sample_set.as_str()));
         parts.push(&c.reconstruction);
         if c.coordinates != OWN {
@@ -67,24 +63,23 @@ pub fn ranking(rows: &[&Row]) -> String {
                 let all = || cells.iter().map(|line| &line[column]);
                 let rows = all().map(|c| c.rows).max().unwrap_or(0);
                 let whole = cell.rows == rows;
-                let least = all().filter(|c| c.rows == rows).filter_map(|c| c.mean);
-                let best = whole && cell.mean.is_some() && cell.mean == least.reduce(f64::min);
+                let means = all().filter(|c| c.rows == rows).map(|c| c.mean);
                 let text = error(cell.mean);
-                let text = if whole { text } else { format!("({text})") };
-                row += &format!("\t{text}{}", if best { '*' } else { ' ' });
+                row += &match whole {
+                    true => format!("\t{text}{}", star(cell.mean, means)),
+                    false => format!("\t({text}) "),
+                };
             }
             columns.row(&row);
         }
         out += &format!("\n{columns}");
     }
-    let count = materials.len();
-    let s = if count == 1 { "" } else { "s" };
+    let materials = count(materials.len(), "material");
     let exact = match exact.join(", ") {
         names if names.is_empty() => names,
         names => format!(" (exact by a choice and left out: {names})"),
     };
-    format!("\nGeometric mean of nrmse over {count} material{s}{exact}; * best of its budget.\n")
-        + &out
+    format!("\nGeometric mean of nrmse over {materials}{exact}; * best of its budget.\n") + &out
 }
 
 /// A mean and its number of rows.
@@ -100,11 +95,5 @@ impl Cell {
             mean: geometric_mean(&errors),
             rows: errors.len(),
         }
-    }
-}
-
-fn add<T: PartialEq>(list: &mut Vec<T>, item: T) {
-    if !list.contains(&item) {
-        list.push(item);
     }
 }

@@ -1,41 +1,45 @@
 //! `ranking.csv`: every choice of every ranking with all its statistics.
 
-use crate::experiment::Findings;
-use serde::Serialize;
+use crate::experiment::{Cell, Findings, Line, Scope};
+use crate::report::schema::{Schema, columns};
 use std::io::{self, Write};
 
-/// A line of the file.
-#[derive(Serialize)]
-struct Record<'a> {
-    metric: &'a str,
-    measure: &'a str,
-    /// Truth class; empty: all of them.
-    truth: Option<&'a str>,
-    materials: usize,
-    parametrization: &'a str,
-    warp: &'a str,
-    sample_set: &'a str,
-    instrument: &'a str,
-    reconstruction: &'a str,
-    coordinates: &'a str,
-    allowed: &'a str,
-    place: Option<usize>,
-    mean: f64,
-    median: f64,
-    ratio_to_best: Option<f64>,
-    ratio_low: Option<f64>,
-    ratio_high: Option<f64>,
-    p: Option<f64>,
-    wins: Option<usize>,
-    losses: Option<usize>,
-    ties: Option<usize>,
-    /// Verdict of the comparison with the best; empty for the best itself.
-    verdict: Option<String>,
-    readings: f64,
-    instrument_seconds: Option<f64>,
-    order: Option<f64>,
-    order_low: Option<f64>,
-    order_high: Option<f64>,
+/// A choice at an allowance: its ranking, its line, the allowance and its cell.
+type Place<'a> = (&'a Scope, &'a Line, &'a str, &'a Cell);
+
+/// The columns of the file.
+fn schema<'a>() -> Schema<Place<'a>> {
+    columns! { (scope, line, allowed, cell) in Place<'a>;
+        "metric" => scope.metric.name(),
+        "measure" => scope.measure.as_str(),
+        // Empty: all of them.
+        "truth" => scope.truth.as_deref(),
+        "materials" => scope.materials,
+        "parametrization" => line.choice.parametrization.as_str(),
+        "warp" => line.choice.warp.as_str(),
+        "sample_set" => line.choice.sample_set.as_str(),
+        "instrument" => line.choice.instrument.as_str(),
+        "reconstruction" => line.choice.reconstruction.as_str(),
+        "coordinates" => line.choice.coordinates.as_str(),
+        "allowed" => *allowed,
+        "place" => cell.place,
+        "mean" => cell.mean,
+        "median" => cell.median,
+        "ratio_to_best" => cell.against_best.map(|p| p.ratio),
+        "ratio_low" => cell.against_best.and_then(|p| Some(p.interval?[0])),
+        "ratio_high" => cell.against_best.and_then(|p| Some(p.interval?[1])),
+        "p" => cell.against_best.and_then(|p| p.p),
+        "wins" => cell.against_best.map(|p| p.wins),
+        "losses" => cell.against_best.map(|p| p.losses),
+        "ties" => cell.against_best.map(|p| p.ties),
+        // Empty for the best itself.
+        "verdict" => cell.against_best.map(|p| p.verdict().to_string()),
+        "readings" => cell.readings,
+        "instrument_seconds" => cell.instrument_seconds,
+        "order" => line.order.as_ref().map(|o| o.slope),
+        "order_low" => line.order.as_ref().and_then(|o| Some(o.interval?[0])),
+        "order_high" => line.order.as_ref().and_then(|o| Some(o.interval?[1])),
+    }
 }
 
 /// Writes a line per scope, choice and allowance.
@@ -43,48 +47,21 @@ struct Record<'a> {
 /// # Errors
 /// Errors of `out`.
 pub fn ranking_csv(out: &mut impl Write, findings: &Findings) -> io::Result<()> {
+    let schema = schema();
     let mut csv = csv::Writer::from_writer(out);
-    for ranking in &findings.rankings {
-        let scope = &ranking.scope;
-        for line in &ranking.lines {
-            let choice = &line.choice;
-            let order = line.order.as_ref();
-            let slopes = order.and_then(|o| o.interval);
-            for (cell, allowed) in line.cells.iter().zip(&findings.allowances) {
-                let Some(cell) = cell else {
-                    continue;
-                };
-                let paired = cell.against_best.as_ref();
-                let interval = paired.and_then(|p| p.interval);
-                csv.serialize(Record {
-                    metric: scope.metric.name(),
-                    measure: &scope.measure,
-                    truth: scope.truth.as_deref(),
-                    materials: scope.materials,
-                    parametrization: &choice.parametrization,
-                    warp: &choice.warp,
-                    sample_set: &choice.sample_set,
-                    instrument: &choice.instrument,
-                    reconstruction: &choice.reconstruction,
-                    coordinates: &choice.coordinates,
-                    allowed,
-                    place: cell.place,
-                    mean: cell.mean,
-                    median: cell.median,
-                    ratio_to_best: paired.map(|p| p.ratio),
-                    ratio_low: interval.map(|i| i[0]),
-                    ratio_high: interval.map(|i| i[1]),
-                    p: paired.and_then(|p| p.p),
-                    wins: paired.map(|p| p.wins),
-                    losses: paired.map(|p| p.losses),
-                    ties: paired.map(|p| p.ties),
-                    verdict: paired.map(|p| p.verdict().to_string()),
-                    readings: cell.readings,
-                    instrument_seconds: cell.instrument_seconds,
-                    order: order.map(|o| o.slope),
-                    order_low: slopes.map(|i| i[0]),
-                    order_high: slopes.map(|i| i[1]),
-                })?;
+    let lines = findings
+        .rankings
+        .iter()
+        .flat_map(|r| r.lines.iter().map(move |line| (&r.scope, line)));
+    let mut is_first = true;
+    for (scope, line) in lines {
+        for (cell, allowed) in line.cells.iter().zip(&findings.allowances) {
+            if let Some(cell) = cell {
+                if std::mem::take(&mut is_first) {
+                    csv.write_record(schema.names())?;
+                }
+                let place: Place<'_> = (scope, line, allowed, cell);
+                csv.serialize(schema.cells(&place).collect::<Vec<_>>())?;
             }
         }
     }

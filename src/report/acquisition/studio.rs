@@ -1,8 +1,8 @@
 //! Pictures of a study: its parametrizations, and for every material its slices and spheres of
 //! truth, reconstruction and difference.
 
-use super::html::{MaterialPictures, Media, Picture};
-use crate::brdf::{Brdf, Part, Presence, Watched};
+use super::html::{MaterialPictures, Picture};
+use crate::brdf::{Brdf, ObservedBrdf, Part, Presence};
 use crate::error::Error;
 use crate::experiment::{
     Coordinates, Material, Plan, RESULTS_REVISION, Router, Row, Shard, Share, Stage, preview,
@@ -11,11 +11,12 @@ use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationSpec, find};
 use crate::reconstruct::PriorFile;
 use crate::registry::Entry;
-use crate::report::BouncesReport;
+use crate::report::pictures::png::file_of;
 use crate::report::pictures::{BrdfSlices, Comparison, hemispheres_svg, test_functions_svg};
 use crate::report::run::{Below, RunFolder, file_stem};
+use crate::report::{BouncesReport, each_once};
 use rayon::prelude::*;
-use std::io::{self, Cursor, Write};
+use std::io::{Cursor, Write};
 
 /// Azimuths of slices, degrees, as in the figures of Barla et al. (2015).
 const PHI_DEG: [f64; 4] = [0.0, 30.0, 60.0, 90.0];
@@ -46,19 +47,24 @@ struct Shown {
     caption: String,
 }
 
+impl Shown {
+    fn new(file: impl Into<String>, caption: impl Into<String>) -> Self {
+        Self {
+            file: file.into(),
+            caption: caption.into(),
+        }
+    }
+}
+
 /// The pictures of a study itself.
 fn general() -> Vec<Shown> {
+    let hemispheres = "The first two axes of each parametrization on the hemisphere of light directions, for three views; \
+                       the last pictures are turned to the back direction.";
+    let functions = "The test functions S = 1 − |h̄| (red), G = 1 − cos θᵢ cos θₒ (blue) and F = 1 − cos θ_d (white), on \
+                     the hemisphere and in slices of each parametrization.";
     vec![
-        Shown {
-            file: HEMISPHERES.into(),
-            caption: "The first two axes of each parametrization on the hemisphere of light directions, for three views; the last pictures are turned to the back direction."
-                .into(),
-        },
-        Shown {
-            file: FUNCTIONS.into(),
-            caption: "The test functions S = 1 − |h̄| (red), G = 1 − cos θᵢ cos θₒ (blue) and F = 1 − cos θ_d (white), on the hemisphere and in slices of each parametrization."
-                .into(),
-        },
+        Shown::new(HEMISPHERES, hemispheres),
+        Shown::new(FUNCTIONS, functions),
     ]
 }
 
@@ -85,12 +91,7 @@ impl<'a> Studio<'a> {
         let lighting = spec
             .build()
             .map_err(|e| Error::config("pictures.lighting", e))?;
-        let mut names: Vec<&str> = Vec::new();
-        for c in &plan.parametrizations {
-            if !names.contains(&c.name()) {
-                names.push(c.name());
-            }
-        }
+        let names = each_once(plan.parametrizations.iter().map(|c| c.name()));
         Ok(Self {
             plan,
             share: plan.share(shard),
@@ -140,11 +141,8 @@ impl<'a> Studio<'a> {
         let read = |shown: Vec<Shown>| -> Vec<Picture> {
             let found = shown.into_iter().filter_map(|s| {
                 let svg = String::from_utf8(folder.below(Below::Pictures, &s.file)?).ok()?;
-                Some(Picture {
-                    alt: s.caption.clone(),
-                    caption: s.caption,
-                    media: Media::Svg(svg),
-                })
+                let caption = s.caption;
+                Some(Picture { caption, svg })
             });
             found.collect()
         };
@@ -155,10 +153,9 @@ impl<'a> Studio<'a> {
             let mut pictures = read(self.of_material(material, key));
             // Of a material that tells its light apart.
             if let Some(caption) = folder.below(Below::Pictures, &format!("{stem}.paths.txt")) {
-                pictures.extend(read(vec![Shown {
-                    file: format!("{stem}.paths.svg"),
-                    caption: String::from_utf8_lossy(&caption).trim().into(),
-                }]));
+                let caption = String::from_utf8_lossy(&caption);
+                let paths = Shown::new(format!("{stem}.paths.svg"), caption.trim());
+                pictures.extend(read(vec![paths]));
             }
             Some(MaterialPictures {
                 material: material.name.clone(),
@@ -171,23 +168,20 @@ impl<'a> Studio<'a> {
     /// The pictures of a material in a report; `key` is the hash of the material's keys and files.
     fn of_material(&self, material: &Material, key: &str) -> Vec<Shown> {
         let stem = self.stem(material, key);
-        let mut shown = vec![Shown {
-            file: format!("{stem}.slices.svg"),
-            caption:
-                "Slices at four azimuths: luminance in equal steps of its logarithm, with isolines."
-                    .into(),
-        }];
+        let slices =
+            "Slices at four azimuths: luminance in equal steps of its logarithm, with isolines.";
+        let mut shown = vec![Shown::new(format!("{stem}.slices.svg"), slices)];
         for i in self.drawn() {
             let coordinates = &self.plan.parametrizations[i];
-            let label = coordinates.label();
-            shown.push(Shown {
-                file: format!("{stem}.{}.svg", sampled(coordinates)),
-                caption: format!(
-                    "Truth, reconstruction from at most {} poses uniform in {label}{}, and their difference, which has the same scale in all pictures.",
-                    self.plan.pictures.budget,
-                    self.by()
-                ),
-            });
+            let caption = format!(
+                "Truth, reconstruction from at most {} poses uniform in {}{}, and their difference, which has the same \
+                 scale in all pictures.",
+                self.plan.pictures.budget,
+                coordinates.label(),
+                self.by()
+            );
+            let file = format!("{stem}.{}.svg", sampled(coordinates));
+            shown.push(Shown::new(file, caption));
         }
         shown
     }
@@ -232,7 +226,7 @@ impl<'a> Studio<'a> {
         key: &str,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), Error> {
-        let brdf = &Watched::new(brdf, |_: &[f64], _: &[Presence]| ()).until(cancelled);
+        let brdf = &ObservedBrdf::new(brdf, |_: &[f64], _: &[Presence]| ()).until(cancelled);
         let stem = self.stem(material, key);
         let name = format!("{stem}.slices");
         if !folder.has(Below::Pictures, &format!("{name}.svg")) {
@@ -255,7 +249,7 @@ impl<'a> Studio<'a> {
             }
             let title = format!("{}: slices and isolines", material.name);
             folder.write_picture(&format!("{name}.exr"), || {
-                encoded(|out| slices.write_exr(out))
+                file_of(|out: &mut Cursor<Vec<u8>>| slices.write_exr(out)).map(Cursor::into_inner)
             })?;
             folder.write_picture(&format!("{name}.svg"), || {
                 slices.svg(&title).map(String::into_bytes)
@@ -271,13 +265,15 @@ impl<'a> Studio<'a> {
         if names.iter().all(is_there) {
             return Ok(());
         }
-        let ledger = folder.ledger().within(Stage::Pictures);
+        let counters = folder.counters().within(Stage::Pictures);
         let mut shown = Vec::new();
         for (i, name) in drawn.into_iter().zip(names) {
             if cancelled() {
                 return Ok(());
             }
-            let router = self.router.get_or_insert_with(|| Router::counting(&ledger));
+            let router = self
+                .router
+                .get_or_insert_with(|| Router::counting(&counters));
             // Too few readings for a schedule of this symmetry: there is nothing to show.
             if let Some(preview) = preview(self.plan, material, brdf, i, router)? {
                 shown.push((name, &self.plan.parametrizations[i], preview));
@@ -289,7 +285,7 @@ impl<'a> Studio<'a> {
         // All by the same points, also where some are in the folder: a run that was stopped draws the same.
         let copies = shown.iter().map(|(_, _, preview)| {
             let copy: &dyn Brdf = &*preview.brdf;
-            ledger.reconstruction(copy, Stage::Pictures)
+            counters.reconstruction(copy, Stage::Pictures)
         });
         let copies: Vec<_> = copies.collect();
         let copies: Vec<&dyn Brdf> = copies.iter().map(|copy| copy as _).collect();
@@ -311,11 +307,11 @@ impl<'a> Studio<'a> {
                     spec.budget,
                     self.by()
                 );
-                let exr = encoded(|out| made.write_exr(out))?;
+                let exr: Cursor<Vec<u8>> = file_of(|out| made.write_exr(out))?;
                 let png = made.png()?;
                 let svg = made.svg(&title, &png)?.into_bytes();
                 // What is looked for is the last.
-                Ok([("exr", exr), ("png", png), ("svg", svg)]
+                Ok([("exr", exr.into_inner()), ("png", png), ("svg", svg)]
                     .map(|(end, bytes)| (format!("{name}.{end}"), bytes)))
             });
         let files: Vec<_> = files.collect::<Result<_, Error>>()?;
@@ -358,11 +354,4 @@ fn how(plan: &Plan) -> String {
     }
     let labels = plan.parametrizations.iter().map(|c| c.label());
     text + &labels.collect::<Vec<_>>().join(",")
-}
-
-/// The bytes of a file.
-fn encoded(write: impl FnOnce(&mut Cursor<Vec<u8>>) -> io::Result<()>) -> Result<Vec<u8>, Error> {
-    let mut out = Cursor::new(Vec::new());
-    write(&mut out).map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
-    Ok(out.into_inner())
 }

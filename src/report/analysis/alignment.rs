@@ -3,6 +3,7 @@
 use super::distortion::{AlignmentRow, REFERENCE, SharesRow};
 use crate::analysis::Weight;
 use crate::error::{Error, count};
+use crate::report::each_once;
 use crate::report::svg::axis;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, fitted};
 use crate::report::svg::plot::{color_of, palette};
@@ -41,29 +42,21 @@ pub fn alignment_svg(shares: &[SharesRow]) -> Result<String, Error> {
     let means = AlignmentRow::of(shares);
     let shares: Vec<&SharesRow> = shares.iter().filter(|r| r.phi_deg.is_none()).collect();
     let of = |material: &str, name: &str, weight: &str| -> Option<f64> {
-        let mut found = shares
-            .iter()
-            .filter(|r| r.material == material && r.parametrization == name && r.weight == weight);
-        found.next()?.sum
+        let is = |r: &&&SharesRow| {
+            r.material == material && r.parametrization == name && r.weight == weight
+        };
+        shares.iter().find(is)?.sum
     };
-    let mut names: Vec<&str> = Vec::new();
-    let mut materials: Vec<&str> = Vec::new();
-    for row in &shares {
-        if !names.contains(&row.parametrization) {
-            names.push(row.parametrization);
-        }
-        if materials.last() != Some(&row.material.as_str()) {
-            materials.push(&row.material);
-        }
-    }
+    let names = each_once(shares.iter().map(|r| r.parametrization));
+    let mut materials: Vec<&str> = shares.iter().map(|r| r.material.as_str()).collect();
+    materials.dedup();
     let weights = Weight::ALL.map(Weight::name);
     let key = |material: &str| of(material, REFERENCE, weights[0]).unwrap_or(-1.0);
     materials.sort_by(|a, b| key(b).total_cmp(&key(a)).then(a.cmp(b)));
     let logs = shares.iter().all(|r| r.scale == "log");
-    let what = if logs {
-        "ln(f + 1e-3)"
-    } else {
-        "f, or of ln(f + 1e-3),"
+    let what = match logs {
+        true => "ln(f + 1e-3)",
+        false => "f, or of ln(f + 1e-3),",
     };
 
     let lines_top = TOP + names.len() as f64 * MEAN + 16.0;
@@ -71,66 +64,54 @@ pub fn alignment_svg(shares: &[SharesRow]) -> Result<String, Error> {
     let width = 2.0 * MARGIN + NAMES + weights.len() as f64 * (PLOT + NOTES);
     Canvas::draw([width, bottom + 70.0], |canvas| {
         let middle = 0.5 * width;
-        let mut how = Lettering::new(15.5, Align::Middle);
-        how.bold = true;
         let title = format!(
             "Share of the variance of {what} that a function of the first axis plus one of the second explains"
         );
-        canvas.text(
-            [middle, 24.0],
-            &fitted(&title, 17.0, width - 2.0 * MARGIN),
-            how,
-        );
-        how = Lettering::new(SIZE, Align::End);
+        let title = fitted(&title, 17.0, width - 2.0 * MARGIN);
+        let how = Lettering::new(15.5, Align::Middle).bold();
+        canvas.text([middle, 24.0], &title, how);
+        let [start, end] = [Align::Start, Align::End].map(|align| Lettering::new(SIZE, align));
         let names_end = MARGIN + NAMES - 10.0;
         let mean_y = |i: usize| TOP + (i as f64 + 0.5) * MEAN;
         let line_y = |i: usize| lines_top + (i as f64 + 0.5) * LINE;
         for (i, name) in names.iter().enumerate() {
-            canvas.text([names_end, mean_y(i)], &format!("mean, {name}"), how);
+            canvas.text([names_end, mean_y(i)], &format!("mean, {name}"), end);
         }
         for (i, material) in materials.iter().enumerate() {
-            canvas.text([names_end, line_y(i)], &fitted(material, SIZE, NAMES), how);
+            canvas.text([names_end, line_y(i)], &fitted(material, SIZE, NAMES), end);
         }
         for (k, weight) in weights.into_iter().enumerate() {
             let left = MARGIN + NAMES + k as f64 * (PLOT + NOTES);
             let at = |share: f64| left + PLOT * place(share);
-            how = Lettering::new(12.5, Align::Middle);
-            how.bold = true;
+            let how = Lettering::new(12.5, Align::Middle).bold();
             let by = match weight {
                 "coordinates" => "by equal steps of the coordinates",
                 _ => "by solid angle",
             };
             canvas.text([left + 0.5 * PLOT, TOP - 16.0], by, how);
-            how = Lettering::new(SIZE, Align::Start);
-            canvas.text([left + PLOT + 8.0, TOP - 24.0], "mean difference from", how);
+            canvas.text(
+                [left + PLOT + 8.0, TOP - 24.0],
+                "mean difference from",
+                start,
+            );
             let than = format!("{REFERENCE} (95 %)");
-            canvas.text([left + PLOT + 8.0, TOP - 10.0], &than, how);
-            how = Lettering::new(axis::SIZE, Align::Middle);
+            canvas.text([left + PLOT + 8.0, TOP - 10.0], &than, start);
+            let how = Lettering::new(axis::SIZE, Align::Middle);
             for percent in PERCENT {
                 let x = at(percent / 100.0);
                 canvas.line(&[[x, TOP], [x, bottom]], GRID, 0.8);
                 canvas.text([x, bottom + 12.0], &percent.to_string(), how);
             }
             canvas.text([left + 0.5 * PLOT, bottom + 30.0], "share (%)", how);
-            let corners = [
-                [left, TOP],
-                [at(1.0), TOP],
-                [at(1.0), bottom],
-                [left, bottom],
-                [left, TOP],
-            ];
-            canvas.line(&corners, FRAME, 0.8);
-            canvas.line(
-                &[[left, lines_top - 8.0], [at(1.0), lines_top - 8.0]],
-                FRAME,
-                0.8,
-            );
+            let [right, between] = [at(1.0), lines_top - 8.0];
+            canvas.frame([left, TOP], [right, bottom], FRAME);
+            canvas.line(&[[left, between], [right, between]], FRAME, 0.8);
             for (i, name) in names.iter().enumerate() {
                 let ink: Ink = palette(color_of(name), 0);
-                let mut found = means.iter().filter(|m| {
+                let is = |m: &&AlignmentRow| {
                     (m.parametrization, m.weight, m.function) == (*name, weight, "sum")
-                });
-                let Some(mean) = found.next() else {
+                };
+                let Some(mean) = means.iter().find(is) else {
                     continue;
                 };
                 let y = mean_y(i);
@@ -143,9 +124,8 @@ pub fn alignment_svg(shares: &[SharesRow]) -> Result<String, Error> {
                 canvas.dot([at(mean.mean), y], 3.6, ink);
                 if *name != REFERENCE {
                     let [difference, interval] = mean.compared();
-                    how = Lettering::new(SIZE, Align::Start);
                     let compared = format!("{difference} ({interval})").replace('-', "−");
-                    canvas.text([left + PLOT + 8.0, y], &compared, how);
+                    canvas.text([left + PLOT + 8.0, y], &compared, start);
                 }
                 for (i, material) in materials.iter().enumerate() {
                     if let Some(share) = of(material, name, weight) {
@@ -159,11 +139,8 @@ pub fn alignment_svg(shares: &[SharesRow]) -> Result<String, Error> {
              interval over materials; differences are those on the same material",
             count(materials.len(), "material")
         );
-        canvas.text(
-            [middle, bottom + 54.0],
-            &says,
-            Lettering::new(11.0, Align::Middle),
-        );
+        let how = Lettering::new(11.0, Align::Middle);
+        canvas.text([middle, bottom + 54.0], &says, how);
         Ok(())
     })
 }

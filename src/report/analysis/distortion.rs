@@ -1,11 +1,10 @@
 //! Distortions of materials in parametrizations: rows for programs, tables for people.
 
-use crate::analysis::{Anisotropy, Averaging, Distortion, Gradients, Scale, Shares, Weight};
+use crate::analysis::{Distortion, Gradients, Scale, Shares, Weight};
 use crate::error::count;
-use crate::metrics::Errors;
 use crate::parametrization::Axis;
-use crate::report::Columns;
 use crate::report::csv::Csv;
+use crate::report::{Columns, each_once};
 use crate::statistics::{Bootstrap, median};
 use serde::Serialize;
 use serde_json::Value;
@@ -13,7 +12,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 /// Shares of one slice, or of all azimuths.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SharesRow {
     /// Name of the material.
     pub material: String,
@@ -74,26 +73,18 @@ impl SharesRow {
             first: shares.map(|s| s.axis[0]),
             second: shares.map(|s| s.axis[1]),
             sum: shares.map(|s| s.additive),
-            both: None,
-            gradient_first: None,
-            gradient_second: None,
-            gradient_phi: None,
-            gradient_se: None,
-            deviation: None,
+            ..Self::default()
         };
         let slices = found.slices.iter().enumerate().map(|(i, slice)| {
             let gradient = gradients.and_then(|g| g.slices[i].shares());
+            // Multiples of 30° to the last bit, but for rounding.
+            let phi = (slice.phi.to_degrees() * 1e9).round() / 1e9;
             Self {
                 gradient_first: gradient.map(|g| g[0].0),
                 gradient_second: gradient.map(|g| g[1].0),
                 gradient_se: gradient.map(|g| g[0].1),
                 deviation: slice.deviation,
-                // Multiples of 30° to the last bit, but for rounding.
-                ..row(
-                    Some((slice.phi.to_degrees() * 1e9).round() / 1e9),
-                    slice.physical,
-                    slice.shares,
-                )
+                ..row(Some(phi), slice.physical, slice.shares)
             }
         });
         let gradient = gradients.and_then(|g| g.all.shares());
@@ -160,23 +151,20 @@ impl AlignmentRow {
         let mut found = Vec::new();
         for weight in Weight::ALL.map(Weight::name) {
             for (function, of) in FUNCTIONS {
-                // By parametrization, then material.
-                let mut shares: Vec<(&'static str, BTreeMap<&str, f64>)> = Vec::new();
-                for row in all().filter(|r| r.weight == weight) {
-                    let name = row.parametrization;
-                    if !shares.iter().any(|(n, _)| *n == name) {
-                        shares.push((name, BTreeMap::new()));
-                    }
-                    let mut lists = shares.iter_mut().filter(|(n, _)| *n == name);
-                    if let (Some((_, list)), Some(share)) = (lists.next(), of(row)) {
-                        list.insert(&row.material, share);
-                    }
-                }
-                let reference = shares.iter().find(|(n, _)| *n == REFERENCE);
-                let Some((_, reference)) = reference.cloned() else {
-                    continue;
+                let mine = || all().filter(|r| r.weight == weight);
+                let names = each_once(mine().map(|r| r.parametrization));
+                // By material.
+                let shares = |name: &str| -> BTreeMap<&str, f64> {
+                    let rows = mine().filter(|r| r.parametrization == name);
+                    rows.filter_map(|r| Some((r.material.as_str(), of(r)?)))
+                        .collect()
                 };
-                let rows = shares.iter().filter(|(_, list)| !list.is_empty());
+                if !names.contains(&REFERENCE) {
+                    continue;
+                }
+                let reference = shares(REFERENCE);
+                let lists = names.into_iter().map(|name| (name, shares(name)));
+                let rows = lists.filter(|(_, list)| !list.is_empty());
                 found.extend(rows.map(|(parametrization, list)| {
                     let more =
                         |(material, share): (&&str, &f64)| Some(share - reference.get(material)?);
@@ -225,9 +213,7 @@ fn mean(values: &[f64]) -> f64 {
 pub fn alignment_table(rows: &[AlignmentRow]) -> String {
     let mut out = String::new();
     for block in rows.chunk_by(|a, b| (a.weight, a.function) == (b.weight, b.function)) {
-        let Some(first) = block.first() else {
-            continue;
-        };
+        let first = &block[0];
         let function = match first.function {
             "sum" => "a function of the first axis plus one of the second explains",
             _ => "any function of the first two axes explains",
@@ -275,27 +261,6 @@ pub struct ReductionRow {
     pub log_relative_from_half_difference: Option<f64>,
 }
 
-impl ReductionRow {
-    /// The row of an approximation.
-    pub fn new(
-        material: &str,
-        parametrization: &'static str,
-        averaging: Averaging,
-        errors: &Errors,
-        from_half_difference: &Errors,
-    ) -> Self {
-        Self {
-            material: material.into(),
-            parametrization,
-            averaging: averaging.name(),
-            nrmse: errors.nrmse,
-            log_relative: errors.log_relative,
-            nrmse_from_half_difference: from_half_difference.nrmse,
-            log_relative_from_half_difference: from_half_difference.log_relative,
-        }
-    }
-}
-
 /// Stretching of small steps by a parametrization.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StretchRow {
@@ -311,20 +276,6 @@ pub struct StretchRow {
     pub pairs: usize,
     /// Number of pairs left out.
     pub skipped: usize,
-}
-
-impl StretchRow {
-    /// The row of a parametrization.
-    pub fn new(parametrization: &'static str, found: &Anisotropy) -> Self {
-        Self {
-            parametrization,
-            condition_median: found.condition.median,
-            condition_p95: found.condition.p95,
-            jacobian_error_median: found.jacobian_error.median,
-            pairs: found.pairs,
-            skipped: found.skipped,
-        }
-    }
 }
 
 /// Writes rows as CSV, columns named as their fields; undefined values are empty fields.
@@ -369,9 +320,7 @@ pub fn shares_table(rows: &[SharesRow]) -> String {
         a.material == b.material && key(a) == key(b)
     };
     for block in rows.chunk_by(same) {
-        let Some(first) = block.first() else {
-            continue;
-        };
+        let first = &block[0];
         let what = match first.scale {
             "log" => "ln(f + 1e-3)",
             _ => "f",
@@ -417,12 +366,9 @@ fn error(value: Option<f64>) -> String {
 pub fn reduction_table(rows: &[ReductionRow]) -> String {
     let mut out = String::new();
     for block in rows.chunk_by(|a, b| a.material == b.material) {
-        let Some(first) = block.first() else {
-            continue;
-        };
         out += &format!(
             "{}: averaged over the azimuth; errors, and errors from half-difference\n",
-            first.material
+            block[0].material
         );
         let mut columns = Columns::new("\t\t>nrmse\t>log\t>nrmse\t>log");
         for row in block {

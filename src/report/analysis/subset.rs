@@ -179,35 +179,14 @@ impl SubsetReport<'_> {
         let members: Vec<DirectionPair> = members.iter().map(|m| m.pair).collect();
         let panel =
             |title: &str, axes: [PlotAxis; 2], place: &dyn Fn(&DirectionPair) -> [f64; 2]| {
-                let series = |name: &str, color: usize, pairs: &[DirectionPair]| Series {
-                    name: name.into(),
-                    color,
-                    mark: Mark::Points,
-                    points: pairs
-                        .iter()
-                        .map(|p| {
-                            let [x, y] = place(p);
-                            (x, Some(y))
-                        })
-                        .collect(),
+                let series = |name: &str, color: usize, pairs: &[DirectionPair]| {
+                    let points = pairs.iter().map(place).map(|[x, y]| (x, Some(y)));
+                    Series::new(name, color, Mark::Points, points)
                 };
-                let [x, y] = axes;
-                Panel {
-                    title: title.into(),
-                    x,
-                    y,
-                    series: vec![
-                        series("all pairs, cosine-distributed", 5, all),
-                        series("the box", 1, &members),
-                    ],
-                }
+                let everywhere = series("all pairs, cosine-distributed", 5, all);
+                Panel::new(title, axes, [everywhere, series("the box", 1, &members)])
             };
-        let elevation = |symbol: &str| PlotAxis {
-            label: format!("{symbol} (°)"),
-            range: Some([0.0, 90.0]),
-            ..PlotAxis::default()
-        };
-        let elevations = [elevation("θ_i"), elevation("θ_o")];
+        let elevations = ["θ_i (°)", "θ_o (°)"].map(|l| PlotAxis::linear(l).within([0.0, 90.0]));
         let both = |p: &DirectionPair| [p.omega_i, p.omega_o].map(|d| d.theta().to_degrees());
         let mut of_elevations = panel("elevations", elevations, &both);
         if self.subset.form().symmetry().reciprocal {
@@ -227,11 +206,8 @@ impl SubsetReport<'_> {
                     Unit::Radian => " (°)",
                     Unit::One => "",
                 };
-                PlotAxis {
-                    label: format!("{}{unit}", axis.label),
-                    range: Some(axis.range.map(|end| axis.file_value(end))),
-                    ..PlotAxis::default()
-                }
+                PlotAxis::linear(format!("{}{unit}", axis.label))
+                    .within(axis.range.map(|end| axis.file_value(end)))
             };
             panels.push(panel(form.name(), [axis(0), axis(1)], &|p| {
                 let coords = form.forward(p);

@@ -1,7 +1,9 @@
 //! The diagrams of a moment experiment, after the figures of Zubiaga et al. 2015.
 
+use super::tables::{energy_errors, mean_errors, variance_errors};
+use crate::error::count;
 use crate::experiment::moments::{Group, MaterialProfiles, ProfileFits, degrees};
-use crate::moments::{Channel, Component, Profile, SliceMoments};
+use crate::moments::{Channel, Component, FitErrors, Profile, SliceMoments};
 use crate::report::svg::plot::{Axis, Mark, Panel, Series};
 use std::f64::consts::PI;
 
@@ -44,17 +46,10 @@ const ODD: [(Component, &str); 6] = [
 /// The sheet of one material: a diagram per component, a colour per channel. `bilateral`: the material
 /// is the same in a mirror.
 pub fn material_sheet(of: &MaterialProfiles, bilateral: bool) -> Sheet {
-    let alone = of.profiles.len() == 1;
-    let curve = |profile| match alone {
-        true => Curve {
-            profile,
-            name: "",
-            color: 0,
-            mark: Mark::Line,
-        },
-        false => Curve::of_channel(profile),
+    let curves: Vec<_> = match &of.profiles[..] {
+        [profile] => vec![Curve::new(profile, "", 0)],
+        several => several.iter().map(Curve::of_channel).collect(),
     };
-    let curves: Vec<_> = of.profiles.iter().map(curve).collect();
     let all: Vec<_> = EVEN.into_iter().chain(ODD).collect();
     let title = format!("Moments of {} over the view elevation", of.material);
     sheet(of.material.clone(), &title, &curves, &all, bilateral)
@@ -64,40 +59,33 @@ pub fn material_sheet(of: &MaterialProfiles, bilateral: bool) -> Sheet {
 pub fn group_sheets(group: &Group, members: &[&MaterialProfiles], bilateral: bool) -> Vec<Sheet> {
     /// Most materials whose colours can be told apart, and are named.
     const NAMED: usize = 7;
-    let profiles: Vec<&Profile> = members.iter().filter_map(|m| m.profiles.first()).collect();
-    let first = members
-        .iter()
-        .filter_map(|m| Some((m, m.profiles.first()?)));
-    let curves = first.enumerate().map(|(color, (of, profile))| Curve {
-        profile,
-        name: if members.len() > NAMED {
-            ""
-        } else {
-            &of.material
-        },
-        color,
-        mark: Mark::Line,
+    let with_profile = members.iter().filter(|m| !m.profiles.is_empty());
+    let curves = with_profile.enumerate().map(|(color, of)| {
+        let name = match members.len() > NAMED {
+            true => "",
+            false => &of.material,
+        };
+        Curve::new(&of.profiles[0], name, color)
     });
     let curves: Vec<_> = curves.collect();
+    let profiles: Vec<&Profile> = curves.iter().map(|c| c.profile).collect();
     let name = |stem: &str| format!("{}-{stem}", group.name);
-    let s = if members.len() == 1 { "" } else { "s" };
-    let of = format!("{}, {} material{s}", group.name, members.len());
+    let of = format!("{}, {}", group.name, count(members.len(), "material"));
     let over_views = |stem: &str, title: &str, list: &[(Component, &str)]| {
         let title = format!("{title}: {of}");
         sheet(name(stem), &title, &curves, list, bilateral)
     };
-    let mut sheets = vec![
+    vec![
         over_views("profiles", "Moment profiles", &EVEN),
         over_views("near-zero", "Profiles of moments odd in φ", &ODD),
         fits_sheet(group, &profiles, name("fits"), &of),
-    ];
-    sheets.push(Sheet {
-        name: name("correlation"),
-        title: format!("Mean slope and average variance: {of}"),
-        panels: vec![relation_panel(group)],
-        columns: 1,
-    });
-    sheets
+        Sheet {
+            name: name("correlation"),
+            title: format!("Mean slope and average variance: {of}"),
+            panels: vec![relation_panel(group)],
+            columns: 1,
+        },
+    ]
 }
 
 /// A profile and how it is drawn.
@@ -109,22 +97,29 @@ struct Curve<'a> {
 }
 
 impl<'a> Curve<'a> {
-    /// One of several channels: in its colour where it has one, and green dashed, as not everybody can tell
-    /// it from red.
-    fn of_channel(profile: &'a Profile) -> Self {
-        let (color, mark) = match profile.channel {
-            Channel::Luminance | Channel::Average => (6, Mark::Line),
-            Channel::Red => (1, Mark::Line),
-            Channel::Green => (2, Mark::Dashed),
-            Channel::Blue => (0, Mark::Line),
-        };
-        let name = profile.channel.name();
+    fn new(profile: &'a Profile, name: &'a str, color: usize) -> Self {
         Self {
             profile,
             name,
             color,
-            mark,
+            mark: Mark::Line,
         }
+    }
+
+    /// One of several channels: in its colour where it has one, and green dashed, as not everybody can tell
+    /// it from red.
+    fn of_channel(profile: &'a Profile) -> Self {
+        let color = match profile.channel {
+            Channel::Luminance | Channel::Average => 6,
+            Channel::Red => 1,
+            Channel::Green => 2,
+            Channel::Blue => 0,
+        };
+        let mut curve = Self::new(profile, profile.channel.name(), color);
+        if profile.channel == Channel::Green {
+            curve.mark = Mark::Dashed;
+        }
+        curve
     }
 
     /// A component over the views with its uncertainty; angles in degrees.
@@ -138,12 +133,8 @@ impl<'a> Curve<'a> {
             let found = found.map(|e| [e.value, e.uncertainty].map(|v| v * unit));
             (degrees(*theta_o), found)
         };
-        self.profile
-            .views
-            .iter()
-            .zip(&self.profile.slices)
-            .map(point)
-            .collect()
+        let views = self.profile.views.iter();
+        views.zip(&self.profile.slices).map(point).collect()
     }
 }
 
@@ -159,10 +150,7 @@ fn sheet(
     let order = curves.iter().map(|c| c.profile.order.get()).max();
     let asked = list.iter().filter(|(c, _)| Some(c.order()) <= order);
     let panels: Vec<Panel> = asked
-        .map(|(component, label)| Panel {
-            y: axis(label),
-            ..panel(curves, *component, bilateral)
-        })
+        .map(|(component, label)| panel(curves, *component, label, bilateral))
         .collect();
     let is_band = |s: &Series| s.mark == Mark::Area;
     let said = match panels.iter().flat_map(|p| &p.series).any(is_band) {
@@ -179,7 +167,7 @@ fn sheet(
 
 /// A component of all curves over the views. Where the light is mirrored in the plane of incidence one that is
 /// odd in φ is 0, if what is computed does not deny it.
-fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Panel {
+fn panel(curves: &[Curve<'_>], component: Component, label: &str, bilateral: bool) -> Panel {
     /// Bands that reach less far from their curve, over the height of the diagram, are within its line.
     const SEEN: f64 = 0.004;
     /// Values below this say nothing of what is to be 0; larger ones are noise that is worth a look.
@@ -192,15 +180,10 @@ fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Panel {
     let no_more = found().all(|[v, u]| v.abs() <= (5.0 * u).max(1e-9));
     let zero = bilateral && component.is_odd() && no_more;
     if zero && largest < NOISE {
-        let line = Series {
-            color: curves.first().map_or(0, |c| c.color),
-            points: [0.0, 90.0].map(|x| (x, Some(0.0))).into(),
-            ..Series::default()
-        };
-        return Panel {
-            title: format!("{ZERO} (computed: at most {largest:.0e})"),
-            ..over_views(std::iter::once(line))
-        };
+        let color = curves.first().map_or(0, |c| c.color);
+        let line = [0.0, 90.0].map(|x| (x, Some(0.0)));
+        let title = format!("{ZERO} (computed: at most {largest:.0e})");
+        return over_views(title, label, [Series::new("", color, Mark::Line, line)]);
     }
     let ends = found().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], [v, _]| {
         [lo.min(v), hi.max(v)]
@@ -222,85 +205,47 @@ fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Panel {
             };
             let there = known.iter().map(edge(1.0));
             let back = known.iter().rev().map(edge(-1.0));
-            series.push(Series {
-                color: curve.color,
-                mark: Mark::Area,
-                points: there.chain(back).collect(),
-                ..Series::default()
-            });
+            series.push(Series::new("", curve.color, Mark::Area, there.chain(back)));
         }
-        series.push(Series {
-            name: curve.name.into(),
-            color: curve.color,
-            mark: curve.mark,
-            points: points
-                .iter()
-                .map(|(x, found)| (*x, found.map(|[v, _]| v)))
-                .collect(),
-        });
+        let points = points.iter().map(|(x, found)| (*x, found.map(|[v, _]| v)));
+        series.push(Series::new(curve.name, curve.color, curve.mark, points));
     }
-    Panel {
-        title: if zero { ZERO.into() } else { String::new() },
-        ..over_views(series.into_iter())
-    }
+    over_views(if zero { ZERO } else { "" }, label, series)
 }
 
 /// Computed and fitted values and errors (Fig. 6): energy, mean, average variance.
 fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> Sheet {
     let fits: Vec<&ProfileFits> = group.first_channel().collect();
-    let computed = |label: &str, value: &dyn Fn(&Profile, usize) -> Option<f64>| Panel {
-        title: "computed".into(),
-        y: axis(label),
-        ..over_views(profiles.iter().enumerate().map(|(i, p)| {
-            Series {
-                color: i,
-                points: (0..p.views.len())
-                    .map(|v| (degrees(p.views[v]), value(p, v)))
-                    .collect(),
-                ..Series::default()
-            }
-        }))
+    let computed = |label: &str, value: &dyn Fn(&Profile, usize) -> Option<f64>| {
+        let series = profiles.iter().enumerate().map(|(i, p)| {
+            let views = p.views.iter().enumerate();
+            let points = views.map(|(v, theta)| (degrees(*theta), value(p, v)));
+            Series::new("", i, Mark::Line, points)
+        });
+        over_views("computed", label, series)
     };
-    let fitted = |label: &str, value: &dyn Fn(&ProfileFits, f64) -> Option<f64>| Panel {
-        title: "fitted".into(),
-        y: axis(label),
-        ..over_views(fits.iter().zip(profiles).enumerate().map(|(i, (f, p))| {
-            Series {
-                color: i,
-                points: p
-                    .views
-                    .iter()
-                    .filter(|v| f.range.contains(**v))
-                    .map(|&v| (degrees(v), value(f, v)))
-                    .collect(),
-                ..Series::default()
-            }
-        }))
+    let fitted = |label: &str, value: &dyn Fn(&ProfileFits, f64) -> Option<f64>| {
+        let series = fits.iter().zip(profiles).enumerate().map(|(i, (f, p))| {
+            let views = p.views.iter().filter(|v| f.range.contains(**v));
+            let points = views.map(|&v| (degrees(v), value(f, v)));
+            Series::new("", i, Mark::Line, points)
+        });
+        over_views("fitted", label, series)
     };
-    let errors = |label: &str, of: &dyn Fn(&ProfileFits) -> Option<[f64; 2]>| {
+    let errors = |label: &str, of: fn(&ProfileFits) -> Option<FitErrors>| {
         // From the best to the worst, as the figure of the paper.
-        let mut pairs: Vec<[f64; 2]> = fits.iter().filter_map(|f| of(f)).collect();
+        let found = fits.iter().filter_map(|f| of(f));
+        let mut pairs: Vec<[f64; 2]> = found.map(|e| [e.mae, e.rmse]).collect();
         pairs.sort_by(|a, b| a[1].total_cmp(&b[1]));
         // Told apart by their marks: colours belong to the materials of the other panels.
-        let series = |name: &str, mark: Mark, which: usize| Series {
-            name: name.into(),
-            color: 0,
-            mark,
-            points: pairs
-                .iter()
-                .enumerate()
-                .map(|(i, pair)| ((i + 1) as f64, Some(pair[which])))
-                .collect(),
+        let series = |(name, mark, which): (&str, Mark, usize)| {
+            let values = pairs.iter().map(|pair| pair[which]).enumerate();
+            let points = values.map(|(i, value)| ((i + 1) as f64, Some(value)));
+            Series::new(name, 0, mark, points)
         };
-        Panel {
-            title: "errors of the fit".into(),
-            x: axis("material, by RMSE"),
-            y: axis(label),
-            series: vec![
-                series("MAE", Mark::Line, 0),
-                series("RMSE", Mark::Dashed, 1),
-            ],
-        }
+        let both = [("MAE", Mark::Line, 0), ("RMSE", Mark::Dashed, 1)].map(series);
+        let axes = ["material, by RMSE", label].map(Axis::linear);
+        Panel::new("errors of the fit", axes, both)
     };
     // One scale a row, that of the fitted views: beyond them profiles may leave it.
     let ranges = [0, 3, 6];
@@ -315,26 +260,17 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
             fitted("energy (rad²/sr)", &|f, v| {
                 Some(f.energy.as_ref().ok()?.value(v))
             }),
-            errors("relative to the mean energy", &|f| {
-                let e = f.energy.as_ref().ok()?.relative_errors();
-                Some([e.mae, e.rmse])
-            }),
+            errors("relative to the mean energy", energy_errors),
             computed("mean 10 (°)", &mean),
             fitted("mean 10 (°)", &|f, v| {
                 Some(f.mean.as_ref().ok()?.value(v).to_degrees())
             }),
-            errors("rad", &|f| {
-                let e = f.mean.as_ref().ok()?.errors();
-                Some([e.mae, e.rmse])
-            }),
+            errors("rad", mean_errors),
             computed("average variance (rad²)", &variance),
             fitted("average variance (rad²)", &|f, v| {
                 Some(f.variance.as_ref().ok()?.value(v))
             }),
-            errors("rad²", &|f| {
-                let e = f.variance.as_ref().ok()?.errors();
-                Some([e.mae, e.rmse])
-            }),
+            errors("rad²", variance_errors),
         ],
         columns: 3,
     };
@@ -358,54 +294,26 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
 
 /// Average variance over mean slope, with the fitted quadratic (Fig. 7b).
 fn relation_panel(group: &Group) -> Panel {
-    let mut series = vec![Series {
-        name: "materials".into(),
-        color: 0,
-        mark: Mark::Points,
-        points: group
-            .first_channel()
-            .filter_map(|f| Some((f.slope()?, f.average_variance())))
-            .collect(),
-    }];
+    let fits = group.first_channel();
+    let materials = fits.filter_map(|f| Some((f.slope()?, f.average_variance())));
+    let mut series = vec![Series::new("materials", 0, Mark::Points, materials)];
     if let Ok(fit) = &group.relation {
-        let slope = |i: i32| f64::from(i) / 100.0 - 1.0;
-        series.push(Series {
-            name: "quadratic through mirror and Lambertian".into(),
-            color: 1,
-            mark: Mark::Line,
-            points: (0..=100)
-                .map(|i| (slope(i), Some(fit.value(slope(i)))))
-                .collect(),
-        });
+        let slopes = (0..=100).map(|i| f64::from(i) / 100.0 - 1.0);
+        let curve = slopes.map(|slope| (slope, Some(fit.value(slope))));
+        let name = "quadratic through mirror and Lambertian";
+        series.push(Series::new(name, 1, Mark::Line, curve));
     }
-    series.push(Series {
-        name: "mirror, Lambertian".into(),
-        color: 2,
-        mark: Mark::Points,
-        points: vec![(-1.0, Some(0.0)), (0.0, Some(PI * PI / 12.0))],
-    });
-    Panel {
-        title: String::new(),
-        x: axis("slope of the mean"),
-        y: axis("average variance (rad²)"),
-        series,
-    }
+    let ends = [(-1.0, Some(0.0)), (0.0, Some(PI * PI / 12.0))];
+    series.push(Series::new("mirror, Lambertian", 2, Mark::Points, ends));
+    let axes = ["slope of the mean", "average variance (rad²)"].map(Axis::linear);
+    Panel::new("", axes, series)
 }
 
-fn over_views(series: impl Iterator<Item = Series>) -> Panel {
-    Panel {
-        x: Axis {
-            range: Some([0.0, 90.0]),
-            ..axis("θ_o (°)")
-        },
-        series: series.collect(),
-        ..Panel::default()
-    }
-}
-
-fn axis(label: &str) -> Axis {
-    Axis {
-        label: label.into(),
-        ..Axis::default()
-    }
+fn over_views(
+    title: impl Into<String>,
+    label: &str,
+    series: impl IntoIterator<Item = Series>,
+) -> Panel {
+    let view = Axis::linear("θ_o (°)").within([0.0, 90.0]);
+    Panel::new(title, [view, Axis::linear(label)], series)
 }

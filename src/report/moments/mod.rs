@@ -10,7 +10,7 @@ mod tables;
 
 #[cfg(feature = "pictures")]
 pub use figures::{Sheet, group_sheets, material_sheet};
-pub use profiles::{profiles_csv, profiles_json};
+pub use profiles::{profile_columns, profile_objects, profiles_csv, profiles_json};
 #[cfg(feature = "pictures")]
 pub use relation_figures::relation_sheets;
 pub use relations::{relations_csv, relations_head, relations_lines, relations_summary};

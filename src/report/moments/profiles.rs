@@ -1,31 +1,59 @@
 //! Moment profiles as files: a row per material, channel and view.
 
-use crate::experiment::moments::ProfileRow;
-use crate::report::csv::Csv;
+use crate::experiment::moments::{ProfileRow, degrees};
+use crate::moments::Component;
+use crate::report::rows_json;
+use crate::report::schema::{Schema, columns};
+use serde_json::{Map, Value};
 use std::io::{self, Write};
+
+/// The columns of `profiles.csv`.
+fn schema<'a>() -> Schema<ProfileRow<'a>> {
+    let moment = |c: Component| {
+        columns! { row in ProfileRow<'a>;
+            c.to_string() => row.slice.moments.get(c).map(|e| e.value),
+            format!("{c}_uncertainty") => row.slice.moments.get(c).map(|e| e.uncertainty),
+        }
+    };
+    let first = columns! { row in ProfileRow<'a>;
+        "material" => row.material,
+        "channel" => row.channel.name(),
+        "theta_o_deg" => degrees(row.theta_o),
+    };
+    let last = columns! { row in ProfileRow<'a>;
+        "missing_share" => row.slice.missing_share,
+        "clamped_share" => row.slice.clamped_share,
+        "evaluations" => row.slice.evaluations,
+        "unresolved" => row.slice.unresolved.map(|why| why.to_string()),
+    };
+    let moments = Component::ALL.into_iter().map(moment);
+    moments.fold(first, Schema::and).and(last)
+}
+
+/// Names of the columns of `profiles.csv`.
+pub fn profile_columns() -> Vec<String> {
+    schema().names().map(String::from).collect()
+}
 
 /// Writes rows as CSV; an undefined moment is an empty field.
 ///
 /// # Errors
 /// Whatever `out` reports.
 pub fn profiles_csv(rows: &[ProfileRow<'_>], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = Csv::new(out);
-    csv.row(ProfileRow::columns())?;
-    for row in rows {
-        csv.row(row.fields())?;
-    }
-    csv.flush()
+    schema().csv(rows, out)
 }
 
-/// Writes rows as a JSON array of objects with the names of the columns; an undefined moment is
-/// `null`, one of unknown uncertainty (an infinite one) has `null` for that.
+/// Rows as objects with the names of the columns; an undefined moment is `null`, one of unknown uncertainty (an infinite
+/// one) has `null` for that.
+pub fn profile_objects(rows: &[ProfileRow<'_>]) -> Vec<Map<String, Value>> {
+    let schema = schema();
+    rows.iter().map(|row| schema.object(row)).collect()
+}
+
+/// Writes [`profile_objects`] as a JSON array.
 ///
 /// # Errors
 /// Whatever `out` reports.
 pub fn profiles_json(rows: &[ProfileRow<'_>], out: &mut impl Write) -> io::Result<()> {
-    for (i, row) in rows.iter().enumerate() {
-        out.write_all(if i == 0 { b"[\n" } else { b",\n" })?;
-        serde_json::to_writer(&mut *out, &row.json())?;
-    }
-    out.write_all(if rows.is_empty() { b"[]\n" } else { b"\n]\n" })
+    rows_json(&profile_objects(rows), out)
 }

@@ -55,25 +55,17 @@ fn over_views(rows: &[RelationRow]) -> Vec<Panel> {
             let r = &row.relation;
             (degrees(r.theta_o), of(r).map(|m| value(i, &m)))
         };
-        rows.iter().map(point).collect()
+        rows.iter().map(point).collect::<Vec<_>>()
     };
     labels
         .iter()
         .enumerate()
         .map(|(i, label)| {
-            let mut series = vec![Series {
-                name: "rendered".into(),
-                color: 0,
-                mark: Mark::Line,
-                points: points(i, &|r| r.rendered),
-            }];
-            for (k, (name, form)) in FORMS.iter().enumerate() {
-                series.push(Series {
-                    name: (*name).into(),
-                    color: COLORS[k],
-                    mark: Mark::Dashed,
-                    points: points(i, &|r| Some(form(r)?.moments)),
-                });
+            let rendered = points(i, &|r| r.rendered);
+            let mut series = vec![Series::new("rendered", 0, Mark::Line, rendered)];
+            for ((name, form), color) in FORMS.into_iter().zip(COLORS) {
+                let points = points(i, &|r| Some(form(r)?.moments));
+                series.push(Series::new(name, color, Mark::Dashed, points));
             }
             // Light in the plane of incidence has its mean there; what is computed is rounding.
             let all = || series.iter().flat_map(|s| &s.points).filter_map(|p| p.1);
@@ -87,18 +79,8 @@ fn over_views(rows: &[RelationRow]) -> Vec<Panel> {
                 true => format!(": 0 (computed: at most {largest:.0e})"),
                 false => String::new(),
             };
-            Panel {
-                title: format!("along {}{said}", symbol(rows[0].relation.along)),
-                x: Axis {
-                    label: "θ_o (°)".into(),
-                    ..Axis::default()
-                },
-                y: Axis {
-                    label: (*label).into(),
-                    ..Axis::default()
-                },
-                series,
-            }
+            let title = format!("along {}{said}", symbol(rows[0].relation.along));
+            Panel::new(title, ["θ_o (°)", label].map(Axis::linear), series)
         })
         .collect()
 }

@@ -1,9 +1,10 @@
 //! Output of an experiment of kind `relations`: a table for people and one for programs.
 
-use crate::experiment::moments::{degrees, shown};
+use crate::experiment::moments::degrees;
 use crate::experiment::relations::RelationRow;
 use crate::moments::relations::{AngleMoments, Prediction, Relation};
-use crate::report::csv::Csv;
+use crate::report::each_once;
+use crate::report::schema::{Schema, columns};
 use std::io::{self, Write};
 
 /// A form of the relations, with its name.
@@ -31,81 +32,48 @@ const MOMENTS: [Moment; 3] = [
 /// # Errors
 /// Whatever `out` reports.
 pub fn relations_csv(rows: &[RelationRow], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = Csv::new(out);
-    csv.row(columns())?;
-    for row in rows {
-        csv.row(fields(row))?;
-    }
-    csv.flush()
+    schema().csv(rows, out)
 }
 
-/// The columns of `relations.csv`.
-fn columns() -> Vec<String> {
-    let mut columns: Vec<String> = [
-        "material",
-        "lighting",
-        "along",
-        "theta_o_deg",
-        "window_deg",
-        "slope",
-        "slice_energy",
-        "slice_mean_rad",
-        "slice_variance_rad2",
-    ]
-    .map(String::from)
-    .into();
-    for (name, _) in MOMENTS {
-        columns.push(format!("rendered_{name}"));
-        columns.push(format!("rendered_{name}_uncertainty"));
+/// The columns of `relations.csv`. Errors are relative to the rendered value, those of means in rendered standard deviations.
+fn schema() -> Schema<RelationRow> {
+    let mut schema = columns! { row in RelationRow;
+        "material" => row.material.clone(),
+        "lighting" => row.lighting.clone(),
+        "along" => row.relation.along.name(),
+        "theta_o_deg" => degrees(row.relation.theta_o),
+        "window_deg" => degrees(row.relation.window),
+        "slope" => row.relation.slope,
+        "slice_energy" => row.relation.energy,
+        "slice_mean_rad" => row.relation.mean,
+        "slice_variance_rad2" => row.relation.variance,
+    };
+    for (name, of) in MOMENTS {
+        schema = schema.and(columns! { row in RelationRow;
+            format!("rendered_{name}") => row.relation.rendered.as_ref().map(of),
+            format!("rendered_{name}_uncertainty") => row.relation.uncertainty.as_ref().map(of),
+        });
     }
-    for (form, _) in FORMS {
-        columns.extend(MOMENTS.iter().map(|(name, _)| format!("{form}_{name}")));
-        columns.extend(["energy", "mean", "variance"].map(|m| format!("{form}_{m}_error")));
+    for (form, predicted) in FORMS {
+        for (name, of) in MOMENTS {
+            schema = schema.and(columns! { row in RelationRow;
+                format!("{form}_{name}") => predicted(&row.relation).map(|p| of(&p.moments)),
+            });
+        }
+        for (name, of) in MOMENTS {
+            // They have no unit.
+            let name = name.split('_').next().unwrap_or(name);
+            schema = schema.and(columns! { row in RelationRow;
+                format!("{form}_{name}_error") => predicted(&row.relation).and_then(|p| p.errors.as_ref().map(of)),
+            });
+        }
     }
-    columns.extend(["cut_share", "missing_share", "views", "resolved"].map(String::from));
-    columns
-}
-
-/// The fields of a row; empty where there is no value. Errors are relative to the rendered value,
-/// those of means in rendered standard deviations.
-fn fields(row: &RelationRow) -> Vec<String> {
-    let r = &row.relation;
-    let number = |v: Option<f64>| v.map_or(String::new(), shown);
-    let mut fields = vec![
-        row.material.clone(),
-        row.lighting.clone(),
-        r.along.name().into(),
-        shown(degrees(r.theta_o)),
-        shown(degrees(r.window)),
-        shown(r.slope),
-        shown(r.energy),
-        shown(r.mean),
-        shown(r.variance),
-    ];
-    for (_, of) in MOMENTS {
-        fields.push(number(r.rendered.as_ref().map(of)));
-        fields.push(number(r.uncertainty.as_ref().map(of)));
-    }
-    for (_, form) in FORMS {
-        let prediction = form(r);
-        let errors = prediction.and_then(|p| p.errors);
-        let moments = prediction.map(|p| p.moments);
-        fields.extend(
-            MOMENTS
-                .iter()
-                .map(|(_, of)| number(moments.as_ref().map(of))),
-        );
-        fields.extend(
-            MOMENTS
-                .iter()
-                .map(|(_, of)| number(errors.as_ref().map(of))),
-        );
-    }
-    fields.push(shown(r.cut_share));
-    fields.push(shown(r.missing_share));
-    fields.push(r.views.to_string());
-    fields.push(r.resolved.to_string());
-    fields
+    schema.and(columns! { row in RelationRow;
+        "cut_share" => row.relation.cut_share,
+        "missing_share" => row.relation.missing_share,
+        "views" => row.relation.views,
+        "resolved" => row.relation.resolved,
+    })
 }
 
 /// The head of the table for people.
@@ -132,12 +100,7 @@ pub fn relations_lines(rows: &[RelationRow]) -> String {
         for (_, form) in FORMS {
             out += "  ";
             out += &match form(r).and_then(|p| p.errors) {
-                Some(e) => format!(
-                    "{:>7.1}% {:>9.3} {:>8.1}%",
-                    100.0 * e.energy,
-                    e.mean,
-                    100.0 * e.variance
-                ),
+                Some(e) => errors_text([e.energy, e.mean, e.variance]),
                 None => format!("{:>28}", "undefined"),
             };
         }
@@ -146,13 +109,17 @@ pub fn relations_lines(rows: &[RelationRow]) -> String {
     out
 }
 
+/// Errors of energy, mean and variance.
+fn errors_text([energy, mean, variance]: [f64; 3]) -> String {
+    let [energy, variance] = [energy, variance].map(|e| 100.0 * e);
+    format!("{energy:>7.1}% {mean:>9.3} {variance:>8.1}%")
+}
+
 /// The summary of a run: median error of each form over materials, lights and views.
 pub fn relations_summary(rows: &[RelationRow]) -> String {
     let mut out = String::from("\nMedian error, without its sign:\n");
-    let mut along: Vec<_> = rows.iter().map(|r| r.relation.along).collect();
-    along.dedup();
+    let mut along = each_once(rows.iter().map(|r| r.relation.along));
     along.sort_by_key(|a| a.name());
-    along.dedup();
     for along in along {
         out += &format!("  along {:<33}", along.name());
         for (_, form) in FORMS {
@@ -164,12 +131,8 @@ pub fn relations_summary(rows: &[RelationRow]) -> String {
                 values.sort_by(f64::total_cmp);
                 values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
             };
-            out += &format!(
-                "  {:>7.1}% {:>9.3} {:>8.1}%",
-                100.0 * of(|e| e.energy),
-                of(|e| e.mean),
-                100.0 * of(|e| e.variance)
-            );
+            out += "  ";
+            out += &errors_text(MOMENTS.map(|(_, moment)| of(moment)));
         }
         out += "\n";
     }

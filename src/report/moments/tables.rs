@@ -1,10 +1,11 @@
 //! Output of a moment experiment: tables for people and for programs.
 
+use crate::error::count;
 use crate::experiment::moments::{
-    CorrelationRow, Group, ProfileFits, PublishedNumbers, Spread, at_bound, degrees, shown,
+    CorrelationRow, Group, ProfileFits, PublishedNumbers, Spread, at_bound, degrees,
 };
-use crate::moments::Component;
-use crate::report::csv::Csv;
+use crate::moments::{Component, FitErrors, Ramp};
+use crate::report::schema::{Schema, columns};
 use crate::statistics;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -19,102 +20,75 @@ const HORIZON: [(Component, &str); 6] = [
     (Component { n: 0, m: 4 }, "horizon_kurtosis_04"),
 ];
 
-const FIT_COLUMNS: [&str; 26] = [
-    "group",
-    "material",
-    "channel",
-    "diffuse",
-    "clamped_share",
-    "unresolved_views",
-    "energy_base",
-    "ramp_height",
-    "ramp_slope",
-    "knot_0_deg",
-    "knot_1_deg",
-    "knot_0_at_bound",
-    "knot_1_at_bound",
-    "knots_undetermined",
-    "energy_mae",
-    "energy_rmse",
-    "energy_relative_mae",
-    "energy_relative_rmse",
-    "mean_slope",
-    "mean_mae",
-    "mean_rmse",
-    "average_variance",
-    "variance_mae",
-    "variance_rmse",
-    "skewness_30",
-    "kurtosis_40",
-];
+/// A fit with its group.
+type Fit<'a> = (&'a Group, &'a ProfileFits);
 
 /// Writes `fits.csv`: a row per material and channel; empty where there is no value.
 ///
 /// # Errors
 /// Whatever `out` reports.
 pub fn fits_csv(groups: &[Group], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = Csv::new(out);
-    let horizon = HORIZON.map(|(_, name)| name);
-    csv.row(FIT_COLUMNS.iter().chain(&horizon))?;
-    for group in groups {
-        for fits in &group.fits {
-            csv.row(fit_fields(group, fits))?;
-        }
-    }
-    csv.flush()
+    let rows = groups
+        .iter()
+        .flat_map(|group| group.fits.iter().map(move |fits| (group, fits)));
+    fit_schema().csv(&rows.collect::<Vec<Fit<'_>>>(), out)
 }
 
-fn fit_fields(group: &Group, fits: &ProfileFits) -> Vec<String> {
-    let number = |v: Option<f64>| v.map_or(String::new(), shown);
-    let energy = fits.energy.as_ref().ok();
-    let ramp = energy.and_then(|e| e.ramp());
-    let knots = energy.and_then(|e| e.knots()).map(|k| k.map(degrees));
-    let undetermined = match &fits.energy {
-        Err(e) => e.to_string(),
-        Ok(fit) => fit.undetermined().map_or(String::new(), |u| u.to_string()),
+fn fit_schema<'a>() -> Schema<Fit<'a>> {
+    let schema = columns! { (group, fits) in Fit<'a>;
+        "group" => group.name.clone(),
+        "material" => fits.material.clone(),
+        "channel" => fits.channel.name(),
+        "diffuse" => fits.diffuse,
+        "clamped_share" => fits.clamped_share,
+        "unresolved_views" => fits.unresolved,
+        "energy_base" => fits.energy.as_ref().ok().map(|e| e.base),
+        "ramp_height" => ramp(fits).map(|r| r.height),
+        "ramp_slope" => ramp(fits).map(|r| r.slope),
+        "knot_0_deg" => knots(fits).map(|k| degrees(k[0])),
+        "knot_1_deg" => knots(fits).map(|k| degrees(k[1])),
+        "knot_0_at_bound" => are_at_bound(fits).map(|are| are[0]),
+        "knot_1_at_bound" => are_at_bound(fits).map(|are| are[1]),
+        "knots_undetermined" => match &fits.energy {
+            Err(e) => Some(e.to_string()),
+            Ok(fit) => fit.undetermined.map(|why| why.to_string()),
+        },
+        "energy_mae" => fits.energy.as_ref().ok().map(|e| e.errors.mae),
+        "energy_rmse" => fits.energy.as_ref().ok().map(|e| e.errors.rmse),
+        "energy_relative_mae" => energy_errors(fits).map(|e| e.mae),
+        "energy_relative_rmse" => energy_errors(fits).map(|e| e.rmse),
+        "mean_slope" => fits.slope(),
+        "mean_mae" => mean_errors(fits).map(|e| e.mae),
+        "mean_rmse" => mean_errors(fits).map(|e| e.rmse),
+        "average_variance" => fits.average_variance(),
+        "variance_mae" => variance_errors(fits).map(|e| e.mae),
+        "variance_rmse" => variance_errors(fits).map(|e| e.rmse),
+        "skewness_30" => fits.averages[Component { n: 3, m: 0 }.index()],
+        "kurtosis_40" => fits.averages[Component { n: 4, m: 0 }.index()],
     };
-    let bounds = |i: usize| match energy.filter(|e| e.knots().is_some()) {
-        Some(fit) => at_bound(fit, fits.range)[i].to_string(),
-        None => String::new(),
-    };
-    let mean = fits.mean.as_ref().ok();
-    let variance = fits.variance.as_ref().ok();
-    let average = |n, m| number(fits.averages[Component { n, m }.index()]);
-    let mut fields = vec![
-        group.name.clone(),
-        fits.material.clone(),
-        fits.channel.name().into(),
-        shown(fits.diffuse),
-        shown(fits.clamped_share),
-        fits.unresolved.to_string(),
-        number(energy.map(|e| e.base())),
-        number(ramp.map(|r| r.height)),
-        number(ramp.map(|r| r.slope)),
-        number(knots.map(|k| k[0])),
-        number(knots.map(|k| k[1])),
-        bounds(0),
-        bounds(1),
-        undetermined,
-        number(energy.map(|e| e.errors().mae)),
-        number(energy.map(|e| e.errors().rmse)),
-        number(energy.map(|e| e.relative_errors().mae)),
-        number(energy.map(|e| e.relative_errors().rmse)),
-        number(mean.map(|m| m.slope())),
-        number(mean.map(|m| m.errors().mae)),
-        number(mean.map(|m| m.errors().rmse)),
-        number(variance.map(|v| v.variance())),
-        number(variance.map(|v| v.errors().mae)),
-        number(variance.map(|v| v.errors().rmse)),
-        average(3, 0),
-        average(4, 0),
-    ];
-    for (component, _) in HORIZON {
-        let explained = fits.clamping.as_ref();
-        fields.push(number(
-            explained.and_then(|c| c.explained[component.index()]),
-        ));
-    }
-    fields
+    let horizon = HORIZON.map(|(component, name)| {
+        columns! { (_, fits) in Fit<'a>; name => explained(fits, component), }
+    });
+    horizon.into_iter().fold(schema, Schema::and)
+}
+
+fn ramp(fits: &ProfileFits) -> Option<Ramp> {
+    fits.energy.as_ref().ok()?.ramp
+}
+
+fn knots(fits: &ProfileFits) -> Option<[f64; 2]> {
+    fits.energy.as_ref().ok()?.knots()
+}
+
+/// Whether each knot is at an end of the views.
+fn are_at_bound(fits: &ProfileFits) -> Option<[bool; 2]> {
+    let energy = fits.energy.as_ref().ok().filter(|e| e.knots().is_some());
+    energy.map(|fit| at_bound(fit, fits.range))
+}
+
+/// The share of a component's course that the horizon explains.
+fn explained(fits: &ProfileFits, component: Component) -> Option<f64> {
+    fits.clamping.as_ref()?.explained[component.index()]
 }
 
 /// Writes `correlations.csv`.
@@ -122,31 +96,19 @@ fn fit_fields(group: &Group, fits: &ProfileFits) -> Vec<String> {
 /// # Errors
 /// Whatever `out` reports.
 pub fn correlations_csv(groups: &[Group], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = Csv::new(out);
-    csv.row([
-        "group",
-        "between",
-        "a",
-        "b",
-        "pearson",
-        "spearman",
-        "materials",
-    ])?;
-    let number = |v: Option<f64>| v.map_or(String::new(), shown);
-    for group in groups {
-        for row in &group.correlations {
-            csv.row([
-                group.name.clone(),
-                row.between.into(),
-                row.a.clone(),
-                row.b.clone(),
-                number(row.pearson),
-                number(row.spearman),
-                row.materials.to_string(),
-            ])?;
-        }
-    }
-    csv.flush()
+    let rows = groups
+        .iter()
+        .flat_map(|group| group.correlations.iter().map(move |row| (group, row)));
+    let schema = columns! { (group, row) in (&Group, &CorrelationRow);
+        "group" => group.name.clone(),
+        "between" => row.between,
+        "a" => row.a.clone(),
+        "b" => row.b.clone(),
+        "pearson" => row.pearson,
+        "spearman" => row.spearman,
+        "materials" => row.materials,
+    };
+    schema.csv(&rows.collect::<Vec<_>>(), out)
 }
 
 /// Writes `summary.json`: an object per group.
@@ -164,15 +126,11 @@ pub fn summary_json(groups: &[Group], out: &mut impl Write) -> io::Result<()> {
 
 fn summary(group: &Group) -> Value {
     let in_degrees = |spread: Option<Spread>| spread.map(|s| s.scaled(1f64.to_degrees()));
-    let shared = group.shared.as_ref().ok().and_then(|s| s.knots());
+    let shared = group.shared.as_ref().ok().and_then(|s| s.knots);
     let horizon: serde_json::Map<String, Value> = HORIZON
         .iter()
         .map(|(c, name)| {
-            let median = median(
-                group
-                    .first_channel()
-                    .filter_map(|f| f.clamping.as_ref()?.explained[c.index()]),
-            );
+            let median = median(group.first_channel().filter_map(|f| explained(f, *c)));
             ((*name).to_owned(), json!(median))
         })
         .collect();
@@ -222,173 +180,148 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 /// The table at the end of a run: fits and correlations of each group, beside published numbers if
 /// the config has them.
 pub fn study_table(groups: &[Group], published: Option<&PublishedNumbers>) -> String {
-    let mut out = String::new();
-    for group in groups {
-        let n = group.first_channel().count();
-        let channel = group.fits.first().map_or("", |f| f.channel.name());
-        let s = if n == 1 { "" } else { "s" };
-        let others = published.filter(|p| p.group == group.name);
-        let there = |of: fn(&PublishedNumbers) -> &String| others.map_or("", |p| of(p).as_str());
-        out += &format!("\n{}: {n} material{s}, {channel}\n", group.name);
-        let mut line = |what: &str, here: String, there: &str| {
-            let text = if others.is_some() {
-                format!("  {what:<44} {here:<43} {there}")
-            } else {
-                format!("  {what:<44} {here}")
-            };
-            out += text.trim_end();
-            out += "\n";
+    let table = |group| group_table(group, published.filter(|p| p.group == group.name));
+    groups.iter().map(table).collect()
+}
+
+fn group_table(group: &Group, published: Option<&PublishedNumbers>) -> String {
+    let n = group.first_channel().count();
+    let channel = group.fits.first().map_or("", |f| f.channel.name());
+    let mut out = format!("\n{}: {}, {channel}\n", group.name, count(n, "material"));
+    // A quantity, its value here, and the published text about it.
+    macro_rules! line {
+        ($what:expr => $here:expr) => {
+            out += &table_line(&$what, &$here, published.map(|_| ""))
         };
-        line("", "here".into(), there(|p| &p.by));
-        let spread = |spread: Option<Spread>| match spread {
-            Some(s) => {
-                let off = s.deviation.map(|d| format!(" ± {:.1}°", d.to_degrees()));
-                let mean = s.mean.to_degrees();
-                format!("{mean:.1}°{} ({})", off.unwrap_or_default(), s.materials)
-            }
-            None => "undetermined".into(),
+        ($what:expr => $here:expr, $there:ident) => {
+            out += &table_line(&$what, &$here, published.map(|p| p.$there.as_str()))
         };
-        let bound = |i: usize| match group.at_bounds[i] {
-            0 => String::new(),
-            n => format!("; at the range's end: {n}"),
+    }
+    let errors = |of: fn(&ProfileFits) -> Option<FitErrors>| {
+        let of_all = |which: fn(FitErrors) -> f64| {
+            median(group.first_channel().filter_map(|f| of(f).map(which)))
         };
-        line(
-            "theta_0 of each material",
-            spread(group.knots[0]) + &bound(0),
-            there(|p| &p.theta_0),
-        );
-        line(
-            "theta_1 of each material",
-            spread(group.knots[1]) + &bound(1),
-            there(|p| &p.theta_1),
-        );
-        let shared = match &group.shared {
-            Ok(fit) => match (fit.knots(), fit.undetermined()) {
-                (Some([a, b]), _) => {
-                    let end = if fit.upper_at_end() {
-                        ", the end of the range"
-                    } else {
-                        ""
-                    };
-                    format!("{:.1}°, {:.1}°{end}", a.to_degrees(), b.to_degrees())
-                }
-                (None, Some(why)) => why.to_string(),
-                (None, None) => "undetermined".into(),
-            },
-            Err(e) => e.to_string(),
-        };
-        line(
-            "theta_0, theta_1 shared by all",
-            shared,
-            there(|p| &p.theta_shared),
-        );
-        line(
-            "energy rises from theta_0 to theta_1",
-            format!("{} of {n}", group.boosted),
-            there(|p| &p.energy_rises),
-        );
-        let range = |of: fn(&ProfileFits) -> Option<f64>| match group.spread(of) {
-            Some(s) => format!("{:.3} … {:.3}", s.range[0], s.range[1]),
-            None => "undefined".into(),
-        };
-        line(
-            "slope of the mean",
-            range(ProfileFits::slope),
-            there(|p| &p.mean_slope),
-        );
-        line(
-            "average variance (rad²)",
-            range(ProfileFits::average_variance),
-            there(|p| &p.average_variance),
-        );
-        let errors = |of: fn(&ProfileFits) -> Option<[f64; 2]>| {
-            let mae = median(group.first_channel().filter_map(|f| Some(of(f)?[0])));
-            let rmse = median(group.first_channel().filter_map(|f| Some(of(f)?[1])));
-            match (mae, rmse) {
-                (Some(mae), Some(rmse)) => format!("{mae:.4}, {rmse:.4}"),
-                _ => "undefined".into(),
-            }
-        };
-        line(
-            "energy fit, median MAE and RMSE, relative",
-            errors(|f| {
-                let e = f.energy.as_ref().ok()?.relative_errors();
-                Some([e.mae, e.rmse])
-            }),
-            there(|p| &p.energy_fit),
-        );
-        line(
-            "mean fit, median MAE and RMSE (rad)",
-            errors(|f| {
-                let e = f.mean.as_ref().ok()?.errors();
-                Some([e.mae, e.rmse])
-            }),
-            there(|p| &p.mean_fit),
-        );
-        line(
-            "variance fit, median MAE and RMSE (rad²)",
-            errors(|f| {
-                let e = f.variance.as_ref().ok()?.errors();
-                Some([e.mae, e.rmse])
-            }),
-            there(|p| &p.variance_fit),
-        );
-        // Of two colour channels and a quantity: the least of Pearson's coefficients of three pairs.
-        let between = |quantity: &str| {
-            let pairs = group
-                .correlations
-                .iter()
-                .filter(|c| c.between == "channels" && c.a.split(' ').next() == Some(quantity));
-            let least = pairs.filter_map(|c| c.pearson).min_by(f64::total_cmp);
-            least.map(|r| format!("{r:.3}"))
-        };
-        let quantities = ["energy", "mean_slope", "average_variance"].map(between);
-        if let [Some(energy), Some(slope), Some(variance)] = quantities {
-            line(
-                "least correlation between R, G, B",
-                format!("energy {energy}, slope {slope}, variance {variance}"),
-                "",
-            );
+        match (of_all(|e| e.mae), of_all(|e| e.rmse)) {
+            (Some(mae), Some(rmse)) => format!("{mae:.4}, {rmse:.4}"),
+            _ => "undefined".into(),
         }
-        let relation = match &group.relation {
-            // Of one material or two the quadratic says nothing.
-            _ if n < 3 => "too few materials".into(),
-            Ok(fit) => {
-                let r2 = fit
-                    .r_squared()
-                    .map_or("undefined".into(), |r| format!("{r:.3}"));
-                format!("c {:.3}, R² {r2}", fit.coefficient())
-            }
-            Err(e) => e.to_string(),
-        };
-        line(
-            "variance ≈ (π²/12)(1+µ) + c µ(1+µ)",
-            relation,
-            there(|p| &p.mean_variance),
-        );
-        let odd = largest_odd(group).map_or("undefined".into(), |v| format!("{v:.1e}"));
-        line(
-            "largest moment odd in phi, standardised",
-            odd,
-            there(|p| &p.odd_moments),
-        );
-        for row in strongest(group) {
-            let what = format!("correlation of {}, {}", row.a, row.b);
-            let rank = row.spearman.unwrap_or(0.0);
-            line(&what, format!("{rank:.2} (rank, {})", row.materials), "");
+    };
+    let range = |of: fn(&ProfileFits) -> Option<f64>| match group.spread(of) {
+        Some(s) => format!("{:.3} … {:.3}", s.range[0], s.range[1]),
+        None => "undefined".into(),
+    };
+    line!("" => "here", by);
+    line!("theta_0 of each material" => knot(group, 0), theta_0);
+    line!("theta_1 of each material" => knot(group, 1), theta_1);
+    line!("theta_0, theta_1 shared by all" => shared_knots(group), theta_shared);
+    line!("energy rises from theta_0 to theta_1" => format!("{} of {n}", group.boosted), energy_rises);
+    line!("slope of the mean" => range(ProfileFits::slope), mean_slope);
+    line!("average variance (rad²)" => range(ProfileFits::average_variance), average_variance);
+    line!("energy fit, median MAE and RMSE, relative" => errors(energy_errors), energy_fit);
+    line!("mean fit, median MAE and RMSE (rad)" => errors(mean_errors), mean_fit);
+    line!("variance fit, median MAE and RMSE (rad²)" => errors(variance_errors), variance_fit);
+    let quantities = ["energy", "mean_slope", "average_variance"];
+    if let [Some(energy), Some(slope), Some(variance)] = quantities.map(|q| between(group, q)) {
+        let least = format!("energy {energy:.3}, slope {slope:.3}, variance {variance:.3}");
+        line!("least correlation between R, G, B" => least);
+    }
+    let relation = match &group.relation {
+        // Of one material or two the quadratic says nothing.
+        _ if n < 3 => "too few materials".into(),
+        Ok(fit) => {
+            let r2 = fit.r_squared.map(|r| format!("{r:.3}"));
+            let r2 = r2.unwrap_or("undefined".into());
+            format!("c {:.3}, R² {r2}", fit.coefficient)
         }
-        for (component, name) in HORIZON {
-            let values = group
-                .first_channel()
-                .filter_map(|f| f.clamping.as_ref()?.explained[component.index()]);
-            let values: Vec<f64> = values.collect();
-            let (most, all) = (values.iter().filter(|v| **v > 0.5).count(), values.len());
-            if let Some(share) = median(values.into_iter()) {
-                let what = name.replace("horizon_", "share the horizon explains of ");
-                let share = format!("median {:.0} %; most for {most} of {all}", 100.0 * share);
-                line(&what, share, there(|p| &p.horizon));
-            }
+        Err(e) => e.to_string(),
+    };
+    line!("variance ≈ (π²/12)(1+µ) + c µ(1+µ)" => relation, mean_variance);
+    let odd = largest_odd(group).map_or("undefined".into(), |v| format!("{v:.1e}"));
+    line!("largest moment odd in phi, standardised" => odd, odd_moments);
+    for row in strongest(group) {
+        let rank = row.spearman.unwrap_or(0.0);
+        let rank = format!("{rank:.2} (rank, {})", row.materials);
+        line!(format!("correlation of {}, {}", row.a, row.b) => rank);
+    }
+    for (component, name) in HORIZON {
+        let values = group
+            .first_channel()
+            .filter_map(|f| explained(f, component));
+        let values: Vec<f64> = values.collect();
+        let (most, all) = (values.iter().filter(|v| **v > 0.5).count(), values.len());
+        if let Some(share) = median(values.into_iter()) {
+            let what = name.replace("horizon_", "share the horizon explains of ");
+            let share = format!("median {:.0} %; most for {most} of {all}", 100.0 * share);
+            line!(what => share, horizon);
         }
     }
     out
+}
+
+fn table_line(what: &str, here: &str, there: Option<&str>) -> String {
+    let line = match there {
+        Some(there) => format!("  {what:<44} {here:<43} {there}"),
+        None => format!("  {what:<44} {here}"),
+    };
+    line.trim_end().to_owned() + "\n"
+}
+
+/// Mean and spread of a knot of the energies, and how often it is at an end of the views.
+fn knot(group: &Group, which: usize) -> String {
+    let spread = match group.knots[which] {
+        Some(s) => {
+            let off = s.deviation.map(|d| format!(" ± {:.1}°", d.to_degrees()));
+            let mean = s.mean.to_degrees();
+            format!("{mean:.1}°{} ({})", off.unwrap_or_default(), s.materials)
+        }
+        None => "undetermined".into(),
+    };
+    match group.at_bounds[which] {
+        0 => spread,
+        n => format!("{spread}; at the range's end: {n}"),
+    }
+}
+
+fn shared_knots(group: &Group) -> String {
+    let fit = match &group.shared {
+        Ok(fit) => fit,
+        Err(e) => return e.to_string(),
+    };
+    match (fit.knots, fit.undetermined) {
+        (Some(knots), _) => {
+            let [a, b] = knots.map(f64::to_degrees);
+            let end = match fit.upper_at_end {
+                true => ", the end of the range",
+                false => "",
+            };
+            format!("{a:.1}°, {b:.1}°{end}")
+        }
+        (None, Some(why)) => why.to_string(),
+        (None, None) => "undetermined".into(),
+    }
+}
+
+/// Of two colour channels and a quantity: the least of Pearson's coefficients of three pairs.
+fn between(group: &Group, quantity: &str) -> Option<f64> {
+    let of_channels = group
+        .correlations
+        .iter()
+        .filter(|c| c.between == "channels");
+    let pairs = of_channels.filter(|c| c.a.split(' ').next() == Some(quantity));
+    pairs.filter_map(|c| c.pearson).min_by(f64::total_cmp)
+}
+
+/// Errors of the fit of energies, relative to their mean.
+pub(super) fn energy_errors(fits: &ProfileFits) -> Option<FitErrors> {
+    Some(fits.energy.as_ref().ok()?.relative_errors)
+}
+
+/// Errors of the fit of means, rad.
+pub(super) fn mean_errors(fits: &ProfileFits) -> Option<FitErrors> {
+    Some(fits.mean.as_ref().ok()?.errors)
+}
+
+/// Errors of the fit of variances, rad².
+pub(super) fn variance_errors(fits: &ProfileFits) -> Option<FitErrors> {
+    Some(fits.variance.as_ref().ok()?.errors)
 }

@@ -2,10 +2,10 @@
 
 use super::plot::{FRAME, OUTSIDE, text};
 use crate::error::Error;
-use crate::report::pictures::png::write_rgb;
+use crate::report::pictures::png::encoded;
 use crate::report::svg::axis::Ruler;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, text_width};
-use crate::report::svg::plot::{Axis, Scale};
+use crate::report::svg::plot::Axis;
 
 /// The colours of the stripes where there are no data.
 pub(super) const NO_DATA: [Ink; 2] = [[150; 3], [190; 3]];
@@ -15,11 +15,7 @@ const HEIGHT: f64 = 14.0;
 
 /// Places in [0, 1] on a logarithmic scale, and the numbers there.
 pub(super) fn log_ticks(ends: [f64; 2], length: f64) -> Vec<(f64, String)> {
-    let axis = Axis {
-        scale: Scale::Log,
-        range: Some(ends),
-        ..Axis::default()
-    };
+    let axis = Axis::log("").within(ends);
     Ruler::new(&axis, std::iter::empty(), length, true).labelled
 }
 
@@ -34,13 +30,11 @@ pub(super) fn bar(
     caption: &str,
 ) -> Result<(), Error> {
     const STEPS: usize = 256;
-    let colours = (0..STEPS).flat_map(|i| colour((i as f64 + 0.5) / STEPS as f64));
-    let mut png = Vec::new();
-    write_rgb(&colours.collect::<Vec<_>>(), STEPS, &mut png)
-        .map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+    let colours = (0..STEPS).map(|i| colour((i as f64 + 0.5) / STEPS as f64));
+    let png = encoded(&colours.collect::<Vec<_>>(), STEPS)?;
     let (left, below) = (middle - 0.5 * length, y + HEIGHT);
     canvas.image([left, y], [length, HEIGHT], &png);
-    outline(canvas, [left, y], [length, HEIGHT]);
+    canvas.frame([left, y], [left + length, below], FRAME);
     for (t, number) in ticks {
         let x = left + length * t;
         canvas.line(&[[x, below], [x, below + 3.0]], FRAME, 0.8);
@@ -52,23 +46,29 @@ pub(super) fn bar(
 }
 
 /// What a colour means; every other stripe has the second one.
+#[derive(Clone, Copy)]
 pub(super) struct Swatch<'a> {
     pub ink: Ink,
     pub stripes: Option<Ink>,
     pub name: &'a str,
 }
 
-impl Swatch<'_> {
-    pub const OUTSIDE: Self = Swatch {
-        ink: OUTSIDE,
-        stripes: None,
-        name: "below the horizon",
-    };
-    pub const NO_DATA: Self = Swatch {
-        ink: NO_DATA[0],
-        stripes: Some(NO_DATA[1]),
-        name: "no data",
-    };
+impl<'a> Swatch<'a> {
+    pub const OUTSIDE: Self = Swatch::new(OUTSIDE, "below the horizon");
+    pub const NO_DATA: Self = Swatch::new(NO_DATA[0], "no data").striped(NO_DATA[1]);
+
+    pub const fn new(ink: Ink, name: &'a str) -> Self {
+        Self {
+            ink,
+            stripes: None,
+            name,
+        }
+    }
+
+    pub const fn striped(mut self, ink: Ink) -> Self {
+        self.stripes = Some(ink);
+        self
+    }
 }
 
 /// Draws boxes with their names, in a line about `middle`.
@@ -85,14 +85,9 @@ pub(super) fn swatches(canvas: &mut Canvas, [middle, y]: [f64; 2], all: &[Swatch
                 canvas.line(&ends, ink, 2.5);
             }
         }
-        outline(canvas, [x, above], [16.0, 12.0]);
+        canvas.frame([x, above], [right, below], FRAME);
         let how = Lettering::new(11.5, Align::Start);
         canvas.text([x + 21.0, y], swatch.name, how);
         x += length(swatch);
     }
-}
-
-fn outline(canvas: &mut Canvas, [x, y]: [f64; 2], [w, h]: [f64; 2]) {
-    let corners = [[x, y], [x + w, y], [x + w, y + h], [x, y + h], [x, y]];
-    canvas.line(&corners, FRAME, 0.8);
 }

@@ -57,10 +57,7 @@ pub(in crate::report) fn bounces_svg(
             text_upwards(canvas, side, plane.name, 13.0);
             for (i, map) in chart.maps.iter().enumerate() {
                 let x = MARGIN + NAME + LEFT + i as f64 * STEP[0];
-                let plot = Plot {
-                    at: [x, y],
-                    side: SIDE,
-                };
+                let plot = Plot::new([x, y], SIDE);
                 let axis = &chart.map_axes[2];
                 let unit = match axis.unit {
                     Unit::Radian => "°",
@@ -80,16 +77,11 @@ pub(in crate::report) fn bounces_svg(
                 plot.axes(canvas, &plane, map.azimuth.map(|[middle, _]| middle));
             }
         }
-        let swatch = |ink, name| Swatch {
-            ink,
-            stripes: None,
-            name,
-        };
         let all = [
-            swatch(INKS[0], "one facet"),
-            swatch(INKS[1], "two facets"),
-            swatch(INKS[2], "three facets and more"),
-            swatch(WHITE, "too few paths"),
+            Swatch::new(INKS[0], "one facet"),
+            Swatch::new(INKS[1], "two facets"),
+            Swatch::new(INKS[2], "three facets and more"),
+            Swatch::new(WHITE, "too few paths"),
             Swatch::OUTSIDE,
         ];
         swatches(canvas, [0.5 * width, below + 12.0], &all);

@@ -12,8 +12,8 @@ use crate::brdf::Brdf;
 use crate::lighting::Lighting;
 use crate::numeric::luminance;
 use crate::report::SphereImage;
-use crate::report::pictures::png::write_rgba;
-use crate::report::pictures::slice::{Channels32, channel, write_channels};
+use crate::report::pictures::png::encoded;
+use crate::report::pictures::slice::{Channels32, Pixel, push_layer, write_channels};
 use crate::report::pictures::sphere::with_alpha;
 use crate::report::svg::canvas::{Canvas, fitted};
 use std::f64::consts::TAU;
@@ -155,22 +155,17 @@ impl Comparison {
             1 => self.reconstruction.shown(i, white),
             _ => signed(place(differences[i].unwrap_or(0.0) / white)),
         };
-        let mut bytes = Vec::with_capacity(4 * self.size()[0] * side);
+        let mut pixels = Vec::with_capacity(self.size()[0] * side);
         for row in 0..side {
             for sphere in 0..3 {
                 if sphere > 0 {
-                    bytes.extend([0; 4 * GAP]);
+                    pixels.extend([[0; 4]; GAP]);
                 }
                 let row = row * side..(row + 1) * side;
-                bytes.extend(
-                    row.flat_map(|i| with_alpha(colour(sphere, i), self.truth.coverage(i))),
-                );
+                pixels.extend(row.map(|i| with_alpha(colour(sphere, i), self.truth.coverage(i))));
             }
         }
-        let mut file = Vec::new();
-        write_rgba(&bytes, self.size()[0], &mut file)
-            .map_err(|e| crate::Error::Internal(format!("cannot draw: {e}")))?;
-        Ok(file)
+        encoded(&pixels, self.size()[0])
     }
 
     /// Writes one OpenEXR file with the layers `truth`, `reconstruction` and `difference`
@@ -180,25 +175,25 @@ impl Comparison {
     /// # Errors
     /// Whatever `out` reports.
     pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
+        let covered = |image: &SphereImage| -> Vec<Pixel> {
+            let pixels = image.pixels.iter().enumerate();
+            let pixel = |(i, rgb): (usize, &Option<[f64; 3]>)| {
+                let share = rgb.map_or(0.0, |_| self.truth.coverage(i));
+                (rgb.unwrap_or_default().map(|v| share * v), share)
+            };
+            pixels.map(pixel).collect()
+        };
+        let [f, g] = [&self.truth, &self.reconstruction].map(covered);
+        let minus =
+            |((f, share), (g, _)): (&Pixel, &Pixel)| (std::array::from_fn(|c| g[c] - f[c]), *share);
+        let difference = f.iter().zip(&g).map(minus).collect();
         let mut list = Channels32::new();
-        let (f, g) = (&self.truth.pixels, &self.reconstruction.pixels);
-        let share = |i: usize| f[i].map_or(0.0, |_| self.truth.coverage(i));
-        let pixel =
-            |p: &[Option<[f64; 3]>], i: usize, c: usize| p[i].map_or(0.0, |p| share(i) * p[c]);
-        for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
-            let minus = |i: usize| pixel(g, i, c) - pixel(f, i, c);
-            let all = 0..f.len();
-            list.push(channel("truth", name, all.clone().map(|i| pixel(f, i, c))));
-            list.push(channel(
-                "reconstruction",
-                name,
-                all.clone().map(|i| pixel(g, i, c)),
-            ));
-            list.push(channel("difference", name, all.map(minus)));
-        }
-        for layer in ["truth", "reconstruction", "difference"] {
-            let alpha = (0..f.len()).map(share);
-            list.push(channel(layer, "A", alpha));
+        for (layer, pixels) in [
+            ("truth", f),
+            ("reconstruction", g),
+            ("difference", difference),
+        ] {
+            push_layer(&mut list, layer, &["R", "G", "B"], &pixels);
         }
         write_channels([self.truth.resolution; 2], list, out)
     }

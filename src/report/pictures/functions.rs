@@ -70,10 +70,7 @@ pub fn test_functions_svg(
         let side = [MARGIN + 0.5 * NAME - 4.0, top + 20.0 + 0.5 * SIDE];
         text_upwards(canvas, side, "hemisphere", 13.0);
         for (i, theta) in theta_o_deg.iter().enumerate() {
-            let plot = Plot {
-                at: [x(i), top + 20.0],
-                side: SIDE,
-            };
+            let plot = Plot::new([x(i), top + 20.0], SIDE);
             let title = format!("θ_o = {theta}°");
             text(canvas, [x(i) + 0.5 * SIDE, top + 8.0], &title, 12.5, false);
             let dome = Dome::new(From::Mirror, theta.to_radians());
@@ -85,10 +82,7 @@ pub fn test_functions_svg(
             let side = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
             text_upwards(canvas, side, plane.name, 13.0);
             for (i, phi) in phi_deg.iter().enumerate() {
-                let plot = Plot {
-                    at: [x(i), y],
-                    side: SIDE,
-                };
+                let plot = Plot::new([x(i), y], SIDE);
                 let title = format!("{} = {phi}°", plane.azimuth);
                 text(canvas, [x(i) + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
                 let phi = phi.to_radians();

@@ -51,23 +51,15 @@ pub fn hemispheres_svg(
             text(canvas, [middle, 54.0], name, 13.0, true);
             for (i, theta) in theta_o_deg.iter().enumerate() {
                 let middle = x + i as f64 * (SIDE + GAP) + 0.5 * SIDE;
-                text(
-                    canvas,
-                    [middle, 76.0],
-                    &format!("θ_o = {theta}°"),
-                    12.5,
-                    false,
-                );
+                let title = format!("θ_o = {theta}°");
+                text(canvas, [middle, 76.0], &title, 12.5, false);
             }
         }
         for (j, plane) in planes.iter().enumerate() {
             let y = top + j as f64 * row;
             let at = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
             text_upwards(canvas, at, plane.name, 13.0);
-            let plot = |x: f64| Plot {
-                at: [x, y],
-                side: SIDE,
-            };
+            let plot = |x: f64| Plot::new([x, y], SIDE);
             let key = plot(first);
             let values: Vec<_> = middles(PIXELS).map(Some).collect();
             colours(canvas, &key, plane, &values)?;
@@ -90,13 +82,8 @@ pub fn hemispheres_svg(
              dot: mirror direction, circle: sensor, cross: normal",
             axes.join("; ")
         );
-        text(
-            canvas,
-            [middle, height - MARGIN - 4.0],
-            &caption,
-            11.5,
-            false,
-        );
+        let below = height - MARGIN - 4.0;
+        text(canvas, [middle, below], &caption, 11.5, false);
         Ok(())
     })
 }

@@ -39,11 +39,6 @@ impl FlatSlice {
         }
     }
 
-    /// Cells along θ and along φ.
-    pub fn resolution(&self) -> usize {
-        self.resolution
-    }
-
     /// Values, sr⁻¹, row after row from φ = 90° downwards; `None` without data.
     pub fn values(&self) -> &[Option<f64>] {
         &self.values
@@ -95,17 +90,15 @@ impl FlatSlice {
         let cell = 540usize.div_ceil(self.resolution);
         let side = cell * self.resolution;
         let [lo, hi] = range.map(f64::ln);
-        let mut bytes = Vec::with_capacity(3 * side * side);
-        for y in 0..side {
-            for x in 0..side {
-                let value = self.values[y / cell * self.resolution + x / cell];
-                bytes.extend(match value {
-                    Some(v) => ramp((v.ln() - lo) / (hi - lo)),
-                    None => NO_DATA[(x + y) % 8 / 4],
-                });
+        let pixel = |i: usize| {
+            let [x, y] = [i % side, i / side];
+            match self.values[y / cell * self.resolution + x / cell] {
+                Some(v) => ramp((v.ln() - lo) / (hi - lo)),
+                None => NO_DATA[(x + y) % 8 / 4],
             }
-        }
-        super::png::write_rgb(&bytes, side, out)
+        };
+        let pixels: Vec<_> = (0..side * side).map(pixel).collect();
+        super::png::write_png(&pixels, side, out)
     }
 }
 
@@ -159,18 +152,15 @@ mod space {
     use super::{Batch, FlatSlice, Radius, Slice, graded, values, view_centered};
     use crate::error::Error;
     use crate::report::pictures::bar::{Swatch, bar, log_ticks, swatches};
-    use crate::report::pictures::plot::{FRAME, Plot, text};
+    use crate::report::pictures::plot::{Plot, text};
+    use crate::report::pictures::png::file_of;
     use crate::report::svg::canvas::{Align, BLACK, Canvas, Ink, Lettering, fitted};
     use crate::report::svg::plot::ramp;
     use glam::DVec3;
     use std::f64::consts::TAU;
 
     const SIZE: [f64; 2] = [1040.0, 530.0];
-    /// The map: its upper left corner and its side, pixels.
-    const MAP: Plot = Plot {
-        at: [76.0, 54.0],
-        side: 360.0,
-    };
+    const MAP: Plot = Plot::new([76.0, 54.0], 360.0);
     /// Radius of the unit sphere, pixels.
     const SCALE: f64 = 240.0;
     const MIDDLE: [f64; 2] = [770.0, 350.0];
@@ -270,11 +260,10 @@ mod space {
                 }
             }
         }
-        line(&eye, DVec3::ZERO, DVec3::Z * 1.15, BLACK, &mut pieces);
-        let view = view_centered(theta_o, 0.0).vector() * 1.2;
-        line(&eye, DVec3::ZERO, view, BLUE, &mut pieces);
-        let mirror = view_centered(-theta_o, 0.0).vector() * 1.2;
-        line(&eye, DVec3::ZERO, mirror, RED, &mut pieces);
+        let [view, mirror] = [theta_o, -theta_o].map(|t| view_centered(t, 0.0).vector() * 1.2);
+        for (to, ink) in [(DVec3::Z * 1.15, BLACK), (view, BLUE), (mirror, RED)] {
+            line(&eye, DVec3::ZERO, to, ink, &mut pieces);
+        }
         rim(&eye, &mut pieces);
         pieces.sort_by(|a, b| a.depth.total_cmp(&b.depth));
 
@@ -319,28 +308,17 @@ mod space {
         range: [f64; 2],
         theta_o: f64,
     ) -> Result<(), Error> {
-        let mut png = Vec::new();
-        flat.write_png(range, &mut png)
-            .map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+        let png: Vec<u8> = file_of(|file| flat.write_png(range, file))?;
         canvas.image(MAP.at, [MAP.side; 2], &png);
-        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
-        MAP.line(canvas, &corners, FRAME, 0.8);
+        MAP.frame(canvas);
         for degrees in [-90, -60, -30, 0, 30, 60, 90] {
             let t = 0.5 + f64::from(degrees) / 180.0;
             let number = degrees.to_string().replace('-', "−");
-            let [x, y] = MAP.place([t, 0.0]);
-            canvas.line(&[[x, y], [x, y + 4.0]], FRAME, 0.8);
-            canvas.text([x, y + 11.0], &number, Lettering::new(10.0, Align::Middle));
-            let [x, y] = MAP.place([0.0, t]);
-            canvas.line(&[[x, y], [x - 4.0, y]], FRAME, 0.8);
-            canvas.text([x - 7.0, y], &number, Lettering::new(10.0, Align::End));
+            MAP.tick(canvas, true, t, &number);
+            MAP.tick(canvas, false, t, &number);
         }
-        let [x, y] = MAP.place([0.5, 0.0]);
-        text(canvas, [x, y + 27.0], "θ (°)", 12.5, false);
-        let [x, y] = MAP.place([0.0, 0.5]);
-        let mut how = Lettering::new(12.5, Align::Middle);
-        how.upwards = true;
-        canvas.text([x - 40.0, y], "φ (°)", how);
+        MAP.label(canvas, true, "θ (°)", 0.0);
+        MAP.label(canvas, false, "φ (°)", 40.0);
         for (theta, ink) in [(theta_o, BLUE), (-theta_o, RED), (0.0, BLACK)] {
             let at = MAP.place([0.5 + theta.to_degrees() / 180.0, 0.5]);
             canvas.dot(at, 4.4, [255; 3]);
@@ -348,14 +326,8 @@ mod space {
         }
         let below = [MAP.at[0] + 0.5 * MAP.side, MAP.at[1] + MAP.side + 44.0];
         let says = "ρ (sr⁻¹), one scale for all views; dots: normal, view, mirror";
-        bar(
-            canvas,
-            below,
-            MAP.side,
-            ramp,
-            &log_ticks(range, MAP.side),
-            says,
-        )?;
+        let ticks = log_ticks(range, MAP.side);
+        bar(canvas, below, MAP.side, ramp, &ticks, says)?;
         if flat.values().contains(&None) {
             swatches(canvas, [below[0], below[1] + 62.0], &[Swatch::NO_DATA]);
         }
@@ -368,12 +340,12 @@ mod space {
         let normal = (c - a).cross(d - b).try_normalize()?;
         // Both sides are shown; the light is at the eye, a little from above.
         let light = (eye.towards + 0.6 * eye.up - 0.3 * eye.right).normalize();
-        let normal = if normal.dot(eye.towards) < 0.0 {
-            -normal
+        let side = if normal.dot(eye.towards) < 0.0 {
+            -1.0
         } else {
-            normal
+            1.0
         };
-        let bright = 0.35 + 0.65 * normal.dot(light).max(0.0);
+        let bright = 0.35 + 0.65 * (side * normal).dot(light).max(0.0);
         let ink = [236.0, 190.0, 110.0].map(|c: f64| (c * bright) as u8);
         let flat = corners.map(|p| eye.place(p));
         let points = (0..4).map(|i| {
@@ -398,31 +370,34 @@ mod space {
     /// A line in pieces, so that the lobe can hide some of them.
     fn line(eye: &Eye, from: DVec3, to: DVec3, ink: Ink, pieces: &mut Vec<Piece>) {
         const PIECES: usize = 60;
-        for i in 0..PIECES {
-            let [a, b] = [i, i + 1].map(|i| from.lerp(to, i as f64 / PIECES as f64));
-            pieces.push(Piece {
-                depth: (0.5 * (a + b)).dot(eye.towards),
-                points: vec![eye.place(a), eye.place(b)],
-                ink,
-                width: Some(2.2),
-            });
-        }
+        let points = (0..=PIECES).map(|i| from.lerp(to, i as f64 / PIECES as f64));
+        pieces.extend(segments(eye, points, ink, 2.2));
+    }
+
+    /// A line through points, piece by piece.
+    fn segments(
+        eye: &Eye,
+        points: impl Iterator<Item = DVec3>,
+        ink: Ink,
+        width: f64,
+    ) -> Vec<Piece> {
+        let points: Vec<DVec3> = points.collect();
+        let piece = |ends: &[DVec3]| Piece {
+            depth: (0.5 * (ends[0] + ends[1])).dot(eye.towards),
+            points: ends.iter().map(|p| eye.place(*p)).collect(),
+            ink,
+            width: Some(width),
+        };
+        points.windows(2).map(piece).collect()
     }
 
     fn rim(eye: &Eye, pieces: &mut Vec<Piece>) {
         const PIECES: usize = 180;
-        for i in 0..PIECES {
-            let [a, b] = [i, i + 1].map(|i| {
-                let (s, c) = (TAU * i as f64 / PIECES as f64).sin_cos();
-                DVec3::new(c, s, 0.0)
-            });
-            pieces.push(Piece {
-                depth: (0.5 * (a + b)).dot(eye.towards),
-                points: vec![eye.place(a), eye.place(b)],
-                ink: GREY,
-                width: Some(1.2),
-            });
-        }
+        let points = (0..=PIECES).map(|i| {
+            let (s, c) = (TAU * i as f64 / PIECES as f64).sin_cos();
+            DVec3::new(c, s, 0.0)
+        });
+        pieces.extend(segments(eye, points, GREY, 1.2));
     }
 }
 

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, Coords, Parametrization, ParametrizationSpec, Unit};
 use crate::registry::Entry;
-use crate::report::pictures::png::write_rgb;
+use crate::report::pictures::png::encoded;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -105,6 +105,10 @@ pub(super) struct Plot {
 }
 
 impl Plot {
+    pub const fn new(at: [f64; 2], side: f64) -> Self {
+        Self { at, side }
+    }
+
     /// Position, pixels, of a point of the unit square; the second coordinate upwards.
     pub fn place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         [
@@ -116,9 +120,7 @@ impl Plot {
     /// Square pixels, row after row from the top, all over the plot.
     pub fn raster(&self, canvas: &mut Canvas, pixels: &[[u8; 3]]) -> Result<(), Error> {
         let columns = pixels.len().isqrt();
-        let mut png = Vec::new();
-        write_rgb(&pixels.concat(), columns, &mut png)
-            .map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+        let png = encoded(pixels, columns)?;
         canvas.image(self.at, [self.side; 2], &png);
         Ok(())
     }
@@ -158,8 +160,7 @@ impl Plot {
             canvas.area(&[&edge[..], &corners].concat(), OUTSIDE, 1.0);
             canvas.line(&edge, DARK, 1.3);
         }
-        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
-        self.line(canvas, &corners, FRAME, 0.8);
+        self.frame(canvas);
         for (axis, horizontal) in [(&plane.x, true), (&plane.y, false)] {
             // Thirds in degrees, quarters with the ends and the middle written.
             let parts = match axis.unit {
@@ -174,29 +175,41 @@ impl Plot {
                     Unit::One if i % 2 == 0 => format!("{value}"),
                     Unit::One => String::new(),
                 };
-                let [x, y] = self.place(if horizontal { [t, 0.0] } else { [0.0, t] });
-                let ends = if horizontal {
-                    [[x, y], [x, y + 4.0]]
-                } else {
-                    [[x, y], [x - 4.0, y]]
-                };
-                canvas.line(&ends, FRAME, 0.8);
-                if horizontal {
-                    let how = Lettering::new(TICK, Align::Middle);
-                    canvas.text([x, y + 11.0], &text, how);
-                } else {
-                    canvas.text([x - 7.0, y], &text, Lettering::new(TICK, Align::End));
-                }
+                self.tick(canvas, horizontal, t, &text);
             }
-            let mut how = Lettering::new(LABEL, Align::Middle);
-            let [x, y] = self.place(if horizontal { [0.5, 0.0] } else { [0.0, 0.5] });
-            if horizontal {
-                canvas.text([x, y + 27.0], &label(axis), how);
-            } else {
-                how.upwards = true;
-                canvas.text([x - 33.0, y], &label(axis), how);
-            }
+            self.label(canvas, horizontal, &label(axis), 33.0);
         }
+    }
+
+    /// Draws a tick at a place in [0, 1] below the plot, or left of it, with a text.
+    pub fn tick(&self, canvas: &mut Canvas, horizontal: bool, t: f64, text: &str) {
+        if horizontal {
+            let [x, y] = self.place([t, 0.0]);
+            canvas.line(&[[x, y], [x, y + 4.0]], FRAME, 0.8);
+            canvas.text([x, y + 11.0], text, Lettering::new(TICK, Align::Middle));
+        } else {
+            let [x, y] = self.place([0.0, t]);
+            canvas.line(&[[x, y], [x - 4.0, y]], FRAME, 0.8);
+            canvas.text([x - 7.0, y], text, Lettering::new(TICK, Align::End));
+        }
+    }
+
+    /// Writes the name of an axis below the plot, or upwards, so far left of it.
+    pub fn label(&self, canvas: &mut Canvas, horizontal: bool, text: &str, left: f64) {
+        let how = Lettering::new(LABEL, Align::Middle);
+        if horizontal {
+            let [x, y] = self.place([0.5, 0.0]);
+            canvas.text([x, y + 27.0], text, how);
+        } else {
+            let [x, y] = self.place([0.0, 0.5]);
+            canvas.text([x - left, y], text, how.upwards());
+        }
+    }
+
+    /// Draws the frame.
+    pub fn frame(&self, canvas: &mut Canvas) {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+        self.line(canvas, &corners, FRAME, 0.8);
     }
 }
 
@@ -244,17 +257,14 @@ pub(super) fn middles(side: usize) -> impl Iterator<Item = [f64; 2]> {
 
 /// Draws a text with its middle at `at`.
 pub(super) fn text(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64, bold: bool) {
-    let mut how = Lettering::new(size, Align::Middle);
-    how.bold = bold;
-    canvas.text(at, text, how);
+    let how = Lettering::new(size, Align::Middle);
+    canvas.text(at, text, Lettering { bold, ..how });
 }
 
 /// Draws a text that is read from below.
 pub(super) fn text_upwards(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64) {
-    let mut how = Lettering::new(size, Align::Middle);
-    how.bold = true;
-    how.upwards = true;
-    canvas.text(at, text, how);
+    let how = Lettering::new(size, Align::Middle);
+    canvas.text(at, text, how.bold().upwards());
 }
 
 #[cfg(test)]

@@ -1,43 +1,51 @@
 //! Pixels as PNG, and back.
 
+use crate::error::Error;
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Filter, Transformations};
 use std::io::{self, Cursor, Write};
 
-/// Writes sRGB pixels, `width` to a row, as PNG.
-pub(in crate::report) fn write_rgb(
-    bytes: &[u8],
+/// Writes pixels, `width` to a row, as PNG: sRGB, or sRGB and opacity if `N` is 4.
+pub(in crate::report) fn write_png<const N: usize>(
+    pixels: &[[u8; N]],
     width: usize,
     out: &mut impl Write,
 ) -> io::Result<()> {
-    write_pixels(bytes, width, ColorType::Rgb, out)
-}
-
-/// Writes sRGB pixels with their opacity, `width` to a row, as PNG.
-pub(in crate::report) fn write_rgba(
-    bytes: &[u8],
-    width: usize,
-    out: &mut impl Write,
-) -> io::Result<()> {
-    write_pixels(bytes, width, ColorType::Rgba, out)
-}
-
-fn write_pixels(
-    bytes: &[u8],
-    width: usize,
-    kind: ColorType,
-    out: &mut impl Write,
-) -> io::Result<()> {
-    let row = width * kind.samples();
-    let size = [width, bytes.len() / row.max(1)].map(u32::try_from);
-    let [width, height] = [size[0], size[1]].map(|s| s.map_err(io::Error::other));
+    let size = [width, pixels.len() / width.max(1)].map(u32::try_from);
+    let [width, height] = size.map(|s| s.map_err(io::Error::other));
     let mut encoder = Encoder::new(out, width?, height?);
-    encoder.set_color(kind);
+    encoder.set_color(match N {
+        4 => ColorType::Rgba,
+        _ => ColorType::Rgb,
+    });
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Balanced);
     encoder.set_filter(Filter::Adaptive);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(bytes)?;
+    writer.write_image_data(pixels.as_flattened())?;
     Ok(writer.finish()?)
+}
+
+/// The bytes of such a file.
+///
+/// # Errors
+/// [`Error::Internal`] if it cannot be encoded, which it should be.
+pub(in crate::report) fn encoded<const N: usize>(
+    pixels: &[[u8; N]],
+    width: usize,
+) -> Result<Vec<u8>, Error> {
+    file_of(|file| write_png(pixels, width, file))
+}
+
+/// The bytes of a picture that is written.
+///
+/// # Errors
+/// [`Error::Internal`] if that fails, which it should not.
+pub(in crate::report) fn file_of<T: Default + Write>(
+    write: impl FnOnce(&mut T) -> io::Result<()>,
+) -> Result<T, Error> {
+    let mut file = T::default();
+    write(&mut file).map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
+    Ok(file)
 }
 
 /// Pixels in R, G, B and opacity.

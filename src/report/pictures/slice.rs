@@ -33,9 +33,8 @@ pub fn write_slice(
     out: &mut (impl Write + Seek),
 ) -> io::Result<()> {
     let channels = truth.channels();
-    let truth = Plane::of(truth);
-    let reconstruction = Plane::of(reconstruction);
-    let difference = reconstruction.minus(&truth);
+    let [truth, reconstruction] = [truth, reconstruction].map(pixels);
+    let difference = reconstruction.iter().zip(&truth).map(minus).collect();
     let mut list = SmallVec::new();
     let layers = [
         ("truth", truth),
@@ -43,14 +42,7 @@ pub fn write_slice(
         ("difference", difference),
     ];
     for (layer, plane) in layers {
-        for (c, name) in channel_names(channels).iter().enumerate() {
-            list.push(channel(
-                layer,
-                name,
-                plane.pixels.iter().map(|p| p.values[c]),
-            ));
-        }
-        list.push(channel(layer, "A", plane.pixels.iter().map(|p| p.alpha)));
+        push_layer(&mut list, layer, channel_names(channels), &plane);
     }
     write_channels([RESOLUTION; 2], list, out)
 }
@@ -77,85 +69,64 @@ pub(super) fn write_channels(
         .map_err(io::Error::other)
 }
 
-/// A channel of a layer, 32 bits, row after row from the top.
-pub(super) fn channel(
-    layer: &str,
-    name: &str,
-    values: impl Iterator<Item = f64>,
-) -> AnyChannel<FlatSamples> {
+/// Values of a pixel, and its opacity.
+pub(super) type Pixel = ([f64; 3], f64);
+
+/// Adds the channels of a layer, 32 bits, row after row from the top: a channel for each name, and `A`.
+pub(super) fn push_layer(list: &mut Channels32, layer: &str, names: &[&str], pixels: &[Pixel]) {
     // A value past the range of f32 is shown as its largest: infinity would spread in viewers.
     let limit = f64::from(f32::MAX);
-    let samples = values.map(|v| v.clamp(-limit, limit) as f32).collect();
-    AnyChannel::new(
-        format!("{layer}.{name}").as_str(),
-        FlatSamples::F32(samples),
-    )
-}
-
-#[derive(Clone, Copy)]
-struct Pixel {
-    values: [f64; 3],
-    alpha: f64,
-}
-
-/// The values of one layer, row after row from the top.
-struct Plane {
-    pixels: Vec<Pixel>,
-}
-
-impl Plane {
-    const EMPTY: Pixel = Pixel {
-        values: [0.0; 3],
-        alpha: 0.0,
+    let mut push = |name: &str, value: &dyn Fn(&Pixel) -> f64| {
+        let samples = pixels.iter().map(|p| value(p).clamp(-limit, limit) as f32);
+        let samples = FlatSamples::F32(samples.collect());
+        list.push(AnyChannel::new(format!("{layer}.{name}").as_str(), samples));
     };
-
-    fn of(brdf: &dyn Brdf) -> Self {
-        let omega_o = Direction::from_spherical(THETA_O_DEG.to_radians(), 0.0);
-        let channels = brdf.channels();
-        let n = channels.count();
-        let mut pixels = vec![Self::EMPTY; RESOLUTION * RESOLUTION];
-        let centre = |i: usize| (2.0 * i as f64 + 1.0) / RESOLUTION as f64 - 1.0;
-        let rows = pixels.par_chunks_mut(RESOLUTION).enumerate();
-        rows.for_each(|(row, pixels)| {
-            let y = -centre(row);
-            let mut columns = Vec::with_capacity(RESOLUTION);
-            let mut pairs = Vec::with_capacity(RESOLUTION);
-            for column in 0..RESOLUTION {
-                let x = centre(column);
-                let z2 = 1.0 - x * x - y * y;
-                if z2 > 0.0 {
-                    let omega_i = Direction::from_unit(glam::DVec3::new(x, y, z2.sqrt()));
-                    columns.push(column);
-                    pairs.push(DirectionPair::new(omega_i, omega_o));
-                }
-            }
-            let mut values = vec![0.0; n * pairs.len()];
-            let mut presence = vec![Presence::Missing; pairs.len()];
-            brdf.eval_batch(&pairs, &mut values, &mut presence);
-            let found = columns.iter().zip(&presence).zip(values.chunks_exact(n));
-            for ((&column, &presence), values) in found {
-                if presence == Presence::Present {
-                    pixels[column].values = channels.rgb(values);
-                    pixels[column].alpha = 1.0;
-                }
-            }
-        });
-        Self { pixels }
+    for (c, name) in names.iter().enumerate() {
+        push(name, &|(values, _)| values[c]);
     }
+    push("A", &|(_, alpha)| *alpha);
+}
 
-    fn minus(&self, other: &Self) -> Self {
-        let minus = |(a, b): (&Pixel, &Pixel)| {
-            if a.alpha * b.alpha == 0.0 {
-                return Self::EMPTY;
-            }
-            Pixel {
-                values: std::array::from_fn(|c| a.values[c] - b.values[c]),
-                alpha: 1.0,
-            }
-        };
-        let pixels = self.pixels.iter().zip(&other.pixels).map(minus).collect();
-        Self { pixels }
+/// The difference of two pixels, where both have a value.
+fn minus(((a, of_a), (b, of_b)): (&Pixel, &Pixel)) -> Pixel {
+    match of_a * of_b {
+        0.0 => Pixel::default(),
+        _ => (std::array::from_fn(|c| a[c] - b[c]), 1.0),
     }
+}
+
+/// The values of a BRDF, row after row from the top.
+fn pixels(brdf: &dyn Brdf) -> Vec<Pixel> {
+    let omega_o = Direction::from_spherical(THETA_O_DEG.to_radians(), 0.0);
+    let channels = brdf.channels();
+    let n = channels.count();
+    let mut pixels = vec![Pixel::default(); RESOLUTION * RESOLUTION];
+    let centre = |i: usize| (2.0 * i as f64 + 1.0) / RESOLUTION as f64 - 1.0;
+    let rows = pixels.par_chunks_mut(RESOLUTION).enumerate();
+    rows.for_each(|(row, pixels)| {
+        let y = -centre(row);
+        let mut columns = Vec::with_capacity(RESOLUTION);
+        let mut pairs = Vec::with_capacity(RESOLUTION);
+        for column in 0..RESOLUTION {
+            let x = centre(column);
+            let z2 = 1.0 - x * x - y * y;
+            if z2 > 0.0 {
+                let omega_i = Direction::from_unit(glam::DVec3::new(x, y, z2.sqrt()));
+                columns.push(column);
+                pairs.push(DirectionPair::new(omega_i, omega_o));
+            }
+        }
+        let mut values = vec![0.0; n * pairs.len()];
+        let mut presence = vec![Presence::Missing; pairs.len()];
+        brdf.eval_batch(&pairs, &mut values, &mut presence);
+        let found = columns.iter().zip(&presence).zip(values.chunks_exact(n));
+        for ((&column, &presence), values) in found {
+            if presence == Presence::Present {
+                pixels[column] = (channels.rgb(values), 1.0);
+            }
+        }
+    });
+    pixels
 }
 
 #[cfg(test)]
@@ -168,13 +139,13 @@ mod tests {
     fn the_mirror_direction_lies_left_of_the_centre_and_up_is_up() {
         let plane = |eval: fn(&DirectionPair) -> f64| {
             let probe = made(Symmetry::NONE, move |pair| Some([eval(pair)]));
-            Plane::of(&probe).pixels
+            pixels(&probe)
         };
-        let at = |plane: &[Pixel], x: usize, y: usize| plane[y * RESOLUTION + x].values[0];
+        let at = |plane: &[Pixel], x: usize, y: usize| plane[y * RESOLUTION + x].0[0];
         let middle = RESOLUTION / 2;
         // Its half vector is the normal: no other pixel is closer to it.
         let h = plane(|pair| pair.half().normalize().z);
-        let peak = (0..h.len()).max_by(|&a, &b| h[a].values[0].total_cmp(&h[b].values[0]));
+        let peak = (0..h.len()).max_by(|&a, &b| h[a].0[0].total_cmp(&h[b].0[0]));
         let (x, y) = peak.map(|i| (i % RESOLUTION, i / RESOLUTION)).unwrap();
         let mirror = 0.5 * (1.0 - THETA_O_DEG.to_radians().sin()) * RESOLUTION as f64;
         assert!((x as f64 + 0.5 - mirror).abs() <= 1.0, "{x}");

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::numeric::luminance;
 use crate::parametrization::ParametrizationSpec;
 use crate::registry::Entry;
-use crate::report::pictures::slice::{Channels32, channel, channel_names, write_channels};
+use crate::report::pictures::slice::{Channels32, channel_names, push_layer, write_channels};
 use crate::report::svg::canvas::{Canvas, Ink, fitted};
 use crate::report::svg::plot::ramp;
 use rayon::prelude::*;
@@ -121,10 +121,7 @@ impl BrdfSlices {
                 text_upwards(canvas, side, plane.name, 13.0);
                 for (i, phi) in self.phi_deg.iter().enumerate() {
                     let x = MARGIN + NAME + LEFT + i as f64 * STEP[0];
-                    let plot = Plot {
-                        at: [x, y],
-                        side: SIDE,
-                    };
+                    let plot = Plot::new([x, y], SIDE);
                     let title = format!("{} = {phi}°", plane.azimuth);
                     text(canvas, [x + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
                     let pixels = &self.pixels[j * self.phi_deg.len() + i];
@@ -174,7 +171,6 @@ impl BrdfSlices {
     /// # Errors
     /// Whatever `out` reports.
     pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
-        let names = self.channel_names;
         let mut list = Channels32::new();
         let planes = self
             .planes
@@ -184,15 +180,12 @@ impl BrdfSlices {
             // A second point would begin a layer of its own.
             let phi = phi.to_string().replace('.', "p");
             let layer = format!("{}.phi_{phi}", plane.name);
-            for (c, name) in names.iter().enumerate() {
-                let value = |p: &Pixel| match p {
-                    Pixel::Value(rgb) => rgb[c],
-                    _ => 0.0,
-                };
-                list.push(channel(&layer, name, pixels.iter().map(value)));
-            }
-            let alpha = |p: &Pixel| f64::from(u8::from(matches!(p, Pixel::Value(_))));
-            list.push(channel(&layer, "A", pixels.iter().map(alpha)));
+            let value = |p: &Pixel| match p {
+                Pixel::Value(rgb) => (*rgb, 1.0),
+                _ => Default::default(),
+            };
+            let pixels: Vec<_> = pixels.iter().map(value).collect();
+            push_layer(&mut list, &layer, self.channel_names, &pixels);
         }
         write_channels([self.resolution; 2], list, out)
     }

@@ -6,7 +6,6 @@
 //! each point the tangent lies in the plane of normal and view, on the side of the view, so that
 //! every view has azimuth 0.
 
-use super::png::write_rgba;
 use crate::moments::Moments;
 use crate::numeric::luminance;
 use crate::parametrization::view_centered;
@@ -115,8 +114,8 @@ impl SphereImage {
     /// Whatever `out` reports.
     pub fn write_png(&self, white: f64, out: &mut impl Write) -> io::Result<()> {
         let pixel = |i: usize| with_alpha(self.shown(i, white), self.coverage(i));
-        let bytes: Vec<u8> = (0..self.pixels.len()).flat_map(pixel).collect();
-        write_rgba(&bytes, self.resolution, out)
+        let pixels: Vec<_> = (0..self.pixels.len()).map(pixel).collect();
+        super::png::write_png(&pixels, self.resolution, out)
     }
 
     /// A pixel in sRGB: radiance over `white`, clipped at 1.

@@ -58,10 +58,7 @@ pub fn uncertainty_svg(
         let fits = fitted(title, 17.0, width - 2.0 * MARGIN);
         text(canvas, [middle, 22.0], &fits, 15.5, true);
         for (i, (map, theta)) in maps.iter().zip(THETA_I_DEG).enumerate() {
-            let plot = Plot {
-                at: [MARGIN + i as f64 * (SIDE + GAP), TOP],
-                side: SIDE,
-            };
+            let plot = Plot::new([MARGIN + i as f64 * (SIDE + GAP), TOP], SIDE);
             let above = [plot.at[0] + 0.5 * SIDE, TOP - 18.0];
             text(canvas, above, &format!("θ_i = {theta}°"), 13.0, true);
             plot.raster(canvas, &map.colours(scale.as_ref()))?;
@@ -151,20 +148,12 @@ fn rings(canvas: &mut Canvas, plot: &Plot, theta_deg: f64) {
 /// What stripes and grey mean.
 fn meanings(coloured: bool) -> Vec<Swatch<'static>> {
     let known = if coloured { ramp(0.4) } else { KNOWN };
-    let plain = |ink, name| Swatch {
-        ink,
-        stripes: None,
-        name,
-    };
     let mut all = vec![
-        Swatch {
-            stripes: Some(STRIPE),
-            ..plain(known, "readings on one side only")
-        },
-        plain(UNKNOWN, "no reading within 30°"),
+        Swatch::new(known, "readings on one side only").striped(STRIPE),
+        Swatch::new(UNKNOWN, "no reading within 30°"),
     ];
     if !coloured {
-        all.insert(0, plain(known, "readings surround it"));
+        all.insert(0, Swatch::new(known, "readings surround it"));
     }
     all
 }

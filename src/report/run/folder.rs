@@ -31,13 +31,16 @@
 
 use super::manifest::{MANIFEST, Manifest};
 use super::rows::RowFile;
-use super::timings::{Machine, TIMINGS};
+use super::timings::{Machine, TIMINGS, remove};
 use crate::error::Error;
-use crate::experiment::{Allowance, Job, Known, Ledger, Record, RowKey, ScheduleKey, Stage, Work};
+use crate::experiment::{
+    Allowance, Counters, Job, Known, Record, RowKey, ScheduleKey, Stage, Work,
+};
 use crate::files::{self, remove_parts, write_atomically};
+use crate::registry::named;
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Table;
@@ -57,7 +60,7 @@ pub const PARQUET: &str = "results.parquet";
 pub const RANKING: &str = "ranking.csv";
 /// The report of a study.
 pub const REPORT: &str = "report.html";
-/// Errors against wall times: a picture of [`TIMINGS`].
+/// Errors against wall times: a picture of `timings.jsonl`.
 pub const TIMES: &str = "timings.svg";
 /// The profiles of a moment experiment as a table.
 pub const PROFILES: &str = "profiles.csv";
@@ -85,35 +88,18 @@ const OF_ALL: [&str; 11] = [
     RELATIONS,
 ];
 
-/// A folder within a run's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Below {
-    /// Files of schedules.
-    Schedules,
-    /// Pictures of slices.
-    Slices,
-    /// Diagrams of a moment experiment or of relations.
-    Figures,
-    /// Pictures of a report; their names tell what they show.
-    Pictures,
-}
-
-impl Below {
-    const ALL: [Below; 4] = [
-        Below::Schedules,
-        Below::Slices,
-        Below::Figures,
-        Below::Pictures,
-    ];
-
-    /// The name of the folder.
-    pub fn name(self) -> &'static str {
-        match self {
-            Below::Schedules => "schedules",
-            Below::Slices => "slices",
-            Below::Figures => "figures",
-            Below::Pictures => "pictures",
-        }
+named! {
+    /// A folder within a run's.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Below {
+        /// Files of schedules.
+        Schedules = "schedules",
+        /// Pictures of slices.
+        Slices = "slices",
+        /// Diagrams of a moment experiment or of relations.
+        Figures = "figures",
+        /// Pictures of a report; their names tell what they show.
+        Pictures = "pictures",
     }
 }
 
@@ -129,7 +115,7 @@ pub struct RunFolder<R> {
     /// True if the folder held the same config when it was opened.
     is_same: bool,
     /// Counters of files, and of what is made for pictures.
-    ledger: Ledger,
+    counters: Counters,
 }
 
 impl<R: Record> RunFolder<R> {
@@ -190,25 +176,11 @@ impl<R: Record> RunFolder<R> {
             files: BTreeSet::new(),
             redraw: force,
             is_same: is_same && !force,
-            ledger: Ledger::default(),
+            counters: Counters::default(),
         })
     }
 
-    /// Opens the folder of a config: the first of `parent/stem`, `parent/stem-2`, … that holds a run
-    /// of it, or is not there.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open).
-    pub fn open_next(
-        parent: &Path,
-        stem: &str,
-        force: bool,
-        resolved: &Table,
-    ) -> Result<Self, Error> {
-        Self::open(&Self::next(parent, stem, resolved)?, force, resolved)
-    }
-
-    /// The folder that [`open_next`](Self::open_next) opens.
+    /// The folder for a config: the first of `parent/stem`, `parent/stem-2`, … that holds a run of it, or is not there.
     ///
     /// # Errors
     /// [`Error::Internal`] for a config that cannot be written.
@@ -229,20 +201,15 @@ impl<R: Record> RunFolder<R> {
         manifest["gonio"].is_string() && manifest["shard"].is_null()
     }
 
-    /// The folder.
-    pub fn path(&self) -> &Path {
-        &self.dir
-    }
-
     /// What was made for the files here.
-    pub fn ledger(&self) -> &Ledger {
-        &self.ledger
+    pub fn counters(&self) -> &Counters {
+        &self.counters
     }
 
     fn wrote(&self, path: &Path, stage: Stage) {
         let bytes = fs::metadata(path).map_or(0, |file| file.len() as usize);
-        self.ledger.add(stage, Work::FilesWritten, 1);
-        self.ledger.add(stage, Work::BytesWritten, bytes);
+        self.counters.add(stage, Work::FilesWritten, 1);
+        self.counters.add(stage, Work::BytesWritten, bytes);
     }
 
     /// The records that are there, by key.
@@ -309,7 +276,7 @@ impl<R: Record> RunFolder<R> {
         let stage = match below {
             Below::Schedules => Stage::Report,
             Below::Slices | Below::Figures | Below::Pictures => {
-                self.ledger.add(Stage::Pictures, Work::Drawn, 1);
+                self.counters.add(Stage::Pictures, Work::Drawn, 1);
                 Stage::Pictures
             }
         };
@@ -482,14 +449,6 @@ fn clear(dir: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Ignores the error that a file to remove does not exist.
-fn remove(result: io::Result<()>) -> io::Result<()> {
-    match result {
-        Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
-        other => other,
-    }
-}
-
 /// A name as part of a file name: letters, digits, `.`, `-` and `_` stay, every other character
 /// becomes `%` and its number, so that different names stay different; at most 200 bytes.
 pub fn file_stem(name: &str) -> String {
@@ -518,13 +477,9 @@ fn shortened(mut stem: String, longest: usize) -> String {
 
 /// The file name of a picture of a reconstruction's slice.
 pub fn slice_name(job: &Job<'_>) -> String {
-    let mut name = file_stem(&job.material.name);
-    for part in job.schedule.iter().map(schedule_stem) {
-        name = format!("{name}_{part}");
-    }
-    for part in job.method.iter().map(|m| file_stem(&m.label())) {
-        name = format!("{name}_{part}");
-    }
+    let (material, method) = (&job.material.name, job.method.label());
+    let schedule = schedule_stem(&job.schedule);
+    let name = format!("{}_{schedule}_{}", file_stem(material), file_stem(&method));
     shortened(name, LONGEST) + ".exr"
 }
 

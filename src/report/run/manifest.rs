@@ -1,7 +1,7 @@
 //! `manifest.json`: config, inputs and versions that made the results beside it.
 
 use super::timings::Timings;
-use crate::experiment::{Counts, Failure, Input, Shard, Source, Tuned};
+use crate::experiment::{Counts, Failure, Head, Input, Shard, Source, Tuned};
 use crate::files;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,32 +24,24 @@ pub enum Status {
     Incomplete,
 }
 
-/// The parts of a plan that a manifest holds.
-#[derive(Clone, Copy, Debug)]
-pub struct MadeBy<'a> {
-    /// The resolved config.
-    pub resolved: &'a toml::Table,
-    /// Its seeds.
-    pub seeds: &'a [u64],
-    /// Materials that it names and its folder does not have.
-    pub missing: &'a [String],
-}
-
 /// Outcome of a run of any kind.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Outcome {
     /// Rows that were written.
     pub rows: usize,
-    /// Jobs that could not be done.
-    pub failures: Vec<Failure>,
-    /// Ratios of grids that were tuned.
-    pub tuned: Vec<Tuned>,
-    /// True if it was stopped before its end.
-    pub interrupted: bool,
-    /// True if parts are missing.
-    pub incomplete: bool,
     /// The part of the work that was done, `i/n`; `None`: all of it.
     pub shard: Option<String>,
+    /// Jobs that could not be done, by their names.
+    pub failures: Vec<Failure>,
+    /// Ratios of grids that were tuned, with their errors on the training materials.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tuned: Vec<Tuned>,
+    /// True if it was stopped before its end.
+    #[serde(skip)]
+    pub interrupted: bool,
+    /// True if parts are missing.
+    #[serde(skip)]
+    pub incomplete: bool,
 }
 
 /// Inputs, failures, times and counts in the manifest of a part of a run.
@@ -129,7 +121,7 @@ impl MadeFrom {
     }
 }
 
-/// The manifest's fields: nothing that depends on the machine, which is in [`TIMINGS`](super::timings::TIMINGS).
+/// The manifest's fields: nothing that depends on the machine, which is in `timings.jsonl`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Manifest {
     /// Version of this program.
@@ -144,14 +136,8 @@ pub struct Manifest {
     inputs: Vec<Input>,
     /// Materials that the config names and its folder does not have.
     missing: Vec<String>,
-    rows: usize,
-    /// The part of the work, `i/n`; `null`: all of it.
-    shard: Option<String>,
-    /// By the names of jobs.
-    failures: Vec<Failure>,
-    /// Ratios of grids that this run tuned, with their errors on the training materials.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    tuned: Vec<Tuned>,
+    #[serde(flatten)]
+    outcome: Outcome,
     /// Files of this run beside the manifest; `--force` removes these and no others.
     pub(super) files: Vec<String>,
 }
@@ -159,7 +145,7 @@ pub struct Manifest {
 impl Manifest {
     /// The manifest of a run, or of one merged from parts that were made from `parts`.
     pub fn new(
-        made_by: MadeBy<'_>,
+        head: Head<'_>,
         source: &Source,
         mut materials: Vec<Input>,
         mut outcome: Outcome,
@@ -182,7 +168,7 @@ impl Manifest {
                     path: source.name().into(),
                     blake3: blake3::hash(source.original().as_bytes()).to_string(),
                 };
-                (Some(config), source.edits(), made_by.missing.to_vec())
+                (Some(config), source.edits(), head.missing.to_vec())
             }
         };
         materials.sort_by(|a, b| a.path.cmp(&b.path));
@@ -198,20 +184,12 @@ impl Manifest {
                 _ => Status::FailedJobs,
             },
             options,
-            config: made_by.resolved.clone(),
-            seeds: made_by.seeds.to_vec(),
+            config: head.resolved.clone(),
+            seeds: head.seeds.to_vec(),
             inputs: config.into_iter().chain(materials).collect(),
             missing,
-            rows: outcome.rows,
-            shard: outcome.shard,
-            failures: outcome.failures,
-            tuned: outcome.tuned,
+            outcome,
             files: Vec::new(),
         }
-    }
-
-    /// State of the run at its end.
-    pub fn status(&self) -> Status {
-        self.status
     }
 }

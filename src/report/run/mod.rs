@@ -9,5 +9,5 @@ pub use folder::{
     Below, CONFIG, CORRELATIONS, FITS, PARQUET, PROFILES, RANKING, RELATIONS, REPORT, RESULTS,
     RunFolder, SUMMARY, TIMES, file_stem, read_rows, schedule_stem, slice_name,
 };
-pub use manifest::{MadeBy, MadeFrom, Manifest, Outcome, Status};
+pub use manifest::{MadeFrom, Manifest, Outcome, Status};
 pub use timings::Machine;

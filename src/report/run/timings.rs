@@ -106,10 +106,7 @@ impl Timings {
     }
 
     pub fn clear(&self) -> io::Result<()> {
-        match fs::remove_file(&self.0) {
-            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
-            _ => Ok(()),
-        }
+        remove(fs::remove_file(&self.0))
     }
 
     /// Replaces the lines by those of the records in their order, and that of the run.
@@ -119,5 +116,13 @@ impl Timings {
             serde_json::to_writer(&mut *out, &OfRun { run: machine })?;
             out.write_all(b"\n")
         })
+    }
+}
+
+/// Ignores the error that a file to remove does not exist.
+pub(super) fn remove(result: io::Result<()>) -> io::Result<()> {
+    match result {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
+        other => other,
     }
 }

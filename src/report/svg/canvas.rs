@@ -46,6 +46,21 @@ impl Lettering {
             ink: BLACK,
         }
     }
+
+    pub fn bold(self) -> Self {
+        Self { bold: true, ..self }
+    }
+
+    pub fn upwards(self) -> Self {
+        Self {
+            upwards: true,
+            ..self
+        }
+    }
+
+    pub fn ink(self, ink: Ink) -> Self {
+        Self { ink, ..self }
+    }
 }
 
 /// A picture under construction; x to the right and y down, in pixels.
@@ -134,6 +149,15 @@ impl Canvas {
         self.dashed(points, ink, width, Dashes::None);
     }
 
+    /// A thin line around a box, from its upper left corner to its lower right one.
+    pub fn frame(&mut self, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2], ink: Ink) {
+        self.line(
+            &[[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]],
+            ink,
+            0.8,
+        );
+    }
+
     /// A line of dashes through points.
     pub fn dashed(&mut self, points: &[[f64; 2]], ink: Ink, width: f64, dashes: Dashes) {
         if points.len() < 2 {
@@ -212,10 +236,9 @@ impl Canvas {
             Align::Middle => "",
             Align::End => " text-anchor=\"end\"",
         };
-        let weight = if how.bold {
-            " font-weight=\"bold\""
-        } else {
-            ""
+        let weight = match how.bold {
+            true => " font-weight=\"bold\"",
+            false => "",
         };
         let turn = match how.upwards {
             true => {
@@ -240,18 +263,9 @@ impl Canvas {
 
 /// A text without the characters that XML gives a meaning.
 fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out += "&amp;",
-            '<' => out += "&lt;",
-            '>' => out += "&gt;",
-            '"' => out += "&quot;",
-            '\'' => out += "&apos;",
-            c => out.push(c),
-        }
-    }
-    out
+    let text = text.replace('&', "&amp;").replace('<', "&lt;");
+    let text = text.replace('>', "&gt;").replace('"', "&quot;");
+    text.replace('\'', "&apos;")
 }
 
 /// Sets the letter after a Greek one and an underscore lower: `θ_h` reads as in print.

@@ -3,7 +3,7 @@
 use super::canvas::{Align, Canvas, Dashes, Lettering, all_fitted, fitted, text_width};
 use super::{FAINT, FRAME, GRID, LABEL, LEGEND, MARGIN, axis, palette};
 use crate::error::Error;
-use crate::report::svg::plot::{Axis, Forest, Scale};
+use crate::report::svg::plot::{Axis, Forest};
 use axis::Ruler;
 
 const LINE: f64 = 17.0;
@@ -24,12 +24,7 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
         interval.chain([l.ratio])
     });
     let values: Vec<f64> = ends.chain([1.0 / forest.band, forest.band]).collect();
-    let axis_of_ratios = Axis {
-        label: forest.label.clone(),
-        scale: Scale::Log,
-        range: None,
-    };
-    let x = Ruler::new(&axis_of_ratios, values.into_iter(), WIDTH, true);
+    let x = Ruler::new(&Axis::log(&forest.label), values.into_iter(), WIDTH, true);
     let widest = |names: &mut dyn Iterator<Item = &String>| {
         let widths = names.map(|n| text_width(n, LEGEND));
         widths.fold(0.0, f64::max)
@@ -86,13 +81,12 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
         let mut y = MARGIN + 0.9 * LINE;
         for (of, name) in forest.groups.iter().zip(&groups) {
             let ink = palette(of.color, 0);
-            let mut how = Lettering::new(LEGEND, Align::Start);
-            how.bold = true;
-            canvas.text([MARGIN, y], name, how);
+            let how = Lettering::new(LEGEND, Align::Start);
+            canvas.text([MARGIN, y], name, how.bold());
             y += LINE;
             for line in &of.lines {
-                how = Lettering::new(LEGEND, Align::End);
-                canvas.text([left - 10.0, y], &line.name, how);
+                let to_end = Lettering::new(LEGEND, Align::End);
+                canvas.text([left - 10.0, y], &line.name, to_end);
                 let told = format!("{name}\n{} {}", line.name, line.note);
                 canvas.told(&told, |canvas| {
                     let ends = line.interval.map(|i| i.map(place));
@@ -107,9 +101,7 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
                         canvas.dot([at, y], 3.6, ink);
                     }
                 });
-                how.align = Align::Start;
-                how.ink = FAINT;
-                canvas.text([left + WIDTH + 12.0, y], &line.note, how);
+                canvas.text([left + WIDTH + 12.0, y], &line.note, how.ink(FAINT));
                 y += LINE;
             }
             y += 0.4 * LINE;

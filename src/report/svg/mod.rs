@@ -148,8 +148,7 @@ impl<'a> Sheet<'a> {
 
     fn draw(&self, canvas: &mut Canvas) {
         let [width, _] = self.size;
-        let mut how = Lettering::new(TITLE, Align::Middle);
-        how.bold = true;
+        let how = Lettering::new(TITLE, Align::Middle).bold();
         let title = fitted(self.title, 1.08 * TITLE, width - 2.0 * MARGIN);
         canvas.text([0.5 * width, MARGIN + 0.7 * TITLE], &title, how);
         for placed in &self.panels {
@@ -179,8 +178,7 @@ impl<'a> Sheet<'a> {
         for t in placed.y.labelled.iter().map(|l| l.0) {
             canvas.line(&[[x0, y1 - t * h], [x1, y1 - t * h]], GRID, 0.8);
         }
-        let corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]];
-        canvas.line(&corners, FRAME, 0.8);
+        canvas.frame([x0, y0], [x1, y1], FRAME);
         let mut how = Lettering::new(axis::SIZE, Align::Middle);
         for t in &placed.x.minor {
             canvas.line(&[[x0 + t * w, y1], [x0 + t * w, y1 - 3.0]], FRAME, 0.7);
@@ -199,24 +197,20 @@ impl<'a> Sheet<'a> {
             canvas.line(&[[x0, y], [x0 + 5.0, y]], FRAME, 0.9);
             canvas.text([x0 - 5.0, y], label, how);
         }
-        let mut how = Lettering::new(LABEL, Align::Middle);
+        let how = Lettering::new(LABEL, Align::Middle);
         let label = fitted(&panel.x.label, LABEL, w + placed.left);
         let below = y1 + 4.0 + 1.3 * axis::SIZE + LABEL;
         canvas.text([x0 + 0.5 * w, below], &label, how);
-        how.upwards = true;
         let label = fitted(&panel.y.label, LABEL, h + 20.0);
         let before = x0 - placed.left + 0.5 * LABEL + 6.0;
-        canvas.text([before, y0 + 0.5 * h], &label, how);
-        how.upwards = false;
-        how.size = PANEL_TITLE;
-        how.bold = true;
+        canvas.text([before, y0 + 0.5 * h], &label, how.upwards());
+        let how = Lettering::new(PANEL_TITLE, Align::Middle);
         let title = fitted(&panel.title, 1.08 * PANEL_TITLE, w + placed.left);
-        canvas.text([x0 + 0.5 * w, y0 - PANEL_TITLE], &title, how);
+        canvas.text([x0 + 0.5 * w, y0 - PANEL_TITLE], &title, how.bold());
         let drawn = |s: &Series| s.points.iter().any(|&p| self.at(placed, p).is_some());
         if !panel.series.iter().any(drawn) {
-            how.bold = false;
-            how.ink = FAINT;
-            canvas.text([x0 + 0.5 * w, y0 + 0.5 * h], "no data", how);
+            let middle = [x0 + 0.5 * w, y0 + 0.5 * h];
+            canvas.text(middle, "no data", how.ink(FAINT));
         }
     }
 

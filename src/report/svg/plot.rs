@@ -21,6 +21,30 @@ pub struct Axis {
     pub range: Option<[f64; 2]>,
 }
 
+impl Axis {
+    /// A linear axis over the data.
+    pub fn linear(label: impl Into<String>) -> Self {
+        Self {
+            label: label.into(),
+            ..Self::default()
+        }
+    }
+
+    /// A logarithmic axis over the data.
+    pub fn log(label: impl Into<String>) -> Self {
+        Self {
+            scale: Scale::Log,
+            ..Self::linear(label)
+        }
+    }
+
+    /// The axis with ends of its own.
+    pub fn within(mut self, range: [f64; 2]) -> Self {
+        self.range = Some(range);
+        self
+    }
+}
+
 /// Drawing of the points of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mark {
@@ -49,7 +73,27 @@ pub struct Series {
     /// Line, dashes, dots or area.
     pub mark: Mark,
     /// Points (x, y) in the units of the axes; a `None` leaves a gap.
-    pub points: Vec<(f64, Option<f64>)>,
+    pub points: Vec<Point>,
+}
+
+/// A point (x, y) of a series.
+pub type Point = (f64, Option<f64>);
+
+impl Series {
+    /// Points with a name in the legend.
+    pub fn new(
+        name: impl Into<String>,
+        color: usize,
+        mark: Mark,
+        points: impl IntoIterator<Item = Point>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            color,
+            mark,
+            points: points.into_iter().collect(),
+        }
+    }
 }
 
 /// A diagram.
@@ -63,6 +107,22 @@ pub struct Panel {
     pub y: Axis,
     /// Its series; later ones are drawn over earlier ones.
     pub series: Vec<Series>,
+}
+
+impl Panel {
+    /// A diagram of series over its axes.
+    pub fn new(
+        title: impl Into<String>,
+        [x, y]: [Axis; 2],
+        series: impl IntoIterator<Item = Series>,
+    ) -> Self {
+        Self {
+            title: title.into(),
+            x,
+            y,
+            series: series.into_iter().collect(),
+        }
+    }
 }
 
 /// Ratios with their intervals, in groups.

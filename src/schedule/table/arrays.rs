@@ -4,7 +4,7 @@
 //! `omega_i` and `omega_o`, (rows, 3), unit vectors. A file with them instead of angles is read too.
 
 use super::npy::{self, Values};
-use super::{Cell, FileError, Sheet, WHOLE, WORDS};
+use super::{Cell, Column, FileError, Sheet, WHOLE, WORDS};
 use crate::error::{excerpt, reason};
 use crate::files::{UNPACKED_LIMIT, may_unpack};
 use crate::schedule::export::ARMS;
@@ -77,41 +77,41 @@ impl Sheet<'_> {
         let header = self.header().to_string();
         let (descr, bytes) = texts(std::slice::from_ref(&header));
         put(&mut zip, HEADER, &descr, &[], bytes)?;
-        let mut numbers = vec![Vec::with_capacity(self.rows); self.columns.len()];
-        let mut words = Vec::new();
-        let mut cells = Vec::new();
-        for i in 0..self.rows {
-            self.fill(i, &mut cells);
-            for (column, cell) in numbers.iter_mut().zip(cells.drain(..)) {
-                match cell {
-                    Cell::Empty => column.push(f64::NAN),
-                    Cell::Number(value) => column.push(value),
-                    Cell::Words(text) => words.push(text),
-                }
-            }
-        }
-        let rows = [self.rows as u64];
-        for ((name, _), column) in self.columns.iter().zip(&numbers) {
+        let rows = self.rows as u64;
+        let numbers = |column: &Column<'_>| -> Vec<f64> {
+            let number = |row| match (column.cell)(row) {
+                Cell::Number(value) => value,
+                Cell::Empty | Cell::Words(_) => f64::NAN,
+            };
+            (0..self.rows).map(number).collect()
+        };
+        for column in &self.columns {
+            let name = &column.name;
+            let found = numbers(column);
             if name == WORDS {
+                let word = |row| match (column.cell)(row) {
+                    Cell::Words(text) => text,
+                    Cell::Empty | Cell::Number(_) => String::new(),
+                };
+                let words: Vec<String> = (0..self.rows).map(word).collect();
                 let (descr, bytes) = texts(&words);
-                put(&mut zip, name, &descr, &rows, bytes)?;
-            } else if WHOLE.contains(&name.as_str()) && !column.iter().any(|v| v.is_nan()) {
-                let whole = column.iter().map(|v| (*v as i64).to_le_bytes());
-                put(&mut zip, name, "<i8", &rows, whole)?;
+                put(&mut zip, name, &descr, &[rows], bytes)?;
+            } else if WHOLE.contains(&name.as_str()) && !found.iter().any(|v| v.is_nan()) {
+                let whole = found.iter().map(|v| (*v as i64).to_le_bytes());
+                put(&mut zip, name, "<i8", &[rows], whole)?;
             } else {
-                put(&mut zip, name, "<f8", &rows, doubles(column))?;
+                put(&mut zip, name, "<f8", &[rows], doubles(&found))?;
             }
         }
         for (name, angles) in VECTORS {
-            let place = |angle: &str| self.columns.iter().position(|(name, _)| name == angle);
-            let [Some(theta), Some(phi)] = angles.map(place) else {
+            let find = |angle: &str| self.columns.iter().find(|column| column.name == angle);
+            let [Some(theta), Some(phi)] = angles.map(find) else {
                 continue;
             };
-            let angles = numbers[theta].iter().zip(&numbers[phi]);
-            let vectors = angles.flat_map(|(theta, phi)| vector(*theta, *phi).to_array());
+            let angles = numbers(theta).into_iter().zip(numbers(phi));
+            let vectors = angles.flat_map(|(theta, phi)| vector(theta, phi).to_array());
             let vectors: Vec<f64> = vectors.collect();
-            let shape = [rows[0], 3];
-            put(&mut zip, name, "<f8", &shape, doubles(&vectors))?;
+            put(&mut zip, name, "<f8", &[rows, 3], doubles(&vectors))?;
         }
         out.write_all(zip.finish()?.get_ref())?;
         out.flush()
@@ -119,7 +119,7 @@ impl Sheet<'_> {
 }
 
 /// One array that was read: the rest of its shape, and what it holds, row after row.
-struct Column {
+struct Array {
     name: String,
     shape: Vec<u64>,
     values: Values,
@@ -136,7 +136,7 @@ pub(crate) fn as_lines(bytes: &[u8], name: &str) -> Result<String, FileError> {
     lines(columns).map_err(failed)
 }
 
-fn lines(mut columns: Vec<Column>) -> Result<String, String> {
+fn lines(mut columns: Vec<Array>) -> Result<String, String> {
     let mut text = String::new();
     let mut order = Vec::new();
     if let Some(place) = columns.iter().position(|c| c.name == HEADER) {
@@ -179,7 +179,7 @@ fn lines(mut columns: Vec<Column>) -> Result<String, String> {
         }
     }
     // Those of a header in its order, the others behind them by name.
-    let rank = |c: &Column| {
+    let rank = |c: &Array| {
         order
             .iter()
             .position(|o| *o == c.name)
@@ -246,7 +246,7 @@ fn vector(theta: f64, phi: f64) -> DVec3 {
 }
 
 /// Whether vectors of any length have these angles, but for rounding.
-fn are_those(vectors: &Column, theta: &Column, phi: &Column) -> bool {
+fn are_those(vectors: &Array, theta: &Array, phi: &Array) -> bool {
     let [
         Values::Numbers(v),
         Values::Numbers(theta),
@@ -265,7 +265,7 @@ fn are_those(vectors: &Column, theta: &Column, phi: &Column) -> bool {
 }
 
 /// Angles (degrees) of vectors of any length.
-fn of_vectors(found: Column, angles: [&str; 2]) -> Result<[Column; 2], String> {
+fn of_vectors(found: Array, angles: [&str; 2]) -> Result<[Array; 2], String> {
     let (Values::Numbers(v), [rows, 3]) = (found.values, &found.shape[..]) else {
         return Err(format!(
             "the array {} has the shape {:?}; allowed: three numbers a row",
@@ -281,7 +281,7 @@ fn of_vectors(found: Column, angles: [&str; 2]) -> Result<[Column; 2], String> {
     let angle = |of: fn(&[f64]) -> f64| v.chunks_exact(3).map(|v| of(v).to_degrees()).collect();
     let theta: Vec<f64> = angle(|v| v[0].hypot(v[1]).atan2(v[2]));
     let phi: Vec<f64> = angle(|v| v[1].atan2(v[0]));
-    let column = |name: &str, values| Column {
+    let column = |name: &str, values| Array {
         name: name.into(),
         shape: vec![*rows],
         values: Values::Numbers(values),
@@ -299,7 +299,7 @@ fn members(bytes: &[u8]) -> Option<usize> {
     (listed < u16::MAX).then_some(listed.into())
 }
 
-fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
+fn columns(bytes: &[u8]) -> Result<Vec<Array>, String> {
     let no_archive = |e: zip::result::ZipError| {
         let e = reason(e.to_string());
         format!("this is no archive of NumPy: {e}; allowed: what numpy.savez writes")
@@ -312,7 +312,7 @@ fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
         ));
     }
     let mut total = 0u64;
-    let mut columns: Vec<Column> = Vec::new();
+    let mut columns: Vec<Array> = Vec::new();
     for i in 0..zip.len() {
         let file = zip.by_index(i).map_err(no_archive)?;
         let file_name = file.name().map_err(no_archive)?.into_owned();
@@ -354,7 +354,7 @@ fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
             return Err(format!("the array {:?} is there twice", excerpt(name)));
         }
         let (shape, values) = npy::read(&content).map_err(|e| told(name, &e))?;
-        columns.push(Column {
+        columns.push(Array {
             name: name.into(),
             shape,
             values,

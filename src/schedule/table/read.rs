@@ -232,8 +232,7 @@ impl Table {
             Some(rows) if found != rows => {
                 let message =
                     format!("{found} rows where the header promises {rows}: the file is cut");
-                let e = FileError::whole(&self.name, message);
-                return Err(if found < rows { e.cut() } else { e });
+                return Err(FileError::whole(&self.name, message).cut_if(found < rows));
             }
             _ => {}
         }
@@ -250,7 +249,7 @@ impl Table {
             );
             return Err(match ended {
                 true => self.fact_error(hash_key, message),
-                false => FileError::whole(&self.name, message).cut(),
+                false => FileError::whole(&self.name, message).cut_if(true),
             });
         }
         Ok(())
@@ -344,7 +343,7 @@ impl Table {
             if content.chars().all(|c| matches!(c, ',' | ';' | '\t' | ' ')) {
                 continue;
             }
-            let unclosed = || FileError::at(&name, line, "a quote is not closed").cut();
+            let unclosed = || FileError::at(&name, line, "a quote is not closed").cut_if(true);
             let Some(cells) = &mut cells else {
                 let found = [b';', b'\t', b',']
                     .into_iter()
@@ -360,8 +359,7 @@ impl Table {
             let (found, expected) = (cells.len(), self.columns.len());
             if found != expected {
                 let message = format!("{found} cells where there are {expected} columns");
-                let e = self.error(line, message);
-                return Err(if found < expected { e.cut() } else { e });
+                return Err(self.error(line, message).cut_if(found < expected));
             }
             self.lines.push(line);
             for (d, cell) in cells.enumerate() {
@@ -443,7 +441,7 @@ impl Table {
                     line,
                     "this is no JSON object; allowed: one whole object a line",
                 )
-                .cut()
+                .cut_if(true)
             })?;
             if let Some(key) = twice {
                 let message = format!("key {:?} is there twice; allowed: once", excerpt(&key));

@@ -15,42 +15,70 @@ pub(crate) enum Cell {
     Words(String),
 }
 
+impl From<f64> for Cell {
+    fn from(value: f64) -> Self {
+        Self::Number(value)
+    }
+}
+
+impl From<Option<f64>> for Cell {
+    fn from(value: Option<f64>) -> Self {
+        value.map_or(Self::Empty, Self::Number)
+    }
+}
+
+/// What a column says, and its number of a `T`.
+pub(crate) type Part<T> = (&'static str, fn(&T) -> f64);
+
+/// A column of a table that is written.
+pub(crate) struct Column<'a> {
+    pub name: String,
+    /// What it says.
+    pub meaning: String,
+    /// The cell of a row.
+    pub cell: Box<dyn Fn(usize) -> Cell + 'a>,
+}
+
+impl<'a> Column<'a> {
+    pub fn new<C: Into<Cell>>(
+        name: impl Into<String>,
+        meaning: impl Into<String>,
+        cell: impl Fn(usize) -> C + 'a,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            meaning: meaning.into(),
+            cell: Box::new(move |row| cell(row).into()),
+        }
+    }
+}
+
 /// A table that is ready to be written.
 pub(crate) struct Sheet<'a> {
     /// Description of the file, one sentence per line.
     pub about: Vec<String>,
     /// Facts for programs, by key.
     pub facts: Map<String, Value>,
-    /// Names and meanings of the columns.
-    pub columns: Vec<(String, String)>,
+    /// The columns.
+    pub columns: Vec<Column<'a>>,
     /// Number of rows.
     pub rows: usize,
-    /// Appends the cells of a row to an empty list.
-    pub row: &'a dyn Fn(usize, &mut Vec<Cell>),
 }
 
 impl Sheet<'_> {
     /// The hash of the rows.
     pub fn hash(&self) -> String {
-        let mut hash = RowHash::new(self.columns.iter().map(|(name, _)| name.as_str()));
-        let mut cells = Vec::new();
-        for i in 0..self.rows {
-            self.fill(i, &mut cells);
-            for cell in &cells {
-                match cell {
+        let mut hash = RowHash::new(self.columns.iter().map(|column| column.name.as_str()));
+        for row in 0..self.rows {
+            for column in &self.columns {
+                match (column.cell)(row) {
                     Cell::Empty => hash.empty(),
-                    Cell::Number(value) => hash.number(*value),
-                    Cell::Words(text) => hash.words(text),
+                    Cell::Number(value) => hash.number(value),
+                    Cell::Words(text) => hash.words(&text),
                 }
             }
         }
         hash.finish()
-    }
-
-    pub(super) fn fill(&self, i: usize, cells: &mut Vec<Cell>) {
-        cells.clear();
-        (self.row)(i, cells);
-        debug_assert_eq!(cells.len(), self.columns.len());
     }
 
     /// Writes the table; its hash becomes the fact `hash_key`.
@@ -81,19 +109,17 @@ impl Sheet<'_> {
         for (key, value) in &self.facts {
             writeln!(out, "# {key} = {value}")?;
         }
-        for (name, meaning) in &self.columns {
+        for Column { name, meaning, .. } in &self.columns {
             writeln!(out, "# {name}: {meaning}")?;
         }
-        let names: Vec<_> = self.columns.iter().map(|(name, _)| quoted(name)).collect();
+        let names: Vec<_> = self.columns.iter().map(|c| quoted(&c.name)).collect();
         writeln!(out, "{}", names.join(","))?;
-        let mut cells = Vec::new();
-        for i in 0..self.rows {
-            self.fill(i, &mut cells);
-            for (d, cell) in cells.iter().enumerate() {
+        for row in 0..self.rows {
+            for (d, column) in self.columns.iter().enumerate() {
                 if d > 0 {
                     out.write_all(b",")?;
                 }
-                match cell {
+                match (column.cell)(row) {
                     Cell::Empty => {}
                     Cell::Number(value) => write!(out, "{value}")?,
                     Cell::Words(text) => write!(out, "{text}")?,
@@ -110,27 +136,24 @@ impl Sheet<'_> {
         header.insert("about".into(), json!(self.about));
         header.extend(self.facts.clone());
         let meanings = self.columns.iter();
-        let meanings = meanings.map(|(name, meaning)| (name.clone(), json!(meaning)));
+        let meanings = meanings.map(|c| (c.name.clone(), json!(c.meaning)));
         header.insert("columns".into(), Value::Object(meanings.collect()));
         json!({ "header": header })
     }
 
     fn write_json(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "{}", self.header())?;
-        let mut cells = Vec::new();
-        for i in 0..self.rows {
-            self.fill(i, &mut cells);
-            let mut object = Map::new();
-            for ((name, _), cell) in self.columns.iter().zip(&cells) {
-                let value = match cell {
+        for row in 0..self.rows {
+            let cells = self.columns.iter().map(|Column { name, cell, .. }| {
+                let value = match cell(row) {
                     Cell::Empty => Value::Null,
-                    Cell::Number(value) if WHOLE.contains(&name.as_str()) => json!(*value as u64),
+                    Cell::Number(value) if WHOLE.contains(&name.as_str()) => json!(value as u64),
                     Cell::Number(value) => json!(value),
                     Cell::Words(text) => json!(text),
                 };
-                object.insert(name.clone(), value);
-            }
-            writeln!(out, "{}", Value::Object(object))?;
+                (name.clone(), value)
+            });
+            writeln!(out, "{}", Value::Object(cells.collect()))?;
         }
         out.flush()
     }

@@ -235,7 +235,7 @@ pub fn instruments() -> Vec<Vec<u8>> {
 struct Keep<R>(Vec<R>);
 
 impl<R: Record> Observer<R> for Keep<R> {
-    fn tell(&mut self, event: &Event<'_, R>) -> Result<(), gonio::Error> {
+    fn observe(&mut self, event: &Event<'_, R>) -> Result<(), gonio::Error> {
         if let Event::Made(rows) = event {
             self.0.extend_from_slice(rows);
         }

@@ -1,8 +1,8 @@
 //! Verdicts that follow from the equations, and verdicts on materials made to have them.
 
+use crate::common::model;
 use gonio::analysis::{Claim, Verdict, on_material, on_materials, on_test_functions};
-use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
-use gonio::registry;
+use gonio::brdf::{Channels, Lambert, Spectrum};
 use std::sync::LazyLock;
 
 fn verdict(claims: &[Claim], id: &str) -> Verdict {
@@ -15,19 +15,12 @@ fn number(claims: &[Claim], id: &str, name: &str) -> f64 {
     found.unwrap_or_else(|| panic!("{claim:?}")).1
 }
 
-fn material(kind: &str, keys: &str) -> Box<dyn Brdf> {
-    let entries = gonio::brdf::all();
-    let entry = entries.iter().find(|e| e.kind == kind).unwrap();
-    let spec = registry::read_text(entry, keys).unwrap();
-    spec.build(Channels::Luminance).unwrap()
-}
-
 /// Of the test functions.
 static EQUATIONS: LazyLock<Vec<Claim>> = LazyLock::new(|| on_test_functions().unwrap());
 
 /// Of S and of F, as materials.
 static S_AND_F: LazyLock<[Vec<Claim>; 2]> = LazyLock::new(|| {
-    ["test-s", "test-f"].map(|kind| on_material(kind, &*material(kind, "")).unwrap())
+    ["test-s", "test-f"].map(|kind| on_material(kind, &*model(kind, "")).unwrap())
 });
 
 #[test]

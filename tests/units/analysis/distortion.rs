@@ -1,10 +1,7 @@
 //! Functions whose isolines are known.
 
 use crate::common::made;
-use gonio::analysis::{
-    Distortion, Gradients, Scale, Weight, distortion, distortion_within, gradients,
-    gradients_within, slice_angles,
-};
+use gonio::analysis::{Distortion, Gradients, Scale, View, Weight, slice_angles};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::find;
 use std::f64::consts::PI;
@@ -17,8 +14,8 @@ fn measured(
     let form = find(name).unwrap().form(Symmetry::FULL);
     let brdf = made(Symmetry::FULL, move |pair| Some([f(pair)]));
     (
-        distortion(&brdf, Scale::Value, &*form, weight),
-        gradients(&brdf, Scale::Value, &*form, weight),
+        View::new(&brdf, Scale::Value, &*form, weight).distortion(),
+        View::new(&brdf, Scale::Value, &*form, weight).gradients(),
     )
 }
 
@@ -76,17 +73,17 @@ fn what_changes_with_the_azimuth_is_not_explained_by_two_axes() {
         let cos = |d: gonio::geometry::Direction| d.phi().cos();
         2.0 + cos(p.omega_i)
     };
-    let form = find("spherical").unwrap().form(Symmetry::FULL);
+    let form = crate::common::form("spherical", Symmetry::FULL);
     // The form holds the sensor at azimuth 0.
     let brdf = made(Symmetry::FULL, move |pair| Some([turn(pair)]));
-    let found = distortion(&brdf, Scale::Value, &*form, Weight::Coordinates);
+    let found = View::new(&brdf, Scale::Value, &*form, Weight::Coordinates).distortion();
     let shares = found.shares.unwrap();
     assert!(shares.both < 1e-20, "{shares:?}");
     assert!(found.slices.iter().all(|s| s.shares.is_none()));
     assert_eq!(found.physical, 1.0);
     // ∫ sin² over [0, π], in units of the axis: π²/2.
     let half = 0.5 * PI * PI;
-    let gradients = gradients(&brdf, Scale::Value, &*form, Weight::Coordinates);
+    let gradients = View::new(&brdf, Scale::Value, &*form, Weight::Coordinates).gradients();
     let energy = gradients.all.energy();
     assert!((energy[2] / half - 1.0).abs() < 0.01, "{energy:?}");
     assert!(energy[0] < 1e-17 && energy[1] < 1e-17);
@@ -119,10 +116,12 @@ fn shares_of_a_separable_logarithm_add_up() {
         let (h, k) = p.half_and_back();
         (3.0 * h.truncate().length_squared() - 2.0 * k.length_squared()).exp() - 1e-3
     };
-    let form = find("stark").unwrap().form(Symmetry::FULL);
+    let form = crate::common::form("stark", Symmetry::FULL);
     let brdf = made(Symmetry::FULL, move |pair| Some([f(pair)]));
-    let found = distortion(&brdf, Scale::Log, &*form, Weight::SolidAngle);
-    let gradient = gradients(&brdf, Scale::Log, &*form, Weight::SolidAngle).all;
+    let found = View::new(&brdf, Scale::Log, &*form, Weight::SolidAngle).distortion();
+    let gradient = View::new(&brdf, Scale::Log, &*form, Weight::SolidAngle)
+        .gradients()
+        .all;
     assert!((found.shares.unwrap().additive - 1.0).abs() < 1e-9);
     // Linear along both axes: slopes 3 and 2, and none along the azimuth.
     for (got, want) in gradient.energy().into_iter().zip([9.0, 4.0, 0.0]) {
@@ -159,11 +158,12 @@ fn a_window_looks_at_its_part() {
         let (h, k) = p.half_and_back();
         h.truncate().length_squared() + 5.0 * k.length_squared()
     };
-    let form = find("stark").unwrap().form(Symmetry::FULL);
+    let form = crate::common::form("stark", Symmetry::FULL);
     let window = [[0.0, 0.25], [0.25, 0.75]];
     let brdf = made(Symmetry::FULL, move |pair| Some([f(pair)]));
-    let found = distortion_within(&brdf, Scale::Value, &*form, Weight::Coordinates, window);
-    let gradients = gradients_within(&brdf, Scale::Value, &*form, Weight::Coordinates, window);
+    let view = View::new(&brdf, Scale::Value, &*form, Weight::Coordinates).within(window);
+    let found = view.distortion();
+    let gradients = view.gradients();
     assert_eq!(found.slices[3].physical, 1.0);
     let shares = found.slices[3].shares.unwrap();
     // Variances of two uniform variables: 1²/4²/12 and 5²/2²/12.

@@ -1,16 +1,13 @@
+use crate::common::test_pairs;
 use gonio::analysis::{Averaging, reduced};
 use gonio::brdf::{Brdf, BrdfSpec, Channels, Lambert, Spectrum, TestFunctionSpec};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::metrics;
-use gonio::metrics::{Measure, MetricsSpec, test_pairs};
+use gonio::metrics::Measure;
 use gonio::parametrization::find;
 
 fn pairs() -> Vec<DirectionPair> {
-    let spec = MetricsSpec {
-        pairs: 500,
-        ..Default::default()
-    };
-    test_pairs(Measure::Cosine, &spec).unwrap()
+    test_pairs(Measure::Cosine, 500)
 }
 
 fn of(brdf: &dyn Brdf, name: &str, averaging: Averaging) -> Vec<f64> {

@@ -1,5 +1,6 @@
 //! Sets whose measure is known, and pairs that must be in them.
 
+use crate::common::ISOTROPIC;
 use gonio::analysis::{Estimate, Subset};
 use gonio::brdf::{Channels, Lambert, Spectrum};
 use gonio::geometry::{DirectionPair, Symmetry};
@@ -9,12 +10,6 @@ use std::f64::consts::{PI, TAU};
 fn read(name: &str, symmetry: Symmetry, text: &str) -> Subset {
     Subset::read(find(name).unwrap().form(symmetry), text).unwrap()
 }
-
-const ISOTROPIC: Symmetry = Symmetry {
-    isotropic: true,
-    reciprocal: false,
-    bilateral: false,
-};
 
 #[test]
 fn the_whole_box_is_every_pair() {
@@ -143,7 +138,7 @@ fn a_pole_is_no_part_of_an_azimuth() {
     );
     let image = subset
         .image(
-            &find("stark").unwrap().form(Symmetry::FULL),
+            &crate::common::form("stark", Symmetry::FULL),
             &subset.quadrature(),
         )
         .unwrap();
@@ -240,7 +235,7 @@ fn counting_is_told_where_quadrature_is_coarse() {
 #[test]
 fn boxes_that_make_no_sense_are_refused() {
     let refused = |text: &str, parts: &[&str]| {
-        let form = find("hybrid").unwrap().form(Symmetry::FULL);
+        let form = crate::common::form("hybrid", Symmetry::FULL);
         let error = Subset::read(form, text).err().unwrap().to_string();
         for part in parts {
             assert!(error.contains(part), "{error}");

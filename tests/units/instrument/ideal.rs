@@ -1,9 +1,8 @@
 use crate::common::made;
-use gonio::brdf::{Channels, Presence};
 use gonio::geometry::Symmetry;
 use gonio::instrument::{Ideal, Instrument};
 use gonio::schedule::Schedule;
-use gonio::{brdf, parametrization, registry, schedule};
+use gonio::{parametrization, registry, schedule};
 use std::sync::Arc;
 
 fn poses() -> Arc<Schedule> {
@@ -14,32 +13,6 @@ fn poses() -> Arc<Schedule> {
     // More poses than one parallel task holds.
     let form = hybrid.form(Symmetry::FULL);
     Arc::new(sobol.plan(&form, 2 * 1024 + 7, 3).unwrap())
-}
-
-#[test]
-fn the_ideal_reading_is_the_brdf_bit_for_bit() {
-    let poses = poses();
-    for channels in [Channels::Luminance, Channels::Rgb] {
-        let n = channels.count();
-        for entry in brdf::all() {
-            for text in entry.examples {
-                let spec = registry::read_text(&entry, text).unwrap();
-                let brdf = spec.build(channels.clone()).unwrap();
-                let measurement = Ideal.measure(&*brdf, &poses);
-                for (i, pose) in poses.poses.iter().enumerate() {
-                    let mut direct = [0.0; 3];
-                    let presence = brdf.eval(&pose.pair, &mut direct[..n]);
-                    match measurement.value(i) {
-                        Some(value) => {
-                            assert_eq!(presence, Presence::Present);
-                            assert_eq!(value, &direct[..n], "{} {text}", entry.kind);
-                        }
-                        None => assert_eq!(presence, Presence::Missing),
-                    }
-                }
-            }
-        }
-    }
 }
 
 #[test]

@@ -136,14 +136,11 @@ fn an_axis_that_wraps_takes_the_shorter_way() {
 
 mod plan {
     use gonio::geometry::Symmetry;
-    use gonio::instrument::{Machine, Motion, Order, Stop, presets, read};
-    use gonio::parametrization;
+    use gonio::instrument::{Bench, Machine, Motion, Order, Parts, Stop, presets, read};
     use gonio::schedule::{Itinerary, RandomSet, SampleSet, Schedule};
 
     fn schedule(n: usize, symmetry: Symmetry, seed: u64) -> Schedule {
-        let form = parametrization::find("half-difference")
-            .unwrap()
-            .form(symmetry);
+        let form = crate::common::form("half-difference", symmetry);
         RandomSet {}.plan(&form, n, seed).unwrap()
     }
 
@@ -163,11 +160,12 @@ mod plan {
             let spec = read(preset.text).unwrap();
             let machine = Machine::new(&spec).unwrap();
             let motion = Motion::new(&spec, &machine);
+            let bench = Bench::new(&spec, Parts::ALL, 1).unwrap();
             for symmetry in [Symmetry::FULL, Symmetry::NONE] {
                 let schedule = schedule(300, symmetry, 2);
                 let mut best = f64::INFINITY;
                 for order in Order::ALL.into_iter().rev() {
-                    let plan = motion.itinerary(&machine, preset.name, &schedule, order);
+                    let plan = bench.plan(&schedule, order);
                     let seen = plan.visits.iter().map(|v| v.pose);
                     let mut seen: Vec<u32> =
                         seen.chain(plan.unreachable.iter().map(|u| u.0)).collect();
@@ -192,24 +190,6 @@ mod plan {
                     }
                     assert!(best <= travelled(&motion, &plan) * (1.0 + 1e-12));
                 }
-            }
-        }
-    }
-
-    #[test]
-    fn three_and_four_axes_travel_a_quarter() {
-        for (name, symmetry) in [("cornell", Symmetry::FULL), ("rosi", Symmetry::NONE)] {
-            let preset = presets().into_iter().find(|p| p.name == name).unwrap();
-            let spec = read(preset.text).unwrap();
-            let machine = Machine::new(&spec).unwrap();
-            let motion = Motion::new(&spec, &machine);
-            for seed in 1..=3 {
-                let schedule = schedule(1024, symmetry, seed);
-                let [random, best] = [Order::AsGenerated, Order::TwoOpt].map(|order| {
-                    let plan = motion.itinerary(&machine, name, &schedule, order);
-                    travelled(&motion, &plan)
-                });
-                assert!(best <= 0.25 * random, "{name} {seed}: {best} of {random}");
             }
         }
     }

@@ -4,15 +4,12 @@ use gonio::geometry::Symmetry;
 use gonio::instrument::{
     AxisMotion, Machine, Motion, Scan, Stop, TimingSpec, Travel, presets, read,
 };
-use gonio::parametrization;
 use gonio::sampling::Random;
 use gonio::schedule::{RandomSet, SampleSet, Schedule, Visit};
 
 /// A schedule of `n` poses whose lights change with every `lights`-th.
 fn schedule(n: usize, lights: usize) -> Schedule {
-    let form = parametrization::find("half-difference")
-        .unwrap()
-        .form(Symmetry::NONE);
+    let form = crate::common::form("half-difference", Symmetry::NONE);
     let mut schedule = RandomSet {}.plan(&form, n, 1).unwrap();
     for i in 0..n {
         schedule.poses[i].pair.omega_i = schedule.poses[i - i % lights].pair.omega_i;

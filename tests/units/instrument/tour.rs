@@ -1,7 +1,6 @@
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{AxisMotion, Order, Travel};
 use gonio::numeric::wrap_angle;
-use gonio::parametrization;
 use gonio::sampling::Random;
 use gonio::schedule::{Positions, RandomSet, SampleSet};
 use std::f64::consts::{PI, TAU};
@@ -36,9 +35,7 @@ fn assert_permutation(tour: &[u32], n: usize) {
 
 /// Positions of random pairs that are uniform in half/difference coordinates.
 fn random(n: usize, seed: u64, place: fn(&DirectionPair) -> Positions) -> Vec<Positions> {
-    let form = parametrization::find("half-difference")
-        .unwrap()
-        .form(Symmetry::NONE);
+    let form = crate::common::form("half-difference", Symmetry::NONE);
     let schedule = RandomSet {}.plan(&form, n, seed).unwrap();
     schedule.poses.iter().map(|p| place(&p.pair)).collect()
 }
@@ -179,20 +176,6 @@ fn points_on_a_line_are_visited_from_end_to_end() {
 }
 
 #[test]
-fn a_line_through_rest_is_not_crossed_twice() {
-    // The short end first, then back to the other. Going to the nearest crosses rest often.
-    let travel = travel(&THREE);
-    let positions: Vec<Positions> = shuffled(40, 9)
-        .into_iter()
-        .map(|i| [0.02 * (i as f64 - 9.3), 0.0, 0.0, 0.0])
-        .collect();
-    let tour = Order::TwoOpt.tour(&travel, &REST, &positions);
-    let x: Vec<f64> = tour.iter().map(|&i| positions[i as usize][0]).collect();
-    let turns = x.windows(3).filter(|w| (w[1] - w[0]) * (w[2] - w[1]) < 0.0);
-    assert!(turns.count() <= 1, "{x:?}");
-}
-
-#[test]
 fn a_ring_is_gone_round_once() {
     let n = 200;
     let travel = travel(&[false, true]);
@@ -300,29 +283,4 @@ fn none_and_one_are_paths_too() {
         let one = [[0.1, 0.2, 0.3, 0.4]];
         assert_eq!(order.tour(&travel(&FOUR), &REST, &one), [0]);
     }
-}
-
-#[test]
-fn a_lattice_is_walked_step_by_step() {
-    // A path over a lattice of 8³ with no step longer than one: 511 steps and the way to it.
-    let travel = travel(&[false, false, false]);
-    let step = 0.05;
-    let positions: Vec<Positions> = shuffled(512, 3)
-        .into_iter()
-        .map(|i| [i / 64, i / 8 % 8, i % 8, 0].map(|k| step * k as f64))
-        .collect();
-    let one = travel.seconds(&REST, &[step, 0.0, 0.0, 0.0]);
-    let tour = Order::TwoOpt.tour(&travel, &REST, &positions);
-    let found = seconds(&travel, &positions, &tour);
-    assert!(found <= 1.01 * 511.0 * one, "{found} {}", 511.0 * one);
-}
-
-#[test]
-fn names_are_those_of_configs() {
-    for order in Order::ALL {
-        let text = serde_json::to_string(&order).unwrap();
-        assert_eq!(text, format!("\"{}\"", order.name()));
-        assert!(!order.summary().is_empty());
-    }
-    assert_eq!(Order::default(), Order::TwoOpt);
 }

@@ -7,10 +7,10 @@ mod test_set;
 mod uncovered;
 mod within;
 
-use crate::common::made;
+use crate::common::{made, test_pairs};
 use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::metrics::{AlbedoProbe, Measure, MetricsSpec, Values, compare, evaluate, test_pairs};
+use gonio::metrics::{Measure, Values, evaluate};
 
 /// Varies from pair to pair, has three channels, and no data for some pairs.
 fn patchy() -> impl Brdf {
@@ -21,11 +21,7 @@ fn patchy() -> impl Brdf {
 }
 
 fn pairs(n: usize) -> Vec<DirectionPair> {
-    let spec = MetricsSpec {
-        pairs: n,
-        ..Default::default()
-    };
-    test_pairs(Measure::Cosine, &spec).unwrap()
+    test_pairs(Measure::Cosine, n)
 }
 
 #[test]
@@ -38,31 +34,6 @@ fn slabs_make_up_the_whole() {
     let mut values = Values::default();
     slabs.into_iter().for_each(|slab| values.append(slab));
     assert!(values == evaluate(&patchy(), &pairs));
-}
-
-#[test]
-fn any_number_of_threads_gives_the_same_bits() {
-    let results = [1, 2].map(|threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| {
-            let pairs = pairs(10_000);
-            let truth = evaluate(&patchy(), &pairs);
-            let lambert = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
-            let errors = compare(&pairs, &truth, &evaluate(&lambert, &pairs));
-            let probe = AlbedoProbe::new();
-            let albedos = [&patchy() as &dyn Brdf, &lambert].map(|brdf| {
-                let values = probe.evaluate(brdf);
-                probe.albedos(&values, &values)
-            });
-            (truth, errors, albedos)
-        })
-    });
-    assert!(results[0].1.pairs_missing > 0);
-    // Not `assert_eq`: a failure would print some 20 000 numbers.
-    assert!(results[0] == results[1]);
 }
 
 #[test]

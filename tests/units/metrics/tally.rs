@@ -1,14 +1,9 @@
+use crate::common::test_pairs;
 use gonio::geometry::DirectionPair;
-use gonio::metrics::{
-    Errors, Measure, MetricsSpec, Tally, Values, compare, compare_weighted, test_pairs,
-};
+use gonio::metrics::{Errors, Measure, Tally, Values, compare, compare_weighted};
 
 fn pairs(n: usize) -> Vec<DirectionPair> {
-    let spec = MetricsSpec {
-        pairs: n,
-        ..Default::default()
-    };
-    test_pairs(Measure::Lobe, &spec).unwrap()
+    test_pairs(Measure::Lobe, n)
 }
 
 fn values(luminance: Vec<f64>) -> Values {

@@ -31,14 +31,6 @@ fn a_darker_copy_errs_in_energy_alone() {
 }
 
 #[test]
-fn black_has_no_moments_to_compare() {
-    let errors = MomentErrors::between(&profile(&lambert(0.0)), &profile(&lambert(0.6)));
-    assert_eq!(errors, MomentErrors::default());
-    let errors = MomentErrors::between(&profile(&lambert(0.6)), &profile(&lambert(0.0)));
-    assert_eq!((errors.energy, errors.mean), (Some(1.0), None));
-}
-
-#[test]
 fn a_wider_lobe_errs_as_its_moments_do() {
     let of = |alpha: f64| {
         let entry = gonio::brdf::all().into_iter().find(|e| e.kind == "ggx");

@@ -1,6 +1,6 @@
 #[cfg(feature = "pictures")]
 mod alignment {
-    use gonio::analysis::{Scale, Weight, distortion};
+    use gonio::analysis::{Scale, View, Weight};
     use gonio::brdf::{BrdfSpec, Channels, TestFunctionSpec};
     use gonio::geometry::Symmetry;
     use gonio::parametrization;
@@ -14,7 +14,7 @@ mod alignment {
             for entry in parametrization::all() {
                 let form = entry.form(Symmetry::FULL);
                 for weight in Weight::ALL {
-                    let found = distortion(&*s, Scale::Value, &*form, weight);
+                    let found = View::new(&*s, Scale::Value, &*form, weight).distortion();
                     let kind = (Scale::Value, weight);
                     rows.extend(SharesRow::of(
                         material,

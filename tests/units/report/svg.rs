@@ -93,27 +93,6 @@ fn every_series_with_data_is_seen() {
     assert!(twice.count() > 40);
 }
 
-#[test]
-fn greek_letters_have_indices_and_names_keep_their_underscores() {
-    let text = |text: &str| {
-        let mut panel = panel(
-            Scale::Linear,
-            vec![series(0, Mark::Line, &[(0.0, Some(1.0))])],
-        );
-        panel.x.label = text.into();
-        drawn(&[panel])
-    };
-    let symbols = text("cos θ_i cos θ_o = 1");
-    for index in ["i", "o"] {
-        assert!(symbols.contains(&format!("font-size=\"70%\">{index}</tspan>")));
-    }
-    assert!(symbols.contains("> cos θ<") && symbols.contains("> = 1"));
-    assert!(!symbols.contains("θ_"));
-    for plain in ["theta_h_deg", "a_b θ _c", "_"] {
-        assert!(text(plain).contains(plain), "{plain}");
-    }
-}
-
 const ORANGE: &str = "#D55E00";
 
 #[test]

@@ -151,28 +151,3 @@ fn many_comparisons_need_more() {
     let none = Paired::new(&[(0.1, 0.2)], BAND, &Bootstrap::new(1)).unwrap();
     assert_eq!(Paired::adjusted(&[none]), [none]);
 }
-
-#[test]
-fn texts() {
-    let found = Paired {
-        n: 24,
-        ratio: 0.842,
-        interval: Some([0.79, 0.9012]),
-        p: Some(0.003_06),
-        wins: 20,
-        losses: 3,
-        ties: 1,
-        band: BAND,
-    };
-    let text = "0.842 [0.790, 0.901], p = 0.0031, 20 wins, 3 losses, 1 tie: better";
-    assert_eq!(found.to_string(), text);
-    let found = Paired {
-        interval: None,
-        p: Some(1e-7),
-        ..found
-    };
-    let text = "0.842, p < 0.0001, 20 wins, 3 losses, 1 tie: undecided";
-    assert_eq!(found.to_string(), text);
-    assert_eq!(format!("[{:>9}]", Verdict::Worse), "[    worse]");
-    assert_eq!(Verdict::Same.to_string(), "no difference");
-}

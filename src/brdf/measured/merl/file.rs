@@ -11,14 +11,13 @@
 //! ([`crate::brdf::Marks`]). A file with no data at all is refused.
 
 use super::super::doubts::Doubts;
-use super::grid::THETA_CELLS;
-use super::{Cells, Merl, MerlError, MerlGrid};
+use super::super::{TableError, open_regular};
+use super::{Cells, Merl, MerlGrid};
 use crate::brdf::Channels;
 use crate::brdf::marks::{is, is_mark_number, marks_among};
-use crate::files;
 use crate::numeric;
 use std::fs::File;
-use std::io::{ErrorKind, Read};
+use std::io::{self, Read};
 use std::path::Path;
 
 /// Factor from a stored R, G, B value to sr⁻¹: 1/1500, 1.15/1500, 1.66/1500, each the nearest `f64`.
@@ -31,6 +30,9 @@ pub const SCALE: [f64; 3] = [
 /// Bytes of the header.
 const HEADER: u64 = 12;
 
+/// Why a scene of wavelengths is refused.
+pub(super) const WAVELENGTHS: &str = "a MERL table holds R, G, B and no wavelengths";
+
 /// Bytes read at a time: a few pages, so that they stay in the first-level caches between the
 /// read and the conversion.
 const CHUNK: usize = 1 << 15;
@@ -42,6 +44,24 @@ impl MerlGrid {
     }
 }
 
+/// An error of the system.
+pub(super) fn no_access(e: io::Error) -> TableError {
+    TableError::Io("no access to this MERL table", e)
+}
+
+/// The error of a table without data.
+pub(super) fn no_data() -> TableError {
+    TableError::no_data("every cell is negative, NaN or infinite: the table holds no data")
+}
+
+/// The error of a file of another length than its header asks for.
+fn wrong_length(found: u64, grid: MerlGrid) -> TableError {
+    let expected = grid.file_len();
+    TableError::malformed(format!(
+        "found {found} bytes, expected {expected} for a {grid} table"
+    ))
+}
+
 /// True for a stored value that is data.
 #[inline]
 pub(super) fn is_data(stored: f64) -> bool {
@@ -51,26 +71,22 @@ pub(super) fn is_data(stored: f64) -> bool {
 /// Checks header and length of a file without loading it, and returns its layout.
 ///
 /// # Errors
-/// [`MerlError`] if the file cannot be opened, is not a regular file, or has another header or length.
-pub fn check(path: &Path) -> Result<MerlGrid, MerlError> {
+/// [`TableError`] if the file cannot be opened, is not a regular file, or has another header or length.
+pub fn check(path: &Path) -> Result<MerlGrid, TableError> {
     open(path).map(|(_, grid)| grid)
 }
 
 impl Merl {
-    /// Loads a file. Only what `channels` asks for is held: three planes for R, G, B, one for luminance.
+    /// Loads a file; `no_reading` is one more number that stands for no data. Only what `channels` asks for is held: three planes
+    /// for R, G, B, one for luminance.
     ///
     /// # Errors
-    /// [`MerlError`], after the header and length only if those are wrong.
-    pub fn load(path: &Path, channels: Channels) -> Result<Self, MerlError> {
-        Self::load_without(path, channels, None)
-    }
-
-    /// Loads a file; `no_reading` is one more number that stands for no data.
-    pub(super) fn load_without(
+    /// [`TableError`], after the header and length only if those are wrong.
+    pub fn load(
         path: &Path,
         channels: Channels,
         no_reading: Option<f64>,
-    ) -> Result<Self, MerlError> {
+    ) -> Result<Self, TableError> {
         let (mut file, grid) = open(path)?;
         read_planes(&mut file, grid, channels, no_reading)
     }
@@ -78,44 +94,39 @@ impl Merl {
     /// Reads a file's bytes from anywhere; they must end where the table ends.
     ///
     /// # Errors
-    /// [`MerlError`], after 12 bytes only if the header is wrong.
-    pub fn read(mut input: impl Read, channels: Channels) -> Result<Self, MerlError> {
+    /// [`TableError`], after 12 bytes only if the header is wrong.
+    pub fn read(mut input: impl Read, channels: Channels) -> Result<Self, TableError> {
         let grid = read_header(&mut input, None)?;
         read_planes(&mut input, grid, channels, None)
     }
 }
 
 /// Opens a file and checks its header and length.
-fn open(path: &Path) -> Result<(File, MerlGrid), MerlError> {
-    // Asked by name: a pipe that nobody writes to would not open.
-    let meta = std::fs::metadata(path)?;
-    if !meta.is_file() {
-        return Err(MerlError::NotAFile);
+fn open(path: &Path) -> Result<(File, MerlGrid), TableError> {
+    let (mut file, length) = open_regular(path, no_access)?;
+    let grid = read_header(&mut file, Some(length))?;
+    match length == grid.file_len() {
+        true => Ok((file, grid)),
+        false => Err(wrong_length(length, grid)),
     }
-    let mut file = files::open(path)?;
-    let grid = read_header(&mut file, Some(meta.len()))?;
-    if meta.len() != grid.file_len() {
-        return Err(MerlError::Length {
-            found: meta.len(),
-            grid,
-        });
-    }
-    Ok((file, grid))
 }
 
-fn read_header(input: &mut impl Read, len: Option<u64>) -> Result<MerlGrid, MerlError> {
-    let mut bytes = [0; HEADER as usize];
-    let got = fill(input, &mut bytes)?;
-    if got < bytes.len() {
-        return Err(MerlError::NoHeader {
-            found: len.unwrap_or(got as u64),
-        });
-    }
-    let mut found = [0; 3];
-    for (found, bytes) in found.iter_mut().zip(bytes.as_chunks().0) {
-        *found = i32::from_le_bytes(*bytes);
-    }
-    MerlGrid::from_dims(found).ok_or(MerlError::Dims { found })
+fn read_header(input: &mut impl Read, len: Option<u64>) -> Result<MerlGrid, TableError> {
+    let mut bytes = Vec::new();
+    let header = input.take(HEADER).read_to_end(&mut bytes);
+    let got = header.map_err(no_access)? as u64;
+    let dims = bytes.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b));
+    let &[h, d, phi] = &dims.collect::<Vec<_>>()[..] else {
+        let found = len.unwrap_or(got);
+        return Err(TableError::malformed(format!(
+            "not a MERL file: found {found} bytes, expected a header of 12 and three planes"
+        )));
+    };
+    MerlGrid::from_dims([h, d, phi]).ok_or_else(|| {
+        TableError::malformed(format!(
+            "not a MERL file: found {h}, {d}, {phi} in the header, expected 90, 90, 180 or 90, 90, 360"
+        ))
+    })
 }
 
 fn read_planes(
@@ -123,12 +134,12 @@ fn read_planes(
     grid: MerlGrid,
     channels: Channels,
     no_reading: Option<f64>,
-) -> Result<Merl, MerlError> {
+) -> Result<Merl, TableError> {
     let mut source = Source {
         input,
         grid,
         read: HEADER,
-        chunk: vec![0; CHUNK],
+        chunk: Vec::with_capacity(CHUNK),
         values: Vec::with_capacity(CHUNK / 8),
         seen: Seen {
             no_reading,
@@ -136,42 +147,21 @@ fn read_planes(
         },
     };
     let mut cells = match channels {
-        Channels::Rgb => {
-            let mut cells = Vec::with_capacity(grid.cells() + THETA_CELLS);
-            source.plane(|values| cells.extend(values.map(|v| [v, 0.0, 0.0])))?;
-            for c in 1..3 {
-                let mut rest = cells.iter_mut();
-                source.plane(|values| {
-                    for (v, cell) in values.zip(&mut rest) {
-                        cell[c] = v;
-                    }
-                })?;
-            }
-            Cells::Rgb(cells)
-        }
+        Channels::Rgb => Cells::Rgb(source.cells(|c, v, cell| cell[c] = v)?),
         Channels::Luminance => {
             // Folded plane by plane in the order of `numeric::luminance`, so that the sum has the
             // bits of the luminance of an R, G, B reading. −1 once a channel has no data.
-            let mut cells = Vec::with_capacity(grid.cells() + THETA_CELLS);
             let part = |c: usize, v: f64| numeric::LUMINANCE[c] * (v * SCALE[c]);
-            source.plane(|values| {
-                cells.extend(values.map(|v| [if is_data(v) { part(0, v) } else { -1.0 }]));
-            })?;
-            for c in 1..3 {
-                let mut rest = cells.iter_mut();
-                source.plane(|values| {
-                    for (v, [sum]) in values.zip(&mut rest) {
-                        *sum = if *sum >= 0.0 && is_data(v) {
-                            *sum + part(c, v)
-                        } else {
-                            -1.0
-                        };
-                    }
-                })?;
-            }
-            Cells::Luminance(cells)
+            let add = |c: usize, v: f64, [sum]: &mut [f64; 1]| {
+                *sum = if *sum >= 0.0 && is_data(v) {
+                    *sum + part(c, v)
+                } else {
+                    -1.0
+                };
+            };
+            Cells::Luminance(source.cells(add)?)
         }
-        Channels::Wavelengths(_) => return Err(MerlError::Wavelengths),
+        Channels::Wavelengths(_) => return Err(TableError::Channels(WAVELENGTHS)),
     };
     source.end()?;
     let (doubts, marked) = source.seen.marks();
@@ -240,24 +230,42 @@ struct Source<'a, R> {
 }
 
 impl<R: Read> Source<'_, R> {
+    /// Reads so many bytes, or up to the end of the input; returns their number.
+    fn next(&mut self, bytes: u64) -> Result<usize, TableError> {
+        self.chunk.clear();
+        let mut part = self.input.by_ref().take(bytes);
+        part.read_to_end(&mut self.chunk).map_err(no_access)
+    }
+
+    /// The cells, into which `put` puts the values of one channel after the other.
+    fn cells<const N: usize>(
+        &mut self,
+        put: impl Fn(usize, f64, &mut [f64; N]),
+    ) -> Result<Vec<[f64; N]>, TableError> {
+        // Whatever is added to −0 keeps its bits. There is room for the means behind the cells.
+        let mut cells = Vec::with_capacity(self.grid.cells() + MerlGrid::POLES);
+        cells.resize(self.grid.cells(), [-0.0; N]);
+        for c in 0..3 {
+            let mut rest = cells.iter_mut();
+            self.plane(|values| values.zip(&mut rest).for_each(|(v, cell)| put(c, v, cell)))?;
+        }
+        Ok(cells)
+    }
+
     /// Passes one plane on, chunk by chunk.
     fn plane(
         &mut self,
         mut take: impl FnMut(std::iter::Copied<std::slice::Iter<'_, f64>>),
-    ) -> Result<(), MerlError> {
+    ) -> Result<(), TableError> {
         let mut left = 8 * self.grid.cells();
         while left > 0 {
             let want = left.min(CHUNK);
-            let chunk = &mut self.chunk[..want];
-            let got = fill(self.input, chunk)?;
+            let got = self.next(want as u64)?;
             self.read += got as u64;
             if got < want {
-                return Err(MerlError::Length {
-                    found: self.read,
-                    grid: self.grid,
-                });
+                return Err(wrong_length(self.read, self.grid));
             }
-            let numbers = chunk.as_chunks().0.iter();
+            let numbers = self.chunk.as_chunks().0.iter();
             self.values.clear();
             self.values.extend(numbers.map(|b| f64::from_le_bytes(*b)));
             self.seen.look(&self.values);
@@ -268,24 +276,16 @@ impl<R: Read> Source<'_, R> {
     }
 
     /// Checks that nothing follows.
-    fn end(&mut self) -> Result<(), MerlError> {
-        match fill(self.input, &mut self.chunk[..1])? {
+    fn end(&mut self) -> Result<(), TableError> {
+        match self.next(1)? {
             0 => Ok(()),
-            _ => Err(MerlError::TooLong { grid: self.grid }),
+            _ => {
+                let Self { grid, .. } = self;
+                let bytes = grid.file_len();
+                Err(TableError::malformed(format!(
+                    "found more data after the {bytes} bytes expected for a {grid} table"
+                )))
+            }
         }
     }
-}
-
-/// Reads until `buffer` is full or the input ends; returns the bytes read.
-fn fill(input: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize> {
-    let mut got = 0;
-    while got < buffer.len() {
-        match input.read(&mut buffer[got..]) {
-            Ok(0) => break,
-            Ok(n) => got += n,
-            Err(e) if e.kind() == ErrorKind::Interrupted => {}
-            Err(e) => return Err(e),
-        }
-    }
-    Ok(got)
 }

@@ -30,6 +30,7 @@ use crate::parametrization::Frame;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::fmt;
 
 /// Cells along theta_h and along theta_d.
 pub const THETA_CELLS: usize = 90;
@@ -329,6 +330,13 @@ impl MerlGrid {
         let [h, d] = [h, d].map(|x| if x < last { x } else { last });
         let n_phi = self.dims()[2] as f64;
         [h, d, if phi < n_phi { phi } else { 0.0 }]
+    }
+}
+
+impl fmt::Display for MerlGrid {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let [h, d, phi] = self.dims();
+        write!(f, "{h}×{d}×{phi}")
     }
 }
 

@@ -15,22 +15,23 @@
 //! Missing: a cell with no data (`nearest`), or no node with data and weight (`trilinear`). It is
 //! never read as 0. Below the horizon the value is 0.
 
-mod error;
 pub mod file;
 pub mod grid;
 mod spec;
 mod write;
 
-pub use error::MerlError;
 pub use file::{SCALE, check};
 pub use grid::{MerlGrid, Nodes};
 pub use spec::{ENTRY, Interpolation, MerlSpec};
-pub use write::{write_merl, write_merl_file, write_merl_file_filled};
+pub(super) use write::NOT_ISOTROPIC;
+pub(crate) use write::tabulate;
+pub use write::write_merl;
 
+use super::TableError;
 use super::doubts::{Doubts, is_doubted};
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{BLOCK, DirectionPair, PairBlock, Symmetry};
-use file::is_data;
+use file::{is_data, no_data};
 use grid::Corner;
 use pulp::{Arch, NullaryFnOnce};
 
@@ -54,7 +55,7 @@ enum Cells {
 }
 
 impl Merl {
-    fn new(grid: MerlGrid, mut cells: Cells, doubts: Doubts) -> Result<Self, MerlError> {
+    fn new(grid: MerlGrid, mut cells: Cells, doubts: Doubts) -> Result<Self, TableError> {
         match &mut cells {
             Cells::Luminance(cells) => cells.extend(means_at_poles(cells, grid)),
             Cells::Rgb(cells) => cells.extend(means_at_poles(cells, grid)),
@@ -67,7 +68,7 @@ impl Merl {
             doubts,
         };
         if (0..grid.cells()).all(|i| table.at(i).is_none()) {
-            return Err(MerlError::NoData);
+            return Err(no_data());
         }
         Ok(table)
     }

@@ -17,8 +17,9 @@
 //! Numbers of rgb and spectra that are NaN or infinite, and those that stand for no reading as -999 does ([`crate::brdf::Marks`]),
 //! spoil themselves only; so does a wavelength that is NaN or has no number at all, which is left out.
 
+use super::super::TableError;
 use super::super::doubts::Doubts;
-use super::RglError;
+use super::no_access;
 use super::tensor::{self, Field, Numbers, Tensor};
 use super::warp::Grids;
 use crate::brdf::Marks;
@@ -83,10 +84,10 @@ pub struct Head<R> {
 /// Opens a file and reads its header.
 ///
 /// # Errors
-/// [`RglError`].
-pub fn open(path: &Path) -> Result<Head<BufReader<std::fs::File>>, RglError> {
-    let file = files::open(path)?;
-    let length = file.metadata()?.len();
+/// [`TableError`].
+pub fn open(path: &Path) -> Result<Head<BufReader<std::fs::File>>, TableError> {
+    let file = files::open(path).map_err(no_access)?;
+    let length = file.metadata().map_err(no_access)?.len();
     Head::read(BufReader::new(file), length)
 }
 
@@ -94,8 +95,8 @@ impl<R: Read + Seek> Head<R> {
     /// Reads the header of `length` bytes.
     ///
     /// # Errors
-    /// [`RglError`].
-    pub fn read(mut input: R, length: u64) -> Result<Self, RglError> {
+    /// [`TableError`].
+    pub fn read(mut input: R, length: u64) -> Result<Self, TableError> {
         let fields = tensor::head(&mut input, length)?;
         Ok(Self { input, fields })
     }
@@ -105,9 +106,9 @@ impl<R: Read + Seek> Head<R> {
     }
 
     /// A field of a number of dimensions.
-    fn field(&self, name: &str, dimensions: usize) -> Result<&Field, RglError> {
+    fn field(&self, name: &str, dimensions: usize) -> Result<&Field, TableError> {
         let field = self.fields.iter().find(|f| f.name == name);
-        let field = field.ok_or_else(|| RglError::field(name, "is missing"))?;
+        let field = field.ok_or_else(|| TableError::field(name, "is missing"))?;
         let may_be_empty = name == "description";
         match field.shape.len() == dimensions && (may_be_empty || !field.shape.contains(&0)) {
             true => Ok(field),
@@ -115,15 +116,16 @@ impl<R: Read + Seek> Head<R> {
                 let shape = &field.shape;
                 let what =
                     format!("is {shape:?}; allowed: {dimensions} dimensions, none of them 0");
-                Err(RglError::field(name, what))
+                Err(TableError::field(name, what))
             }
         }
     }
 
-    fn bytes(&mut self, name: &str) -> Result<Vec<u8>, RglError> {
-        match self.field(name, 1)?.clone().load(&mut self.input)?.numbers {
+    fn bytes(&mut self, name: &str) -> Result<Vec<u8>, TableError> {
+        let field = self.field(name, 1)?.clone();
+        match field.load(&mut self.input)? {
             Numbers::Bytes(bytes) => Ok(bytes),
-            Numbers::Floats(_) => Err(RglError::field(name, "is of f32; allowed: u8")),
+            Numbers::Floats(_) => Err(TableError::field(name, "is of f32; allowed: u8")),
         }
     }
 
@@ -133,32 +135,29 @@ impl<R: Read + Seek> Head<R> {
         name: &str,
         dimensions: usize,
         least: Option<f32>,
-    ) -> Result<(Vec<usize>, Vec<f32>), RglError> {
-        let Tensor { shape, numbers, .. } = self
-            .field(name, dimensions)?
-            .clone()
-            .load(&mut self.input)?;
-        let Numbers::Floats(floats) = numbers else {
-            return Err(RglError::field(name, "is of u8; allowed: f32"));
+    ) -> Result<(Vec<usize>, Vec<f32>), TableError> {
+        let field = self.field(name, dimensions)?.clone();
+        let Numbers::Floats(floats) = field.load(&mut self.input)? else {
+            return Err(TableError::field(name, "is of u8; allowed: f32"));
         };
         // A table of readings has some of them.
         let is_wrong = |v: &f32| least.is_some_and(|least| !v.is_finite() || *v < least);
         let wrong = floats.iter().position(is_wrong);
         match wrong {
-            None => Ok((shape, floats)),
+            None => Ok((field.shape, floats)),
             Some(i) => {
                 let allowed = match least.unwrap_or(f32::MIN) {
                     f32::MIN => "finite numbers".into(),
                     least => format!("finite numbers from {least} on"),
                 };
                 let what = format!("holds {} at place {i}; allowed: {allowed}", floats[i]);
-                Err(RglError::field(name, what))
+                Err(TableError::field(name, what))
             }
         }
     }
 
     /// Ascending numbers within a range.
-    fn nodes(&mut self, name: &str, range: [f32; 2]) -> Result<Vec<f32>, RglError> {
+    fn nodes(&mut self, name: &str, range: [f32; 2]) -> Result<Vec<f32>, TableError> {
         let (_, nodes) = self.floats(name, 1, Some(f32::MIN))?;
         ascending(name, nodes, range)
     }
@@ -166,8 +165,8 @@ impl<R: Read + Seek> Head<R> {
     /// Azimuths of the light, rad.
     ///
     /// # Errors
-    /// [`RglError`].
-    pub fn phi_i(&mut self) -> Result<Vec<f32>, RglError> {
+    /// [`TableError`].
+    pub fn phi_i(&mut self) -> Result<Vec<f32>, TableError> {
         let nodes = self.nodes("phi_i", [-2.01 * PI, 2.01 * PI])?;
         let is_held = match nodes[..] {
             [first, .., last] if nodes.len() > MOST_OF_ISOTROPIC => {
@@ -183,7 +182,7 @@ impl<R: Read + Seek> Head<R> {
             true => Ok(nodes),
             false => {
                 let what = "is no circle, half or quarter of one from -π on";
-                Err(RglError::field("phi_i", what))
+                Err(TableError::field("phi_i", what))
             }
         }
     }
@@ -191,8 +190,8 @@ impl<R: Read + Seek> Head<R> {
     /// What the colours are.
     ///
     /// # Errors
-    /// [`RglError`].
-    pub fn colours(&mut self) -> Result<Colours, RglError> {
+    /// [`TableError`].
+    pub fn colours(&mut self) -> Result<Colours, TableError> {
         if !self.has("spectra") {
             return Ok(Colours::Rgb);
         }
@@ -200,7 +199,7 @@ impl<R: Read + Seek> Head<R> {
         nm.retain(|nm| !nm.is_nan());
         match nm.is_empty() {
             false => Ok(Colours::Wavelengths(nm)),
-            true => Err(RglError::field(
+            true => Err(TableError::field(
                 "wavelengths",
                 "holds none that is a number",
             )),
@@ -208,7 +207,7 @@ impl<R: Read + Seek> Head<R> {
     }
 
     /// Wavelengths as they are in the file, nm: ascending, but for those that are NaN.
-    fn wavelengths(&mut self) -> Result<Vec<f32>, RglError> {
+    fn wavelengths(&mut self) -> Result<Vec<f32>, TableError> {
         let (_, nm) = self.floats("wavelengths", 1, None)?;
         let known: Vec<f32> = nm.iter().copied().filter(|nm| !nm.is_nan()).collect();
         ascending("wavelengths", known, [1.0, 1e6])?;
@@ -221,12 +220,12 @@ impl<R: Read + Seek> Head<R> {
         name: &str,
         before: &[usize],
         least: Option<f32>,
-    ) -> Result<Grids, RglError> {
+    ) -> Result<Grids, TableError> {
         let (shape, values) = self.floats(name, before.len() + 2, least)?;
         let (found, size) = shape.split_at(before.len());
         if found != before || size.iter().any(|n| *n < 2) {
             let what = format!("is {shape:?}; allowed: {before:?} and two numbers of at least 2");
-            return Err(RglError::field(name, what));
+            return Err(TableError::field(name, what));
         }
         let size = [size[1], size[0]];
         Ok(Grids { size, values })
@@ -235,8 +234,8 @@ impl<R: Read + Seek> Head<R> {
     /// All fields.
     ///
     /// # Errors
-    /// [`RglError`].
-    pub fn load(mut self) -> Result<Fields, RglError> {
+    /// [`TableError`].
+    pub fn load(mut self) -> Result<Fields, TableError> {
         let description = match self.has("description") {
             true => String::from_utf8_lossy(&self.bytes("description")?).into_owned(),
             false => String::new(),
@@ -278,13 +277,13 @@ impl<R: Read + Seek> Head<R> {
 }
 
 /// Checks that numbers ascend within a range.
-fn ascending(name: &str, nodes: Vec<f32>, [low, high]: [f32; 2]) -> Result<Vec<f32>, RglError> {
+fn ascending(name: &str, nodes: Vec<f32>, [low, high]: [f32; 2]) -> Result<Vec<f32>, TableError> {
     let ascends = nodes.is_sorted_by(|a, b| a < b);
     match ascends && nodes.iter().all(|v| (low..=high).contains(v)) {
         true => Ok(nodes),
         false => {
             let what = format!("does not ascend within [{low}, {high}]");
-            Err(RglError::field(name, what))
+            Err(TableError::field(name, what))
         }
     }
 }
@@ -302,8 +301,8 @@ impl Fields {
     /// Makes NaN of values that stand for no reading, `no_reading` among them, and leaves out wavelengths without any other.
     ///
     /// # Errors
-    /// [`RglError::Field`] if nothing is left.
-    pub(super) fn take_marks(&mut self, no_reading: Option<f64>) -> Result<Lost, RglError> {
+    /// [`TableError::Malformed`] if nothing is left.
+    pub(super) fn take_marks(&mut self, no_reading: Option<f64>) -> Result<Lost, TableError> {
         let mut lost = Lost {
             doubts: Doubts::take(&mut self.values.values, Marks::default(), no_reading),
             wavelengths: Vec::new(),
@@ -329,7 +328,7 @@ impl Fields {
         }
         match held.contains(&true) {
             true => Ok(lost),
-            false => Err(RglError::field("rgb or spectra", "holds no reading")),
+            false => Err(TableError::field("rgb or spectra", "holds no reading")),
         }
     }
 

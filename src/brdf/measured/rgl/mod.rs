@@ -14,25 +14,25 @@
 //! Light is ω_i, sensor ω_o; no reciprocity is declared. A table of one or two azimuths of the light is isotropic, and
 //! the first of them is read. Of one that holds half or a quarter of the circle pairs are mirrored into it.
 
-mod error;
 pub mod file;
 mod spec;
 pub mod tensor;
 pub mod warp;
 mod write;
 
-pub use error::RglError;
 pub use file::Fields;
 pub use spec::{ENTRY, RglSpec};
-pub use write::{LEVELS, Level, table_pairs, tabulate, write_rgl_file};
+pub(crate) use write::fields;
+pub use write::{LEVELS, Level, table_pairs, tabulate};
 
-use super::Channels;
+use super::{Channels, TableError};
 use crate::brdf::{Brdf, Presence};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric;
 use file::{Colours, Lost, MOST_OF_ISOTROPIC};
 use glam::DVec3;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI, TAU};
+use std::io;
 use warp::{Densities, Grids, Weighted};
 
 /// Distance (rad) beyond the last elevation of the light within which it counts as on it: the nodes are `f32`.
@@ -53,6 +53,11 @@ pub struct Rgl {
     /// A grid an incidence and channel.
     values: Grids,
     lost: Lost,
+}
+
+/// An error of the system.
+fn no_access(e: io::Error) -> TableError {
+    TableError::Io("no access to this RGL table", e)
 }
 
 /// u from an elevation (rad) and back.
@@ -93,12 +98,12 @@ impl Rgl {
     /// The table of some fields, for a scene in `channels`.
     ///
     /// # Errors
-    /// [`RglError::Field`] of a distribution that is 0, and of channels that the table does not hold.
-    pub fn new(fields: Fields, channels: Channels) -> Result<Self, RglError> {
+    /// [`TableError::Malformed`] of a distribution that is 0, and of channels that the table does not hold.
+    pub fn new(fields: Fields, channels: Channels) -> Result<Self, TableError> {
         let vndf = Densities::new(fields.vndf);
-        let vndf = vndf.ok_or_else(|| RglError::field("vndf", "is 0 for an incidence"))?;
+        let vndf = vndf.ok_or_else(|| TableError::field("vndf", "is 0 for an incidence"))?;
         if !fields.sigma.values.iter().all(|s| *s > 0.0) && fields.jacobian {
-            return Err(RglError::field(
+            return Err(TableError::field(
                 "sigma",
                 "holds 0; allowed: numbers above it",
             ));
@@ -214,7 +219,7 @@ impl Rgl {
 }
 
 /// The grids of the channels of a scene.
-fn in_channels(grids: Grids, colours: &Colours, channels: &Channels) -> Result<Grids, RglError> {
+fn in_channels(grids: Grids, colours: &Colours, channels: &Channels) -> Result<Grids, TableError> {
     let held = colours.count();
     let [w, h] = grids.size;
     // A channel is a sum of some of the held grids.
@@ -235,11 +240,11 @@ fn in_channels(grids: Grids, colours: &Colours, channels: &Channels) -> Result<G
         }
         (Colours::Rgb, Channels::Wavelengths(_)) => {
             let what = "is missing: the table holds R, G, B; allowed: a scene in luminance or rgb";
-            return Err(RglError::field("spectra", what));
+            return Err(TableError::field("spectra", what));
         }
         (Colours::Wavelengths(_), _) => {
             let what = "is missing: the table holds wavelengths; allowed: a scene of some of them";
-            return Err(RglError::field("rgb", what));
+            return Err(TableError::field("rgb", what));
         }
     };
     let mut values = Vec::with_capacity(grids.values.len() / held * parts.len());

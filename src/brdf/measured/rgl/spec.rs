@@ -6,40 +6,15 @@ use super::file::{self, Colours, Fields, Lost, MOST_OF_ISOTROPIC};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables, Wavelengths};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
-use crate::registry::{self, Entry};
-use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use crate::registry;
 
-const KIND: &str = "rgl";
-
-/// The registry entry. No examples: those must build on every machine, and this kind needs a file.
-pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
-    kind: KIND,
-    summary: "measured table of the RGL database, the .bsdf file at `path`; R, G, B or wavelengths; also no_reading",
-    examples: &[],
-    read: |table| Ok(Box::new(registry::parse::<RglSpec>(table)?)),
-};
-
-/// An RGL file, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RglSpec {
-    /// The file.
-    pub path: PathBuf,
-    /// One more number that stands for no reading.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub no_reading: Option<f64>,
+file_table! {
+    "rgl": "measured table of the RGL database, the .bsdf file at `path`; R, G, B or wavelengths; also no_reading"
+    /// An RGL file, as a config writes it.
+    pub struct RglSpec {}
 }
 
 impl RglSpec {
-    /// A file.
-    pub fn of(path: PathBuf) -> Self {
-        Self {
-            path,
-            no_reading: None,
-        }
-    }
-
     /// What the file holds, but for what stands for no reading.
     fn load(&self) -> Result<(Fields, Lost), BuildError> {
         let fields = file::open(&self.path).and_then(|head| head.load());
@@ -47,7 +22,7 @@ impl RglSpec {
             let lost = fields.take_marks(self.no_reading)?;
             Ok((fields, lost))
         });
-        lost.map_err(|e| BuildError::data(&self.path, e))
+        lost.map_err(|e| e.of_file(&self.path))
     }
 
     fn suits(&self, colours: &Colours, channels: &Channels) -> Result<(), ParameterError> {
@@ -88,10 +63,7 @@ impl BrdfSpec for RglSpec {
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         let colours = file::open(&self.path).and_then(|mut head| head.colours());
-        Ok(self.suits(
-            &colours.map_err(|e| BuildError::data(&self.path, e))?,
-            channels,
-        )?)
+        Ok(self.suits(&colours.map_err(|e| e.of_file(&self.path))?, channels)?)
     }
 
     fn held_channels(&self) -> Result<Option<Channels>, BuildError> {
@@ -109,7 +81,7 @@ impl BrdfSpec for RglSpec {
 
     fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
         let phi_i = file::open(&self.path).and_then(|mut head| head.phi_i());
-        let phi_i = phi_i.map_err(|e| BuildError::data(&self.path, e))?;
+        let phi_i = phi_i.map_err(|e| e.of_file(&self.path))?;
         Ok(Symmetry {
             isotropic: phi_i.len() <= MOST_OF_ISOTROPIC,
             ..Symmetry::NONE
@@ -124,7 +96,7 @@ impl BrdfSpec for RglSpec {
         self.check(&channels)?;
         let (fields, lost) = self.load()?;
         self.suits(&fields.colours, &channels)?;
-        let table = Rgl::new(fields, channels).map_err(|e| BuildError::data(&self.path, e))?;
+        let table = Rgl::new(fields, channels).map_err(|e| e.of_file(&self.path))?;
         Ok(Box::new(table.with_lost(lost)))
     }
 

@@ -8,7 +8,8 @@
 //!
 //! Types are 1 u8, 2 i8, 3 u16, … 8 i64, 9 f16, 10 f32, 11 f64; the two that a table needs are read.
 
-use super::RglError;
+use super::super::TableError;
+use super::no_access;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
 const MAGIC: &[u8; 12] = b"tensor_file\0";
@@ -78,32 +79,36 @@ pub struct Field {
     count: usize,
 }
 
-fn number<const N: usize>(input: &mut impl Read) -> Result<u64, RglError> {
+fn number<const N: usize>(input: &mut impl Read) -> Result<u64, TableError> {
     let mut bytes = [0; 8];
     fill(input, &mut bytes[..N])?;
     Ok(u64::from_le_bytes(bytes))
 }
 
 /// Bytes of the header.
-fn fill(input: &mut impl Read, bytes: &mut [u8]) -> Result<(), RglError> {
+fn fill(input: &mut impl Read, bytes: &mut [u8]) -> Result<(), TableError> {
     input.read_exact(bytes).map_err(|e| match e.kind() {
-        io::ErrorKind::UnexpectedEof => RglError::Cut,
-        _ => RglError::Io(e),
+        io::ErrorKind::UnexpectedEof => {
+            TableError::malformed("not a tensor file: it ends within its header")
+        }
+        _ => no_access(e),
     })
 }
 
 /// The arrays of a file of `length` bytes, from its start; all lie within it.
 ///
 /// # Errors
-/// [`RglError::NotATensorFile`], [`RglError::Cut`], [`RglError::Field`] and those of `input`.
-pub fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, RglError> {
+/// [`TableError::Malformed`], and those of `input`.
+pub fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, TableError> {
     let mut magic = [0; MAGIC.len() + VERSION.len()];
-    if length < magic.len() as u64 {
-        return Err(RglError::NotATensorFile);
+    let is_long = length >= magic.len() as u64;
+    if is_long {
+        fill(input, &mut magic)?;
     }
-    fill(input, &mut magic)?;
-    if !magic.starts_with(MAGIC) || !magic.ends_with(&VERSION) {
-        return Err(RglError::NotATensorFile);
+    if !is_long || !magic.starts_with(MAGIC) || !magic.ends_with(&VERSION) {
+        return Err(TableError::malformed(
+            "not a tensor file: its first bytes are not \"tensor_file\", 0, and version 1.0",
+        ));
     }
     let mut fields = Vec::new();
     let mut left = length;
@@ -116,14 +121,14 @@ pub fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, RglError> 
         let offset = number::<8>(input)?;
         if dimensions > MOST_DIMENSIONS {
             let what = format!("has {dimensions} dimensions; allowed: {MOST_DIMENSIONS}");
-            return Err(RglError::field(&name, what));
+            return Err(TableError::field(&name, what));
         }
         let mut shape = Vec::new();
         for _ in 0..dimensions {
             shape.push(number::<8>(input)?);
         }
         let Some(size) = SIZES.get(usize::from(kind).wrapping_sub(1)) else {
-            return Err(RglError::field(
+            return Err(TableError::field(
                 &name,
                 format!("has the type {kind}; allowed: 1 to 11"),
             ));
@@ -132,14 +137,14 @@ pub fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, RglError> 
         let end = |count: u64| count.checked_mul(*size)?.checked_add(offset);
         let Some(count) = count.filter(|n| end(*n).is_some_and(|end| end <= length)) else {
             let found = format!("{shape:?} from byte {offset} on");
-            return Err(RglError::field(
+            return Err(TableError::field(
                 &name,
                 format!("is {found}, beyond the {length} bytes of the file"),
             ));
         };
         // Arrays that lie over each other would hold more than the file.
         let Some(rest) = left.checked_sub(count * size) else {
-            return Err(RglError::field(
+            return Err(TableError::field(
                 &name,
                 "and those before it hold more than the file does",
             ));
@@ -164,31 +169,29 @@ impl Field {
     /// Its numbers, bytes or floats.
     ///
     /// # Errors
-    /// [`RglError::Field`] of another type, and those of `input`.
-    pub fn load(&self, input: &mut (impl Read + Seek)) -> Result<Tensor, RglError> {
-        input.seek(SeekFrom::Start(self.offset))?;
-        let numbers = match self.kind {
+    /// [`TableError::Malformed`] of another type, and those of `input`.
+    pub fn load(&self, input: &mut (impl Read + Seek)) -> Result<Numbers, TableError> {
+        input
+            .seek(SeekFrom::Start(self.offset))
+            .map_err(no_access)?;
+        match self.kind {
             U8 => {
                 let mut bytes = vec![0; self.count];
-                input.read_exact(&mut bytes)?;
-                Numbers::Bytes(bytes)
+                input.read_exact(&mut bytes).map_err(no_access)?;
+                Ok(Numbers::Bytes(bytes))
             }
             F32 => {
                 let mut bytes = vec![0; 4 * self.count];
-                input.read_exact(&mut bytes)?;
+                input.read_exact(&mut bytes).map_err(no_access)?;
                 let floats = bytes.as_chunks().0.iter();
-                Numbers::Floats(floats.map(|b| f32::from_le_bytes(*b)).collect())
+                let floats = floats.map(|b| f32::from_le_bytes(*b)).collect();
+                Ok(Numbers::Floats(floats))
             }
             kind => {
                 let what = format!("has the type {kind}; allowed: {U8} (u8) and {F32} (f32)");
-                return Err(RglError::field(&self.name, what));
+                Err(TableError::field(&self.name, what))
             }
-        };
-        Ok(Tensor {
-            name: self.name.clone(),
-            shape: self.shape.clone(),
-            numbers,
-        })
+        }
     }
 }
 

@@ -8,17 +8,15 @@
 //! Nodes below the horizon hold 0, and those without data hold the value of their neighbour: a reader knows neither
 //! numbers below 0 nor holes.
 
-use super::RglError;
+use super::super::TableError;
 use super::file::{Colours, Fields};
 use super::warp::{Densities, Grids, Weighted};
 use super::{jacobian, theta_of, u_of};
 use crate::brdf::{Brdf, Presence};
-use crate::files;
 use crate::geometry::{Direction, DirectionPair};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
-use std::path::Path;
 
 /// Differences of elevation (degrees) of the profile.
 const PROFILE_DEG: [f64; 4] = [10.0, 20.0, 30.0, 40.0];
@@ -83,13 +81,18 @@ struct Surface<'a> {
     ndf: Grids,
 }
 
+/// The error of a BRDF without any value above 0, which has no distribution of normals.
+fn black() -> TableError {
+    TableError::no_data("an RGL table holds no BRDF that is 0, or not known, everywhere")
+}
+
 /// The luminance of a pair, `None` without data.
 fn luminance(brdf: &dyn Brdf, pair: &DirectionPair) -> Option<f64> {
     brdf.luminance(pair).filter(|v| v.is_finite())
 }
 
 impl<'a> Surface<'a> {
-    fn new(brdf: &'a dyn Brdf) -> Result<Self, RglError> {
+    fn new(brdf: &'a dyn Brdf) -> Result<Self, TableError> {
         let rows = match brdf.symmetry().isotropic {
             true => NORMALS_OF_ISOTROPIC,
             false => NORMALS,
@@ -119,7 +122,7 @@ impl<'a> Surface<'a> {
         let mut normals: Vec<f64> = (0..rows * NORMALS).into_par_iter().map(profile).collect();
         let largest = normals.iter().copied().fold(0.0, f64::max);
         if !(largest > 0.0 && largest.is_finite()) {
-            return Err(RglError::Black);
+            return Err(black());
         }
         // Projected onto the surface they have area 1, and uniform ones 1 / 2π a steradian.
         let projected = |(i, d): (usize, &f64)| {
@@ -212,13 +215,13 @@ fn normal([u, v]: [f64; 2]) -> DVec3 {
 /// their number.
 ///
 /// # Errors
-/// [`RglError::Black`].
-pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, RglError> {
+/// [`TableError::NoData`] of one that is 0, or not known, everywhere.
+pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, TableError> {
     Ok(fields(brdf, level)?.0)
 }
 
 /// The fields, and the number of nodes above the horizon without data, which are filled.
-fn fields(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), RglError> {
+pub(crate) fn fields(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), TableError> {
     let surface = Surface::new(brdf)?;
     let is_isotropic = brdf.symmetry().isotropic;
     let steps = |from: f64, to: f64, count: usize| -> Vec<f32> {
@@ -238,7 +241,7 @@ fn fields(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), RglError> {
         && !nm.is_sorted_by(|a, b| a < b)
     {
         let what = "would hold two that are one in single precision";
-        return Err(RglError::field("wavelengths", what));
+        return Err(TableError::field("wavelengths", what));
     }
     let light = |i: usize| {
         let [phi, theta] = [phi_i[i / theta_i.len()], theta_i[i % theta_i.len()]].map(f64::from);
@@ -254,7 +257,7 @@ fn fields(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), RglError> {
         size: [NORMALS; 2],
         values: visible.concat(),
     };
-    let densities = Densities::new(vndf.clone()).ok_or(RglError::Black)?;
+    let densities = Densities::new(vndf.clone()).ok_or_else(black)?;
     let grids = incidences.into_par_iter().map(|i| {
         let incidence = Incidence {
             surface: &surface,
@@ -282,7 +285,7 @@ fn fields(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), RglError> {
         held.extend(nearest.and_then(|k| grids[*k].as_ref()));
     }
     if held.is_empty() {
-        return Err(RglError::Black);
+        return Err(black());
     }
     let all = |k: usize| Grids {
         size: [level.nodes; 2],
@@ -454,14 +457,4 @@ fn flatten(grid: &mut [f64], n: usize) {
             .step_by(n)
             .for_each(|v| *v = mean);
     }
-}
-
-/// Writes a file that appears whole or not at all. Returns the number of nodes without data, which are filled.
-///
-/// # Errors
-/// As [`tabulate`], and those of the file.
-pub fn write_rgl_file(brdf: &dyn Brdf, level: Level, path: &Path) -> Result<usize, RglError> {
-    let (fields, lost) = fields(brdf, level)?;
-    files::write_atomically(path, |out| fields.write(out))?;
-    Ok(lost)
 }

@@ -22,14 +22,14 @@ mod write;
 
 pub use node::Node;
 pub use spec::{ENTRY, TensorTreeSpec};
-pub use write::{LEVELS, suits, table_pairs, tabulate, write_tensor_tree, write_tensor_tree_file};
+pub(crate) use write::trees;
+pub use write::{LEVELS, suits, table_pairs, tabulate, write_tensor_tree};
 
 use super::doubts::Doubts;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
-use std::io;
 
 /// What a TensorTree3 has by construction.
 const SYMMETRY: Symmetry = Symmetry {
@@ -52,42 +52,8 @@ const XYZ: DMat3 = DMat3::from_cols(
 /// reciprocity exchanges each other.
 const UNSEEN: [[f64; 3]; 2] = [[0.0, 0.0, 0.499_999], [0.0, 0.0, 0.5]];
 
-/// Reason why a tree could not be read, made or written. Messages do not name the file; callers do.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TensorTreeError {
-    /// The system reported an error.
-    #[error("no access to this tensor tree: {0}")]
-    Io(#[from] io::Error),
-    /// A file of another kind.
-    #[error("IncidentDataStructure {0}: allowed is TensorTree3, of isotropic materials")]
-    Structure(String),
-    /// Only the other side, or transmission.
-    #[error(
-        "there is no block of Visible with Reflection Back, which Radiance has above the surface"
-    )]
-    NoReflection,
-    /// A line that is not as a tree has it.
-    #[error("line {line}: {message}")]
-    Line {
-        /// From 1.
-        line: usize,
-        /// What is wrong, and what is allowed.
-        message: String,
-    },
-    /// There is no azimuth of the light in it.
-    #[error("a TensorTree3 holds isotropic materials; this one changes as the sample is turned")]
-    Anisotropic,
-    /// It has luminance and chromaticity.
-    #[error("a tensor tree holds luminance or R, G, B and no wavelengths")]
-    Wavelengths,
-    /// Nothing but what stands for no reading.
-    #[error("no cell of this tree holds a reading")]
-    NoReading,
-    /// Nothing to write.
-    #[error("this material has no data at any of the {0} pairs of the tree")]
-    NoData(u64),
-}
+/// Why wavelengths are refused.
+const WAVELENGTHS: &str = "a tensor tree holds luminance or R, G, B and no wavelengths";
 
 /// A tensor tree as a BRDF: the value of the leaf that a pair is in.
 #[derive(Clone, Debug)]

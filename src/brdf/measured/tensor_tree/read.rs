@@ -5,9 +5,10 @@
 //! stands for no reading is one ([`crate::brdf::Marks`]): a text in place of a value, or a number as -999 far outside all others; values below 0
 //! count as 0.
 
-use super::{Node, TensorTree, TensorTreeError, UNSEEN};
+use super::{Node, TensorTree, UNSEEN, WAVELENGTHS};
 use crate::brdf::Channels;
 use crate::brdf::marks::{Marks, is_mark, is_mark_number};
+use crate::brdf::measured::TableError;
 use crate::brdf::measured::doubts::Doubts;
 use crate::error::excerpt;
 use crate::files;
@@ -24,8 +25,9 @@ pub(super) const BLOCKS: [&str; 3] = ["Visible", "CIE-u", "CIE-v"];
 ///
 /// # Errors
 /// Whatever the file system reports.
-pub fn text(path: &Path) -> Result<String, TensorTreeError> {
-    Ok(files::read_text(path, files::TABLE_LIMIT)?)
+pub fn text(path: &Path) -> Result<String, TableError> {
+    let text = files::read_text(path, files::TABLE_LIMIT);
+    text.map_err(|e| TableError::Io("no access to this tensor tree", e))
 }
 
 /// Part of a text, within the whole.
@@ -67,9 +69,9 @@ impl<'t> Part<'t> {
     }
 
     /// An error about where it begins.
-    fn refuse(self, message: String) -> TensorTreeError {
+    fn refuse(self, message: String) -> TableError {
         let before = &self.whole.as_bytes()[..self.from];
-        TensorTreeError::Line {
+        TableError::Line {
             line: 1 + before.iter().filter(|b| **b == b'\n').count(),
             message,
         }
@@ -85,7 +87,7 @@ impl<'t> Part<'t> {
     }
 
     /// Takes a brace.
-    fn brace(&mut self, brace: u8) -> Result<(), TensorTreeError> {
+    fn brace(&mut self, brace: u8) -> Result<(), TableError> {
         if self.peek() == Some(brace) {
             self.from += 1;
             return Ok(());
@@ -95,7 +97,7 @@ impl<'t> Part<'t> {
     }
 
     /// The next number; NaN, which is counted, of a text that stands for no reading.
-    fn number(&mut self, most: f64, texts: &mut Marks) -> Result<f64, TensorTreeError> {
+    fn number(&mut self, most: f64, texts: &mut Marks) -> Result<f64, TableError> {
         let is_end = |c: char| c.is_whitespace() || matches!(c, ',' | '{' | '}');
         let text = self.text();
         let word = &text[..text.find(is_end).unwrap_or(text.len())];
@@ -118,12 +120,7 @@ impl<'t> Part<'t> {
     }
 
     /// A tree, `depth` above the deepest, of numbers up to `most`.
-    fn tree(
-        &mut self,
-        depth: usize,
-        most: f64,
-        texts: &mut Marks,
-    ) -> Result<Node, TensorTreeError> {
+    fn tree(&mut self, depth: usize, most: f64, texts: &mut Marks) -> Result<Node, TableError> {
         self.brace(b'{')?;
         let start = *self;
         if self.peek() == Some(b'{') {
@@ -171,13 +168,13 @@ fn grid(values: &[f64], side: usize, size: usize, corner: [usize; 3]) -> Node {
 /// Checks what the file is, without its numbers.
 ///
 /// # Errors
-/// [`TensorTreeError`].
-pub fn check(text: &str) -> Result<(), TensorTreeError> {
+/// [`TableError`].
+pub fn check(text: &str) -> Result<(), TableError> {
     blocks(text).map(drop)
 }
 
 /// The numbers of the blocks that are there, luminance first.
-fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TensorTreeError> {
+fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TableError> {
     let whole = Part {
         whole: text,
         from: 0,
@@ -185,8 +182,10 @@ fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TensorTreeError> {
     };
     let structure = whole.word("IncidentDataStructure").unwrap_or("nothing");
     if structure != "TensorTree3" {
-        let found = excerpt(structure).into_owned();
-        return Err(TensorTreeError::Structure(found));
+        let found = excerpt(structure);
+        return Err(TableError::malformed(format!(
+            "IncidentDataStructure {found}: allowed is TensorTree3, of isotropic materials"
+        )));
     }
     let mut found = [None; 3];
     let mut rest = whole;
@@ -230,7 +229,9 @@ fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TensorTreeError> {
             let message = "of CIE-u and CIE-v one is there; allowed: both, or none of grey";
             Err(end.refuse(message.into()))
         }
-        [None, ..] => Err(TensorTreeError::NoReflection),
+        [None, ..] => Err(TableError::malformed(
+            "there is no block of Visible with Reflection Back, which Radiance has above the surface",
+        )),
     }
 }
 
@@ -254,8 +255,8 @@ impl TensorTree {
     /// Reads a text for a scene of luminance or R, G, B.
     ///
     /// # Errors
-    /// [`TensorTreeError`].
-    pub fn read(text: &str, channels: Channels) -> Result<Self, TensorTreeError> {
+    /// [`TableError`].
+    pub fn read(text: &str, channels: Channels) -> Result<Self, TableError> {
         Self::read_without(text, channels, None)
     }
 
@@ -264,12 +265,12 @@ impl TensorTree {
         text: &str,
         channels: Channels,
         no_reading: Option<f64>,
-    ) -> Result<Self, TensorTreeError> {
+    ) -> Result<Self, TableError> {
         let blocks = blocks(text)?;
         let wanted = match channels {
             Channels::Luminance => 1,
             Channels::Rgb => 3,
-            Channels::Wavelengths(_) => return Err(TensorTreeError::Wavelengths),
+            Channels::Wavelengths(_) => return Err(TableError::Channels(WAVELENGTHS)),
         };
         let mut trees = Vec::new();
         let mut doubts = Doubts::default();
@@ -291,7 +292,7 @@ impl TensorTree {
             // Of NaN and 0 the maximum would be 0.
             tree.for_each_leaf(&mut |leaf| *leaf = if *leaf < 0.0 { 0.0 } else { *leaf });
             if is_unknown {
-                return Err(TensorTreeError::NoReading);
+                return Err(TableError::no_data("no cell of this tree holds a reading"));
             }
             trees.push(tree);
             if let Some(c) = numbers.peek() {

@@ -2,16 +2,14 @@
 
 use super::node::{Built, Node};
 use super::read::BLOCKS;
-use super::{GREY, MERGED, TensorTreeError, UNSEEN, XYZ, disk};
-use crate::brdf::measured::{values_or_exchanged, values_or_nan};
+use super::{GREY, MERGED, UNSEEN, WAVELENGTHS, XYZ, disk};
+use crate::brdf::measured::{TableError, suits_isotropic, values_or_exchanged, values_or_nan};
 use crate::brdf::{Brdf, Channels};
-use crate::files;
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::safe_sqrt;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::io::{self, Write};
-use std::path::Path;
 
 /// Halvings of each axis down to the finest cells, by the size of the table.
 pub const LEVELS: [usize; 3] = [7, 8, 9];
@@ -129,28 +127,22 @@ fn build(
 /// Whether a table can hold a BRDF.
 ///
 /// # Errors
-/// [`TensorTreeError::Anisotropic`] and [`TensorTreeError::Wavelengths`].
-pub fn suits(brdf: &dyn Brdf) -> Result<(), TensorTreeError> {
-    if !brdf.symmetry().isotropic {
-        return Err(TensorTreeError::Anisotropic);
-    }
-    match brdf.channels().wavelengths() {
-        Some(_) => Err(TensorTreeError::Wavelengths),
-        None => Ok(()),
-    }
+/// [`TableError::Unsuited`] of one that is not isotropic, or is by wavelength.
+pub fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
+    suits_isotropic(brdf, "a TensorTree3", WAVELENGTHS, 0)
 }
 
 /// The trees of luminance and, of R, G, B, those of u' and v'. Runs on rayon's threads; the result does not depend on
 /// their number.
 ///
 /// # Errors
-/// [`TensorTreeError`], but no [`TensorTreeError::Io`].
-pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<Vec<Node>, TensorTreeError> {
+/// [`TableError`], but no [`TableError::Io`].
+pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<Vec<Node>, TableError> {
     Ok(trees(brdf, level)?.0)
 }
 
 /// The trees, and the number of finest cells without data, which are filled.
-fn trees(brdf: &dyn Brdf, level: usize) -> Result<(Vec<Node>, usize), TensorTreeError> {
+pub(crate) fn trees(brdf: &dyn Brdf, level: usize) -> Result<(Vec<Node>, usize), TableError> {
     suits(brdf)?;
     let scale = MERGED * MERGED * root_mean_square(brdf);
     let is_one: [&(dyn Fn(f64, f64) -> bool + Sync); 2] = [
@@ -185,7 +177,10 @@ fn trees(brdf: &dyn Brdf, level: usize) -> Result<(Vec<Node>, usize), TensorTree
         let mut tree = build(1 << CUBES, [0; 3], &mut cube, is_one[k.min(1)]).node;
         if matches!(tree, Node::Leaf(value) if value.is_nan()) {
             if k == 0 {
-                return Err(TensorTreeError::NoData(table_pairs(level)));
+                let pairs = table_pairs(level);
+                return Err(TableError::no_data(format!(
+                    "this material has no data at any of the {pairs} pairs of the tree"
+                )));
             }
             tree = Node::Leaf(GREY[k - 1]);
         }
@@ -230,18 +225,4 @@ pub fn write_tensor_tree(trees: &[Node], out: &mut impl Write) -> io::Result<()>
         out.write_all(b"\n</ScatteringData>\n</WavelengthDataBlock>\n</WavelengthData>\n")?;
     }
     out.write_all(b"</Layer>\n</Optical>\n</WindowElement>\n")
-}
-
-/// Writes a file that appears whole or not at all. Returns the number of finest cells without data, which are filled.
-///
-/// # Errors
-/// As [`tabulate`] and [`write_tensor_tree`].
-pub fn write_tensor_tree_file(
-    brdf: &dyn Brdf,
-    level: usize,
-    path: &Path,
-) -> Result<usize, TensorTreeError> {
-    let (trees, lost) = trees(brdf, level)?;
-    files::write_atomically(path, |out| write_tensor_tree(&trees, out))?;
-    Ok(lost)
 }

@@ -14,10 +14,9 @@
 //! values into sr⁻¹.
 
 use super::super::doubts::Doubts;
-use super::super::{Planes, fill_gaps, gaps};
+use super::super::{TableError, fill_gaps, gaps, open_regular, values_or_nan, write_planes};
 use super::{NODES, Utia, pair};
-use crate::brdf::{Brdf, Channels, Marks, Presence};
-use crate::files;
+use crate::brdf::{Brdf, Channels, Marks};
 use crate::geometry::DirectionPair;
 use crate::numeric;
 use rayon::prelude::*;
@@ -31,80 +30,61 @@ pub const FILE_LEN: u64 = 3 * 8 * NODES as u64;
 /// Pairs the writer evaluates in one batch: those of one light direction.
 const ROW: usize = super::DIRECTIONS;
 
-/// Reason why a table could not be read or written. Messages do not name the file; callers do.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum UtiaError {
-    /// The system reported an error.
-    #[error("no access to this UTIA table: {0}")]
-    Io(#[from] io::Error),
-    /// The path is a folder, a pipe or a device.
-    #[error("not a regular file")]
-    NotAFile,
-    /// Another length than a table has.
-    #[error(
+/// Why wavelengths are refused.
+const WAVELENGTHS: &str = "a UTIA table holds R, G, B and no wavelengths";
+
+/// An error of the system.
+fn no_access(e: io::Error) -> TableError {
+    TableError::Io("no access to this UTIA table", e)
+}
+
+/// The error of a table without data.
+fn no_data() -> TableError {
+    TableError::no_data("every value is NaN or infinite: the table holds no data")
+}
+
+/// The error of a file of another length than a table has.
+fn wrong_length(found: u64) -> TableError {
+    TableError::malformed(format!(
         "not a UTIA file: found {found} bytes, expected {FILE_LEN} (three planes of 288×288 f64, no header)"
-    )]
-    Length {
-        /// Bytes found.
-        found: u64,
-    },
-    /// A table has colours only.
-    #[error("a UTIA table holds R, G, B and no wavelengths")]
-    Wavelengths,
-    /// A stream goes on after the table.
-    #[error("found more data after the {FILE_LEN} bytes of a UTIA table")]
-    TooLong,
-    /// No node holds data.
-    #[error("every value is NaN or infinite: the table holds no data")]
-    NoData,
+    ))
 }
 
 /// Checks the length of a file without reading it.
 ///
 /// # Errors
-/// [`UtiaError`] if the file cannot be opened, is not a regular file, or has another length.
-pub fn check(path: &Path) -> Result<(), UtiaError> {
+/// [`TableError`] if the file cannot be opened, is not a regular file, or has another length.
+pub fn check(path: &Path) -> Result<(), TableError> {
     open(path).map(drop)
 }
 
-fn open(path: &Path) -> Result<File, UtiaError> {
-    // Asked by name: a pipe that nobody writes to would not open.
-    let meta = std::fs::metadata(path)?;
-    if !meta.is_file() {
-        return Err(UtiaError::NotAFile);
+fn open(path: &Path) -> Result<File, TableError> {
+    match open_regular(path, no_access)? {
+        (file, FILE_LEN) => Ok(file),
+        (_, length) => Err(wrong_length(length)),
     }
-    let file = files::open(path)?;
-    if meta.len() != FILE_LEN {
-        return Err(UtiaError::Length { found: meta.len() });
-    }
-    Ok(file)
 }
 
 impl Utia {
-    /// Loads a file; `scale` turns its values into sr⁻¹. In luminance one plane is held.
+    /// Loads a file; `scale` turns its values into sr⁻¹, and `no_reading` is one more number that stands for no reading. In
+    /// luminance one plane is held.
     ///
     /// # Errors
-    /// [`UtiaError`].
-    pub fn load(path: &Path, scale: f64, channels: Channels) -> Result<Self, UtiaError> {
-        Self::load_without(path, scale, channels, None)
-    }
-
-    /// Loads a file; `no_reading` is one more number that stands for no reading.
-    pub(super) fn load_without(
+    /// [`TableError`].
+    pub fn load(
         path: &Path,
         scale: f64,
         channels: Channels,
         no_reading: Option<f64>,
-    ) -> Result<Self, UtiaError> {
+    ) -> Result<Self, TableError> {
         Self::read_without(open(path)?, scale, channels, no_reading)
     }
 
     /// Reads a file's bytes from anywhere; they must end where the table ends.
     ///
     /// # Errors
-    /// [`UtiaError`].
-    pub fn read(input: impl Read, scale: f64, channels: Channels) -> Result<Self, UtiaError> {
+    /// [`TableError`].
+    pub fn read(input: impl Read, scale: f64, channels: Channels) -> Result<Self, TableError> {
         Self::read_without(input, scale, channels, None)
     }
 
@@ -113,13 +93,12 @@ impl Utia {
         scale: f64,
         channels: Channels,
         no_reading: Option<f64>,
-    ) -> Result<Self, UtiaError> {
+    ) -> Result<Self, TableError> {
         let mut bytes = Vec::with_capacity(FILE_LEN as usize);
-        input.by_ref().take(FILE_LEN).read_to_end(&mut bytes)?;
+        let mut table = input.by_ref().take(FILE_LEN);
+        table.read_to_end(&mut bytes).map_err(no_access)?;
         if (bytes.len() as u64) < FILE_LEN {
-            return Err(UtiaError::Length {
-                found: bytes.len() as u64,
-            });
+            return Err(wrong_length(bytes.len() as u64));
         }
         let stored = bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b));
         let mut stored: Vec<f64> = stored.collect();
@@ -131,36 +110,27 @@ impl Utia {
             plane.iter().map(|v| held(*v, scale)).collect()
         };
         let planes = match channels {
-            Channels::Rgb => Planes::Rgb([plane(), plane(), plane()]),
+            Channels::Rgb => vec![plane(), plane(), plane()],
             Channels::Luminance => {
-                // In the order of `numeric::luminance`; NaN in any channel stays NaN.
-                let mut sum = plane();
-                for value in &mut sum {
-                    *value *= numeric::LUMINANCE[0];
-                }
-                for weight in &numeric::LUMINANCE[1..] {
+                // In the order of `numeric::luminance`; NaN in any channel stays NaN. Whatever is added to −0 keeps its bits.
+                let mut sum = vec![-0.0; NODES];
+                for weight in numeric::LUMINANCE {
                     for (sum, value) in sum.iter_mut().zip(plane()) {
                         *sum += weight * value;
                     }
                 }
-                Planes::Luminance(sum)
+                vec![sum]
             }
-            Channels::Wavelengths(_) => return Err(UtiaError::Wavelengths),
+            Channels::Wavelengths(_) => return Err(TableError::Channels(WAVELENGTHS)),
         };
-        if input.read(&mut [0])? > 0 {
-            return Err(UtiaError::TooLong);
+        if input.read(&mut [0]).map_err(no_access)? > 0 {
+            let message = format!("found more data after the {FILE_LEN} bytes of a UTIA table");
+            return Err(TableError::malformed(message));
         }
-        let has_data = match &planes {
-            Planes::Luminance(plane) => plane.iter().any(|v| !v.is_nan()),
-            Planes::Rgb([r, g, b]) => {
-                let nodes = r.iter().zip(g).zip(b);
-                nodes.into_iter().any(|((r, g), b)| !(r + g + b).is_nan())
-            }
-        };
-        if has_data {
-            Ok(Self::new(planes, doubts))
-        } else {
-            Err(UtiaError::NoData)
+        let has_data = |node: usize| planes.iter().all(|plane| !plane[node].is_nan());
+        match (0..NODES).any(has_data) {
+            true => Ok(Self::new(planes, doubts)),
+            false => Err(no_data()),
         }
     }
 }
@@ -180,7 +150,7 @@ fn held(stored: f64, scale: f64) -> f64 {
 /// written as a grey one. Runs on rayon's threads; the bytes do not depend on their number.
 ///
 /// # Errors
-/// [`UtiaError::Wavelengths`] of a BRDF by wavelength, and any error of `out`.
+/// [`TableError::Unsuited`] of a BRDF by wavelength, and any error of `out`.
 ///
 /// ```
 /// use gonio::brdf::measured::utia::{FILE_LEN, Utia, write_utia};
@@ -194,86 +164,59 @@ fn held(stored: f64, scale: f64) -> f64 {
 /// let [inside, beyond] = [1.2, 1.4].map(|t| DirectionPair::from_spherical(t, 0.0, 0.5, 2.0));
 /// assert!((table.luminance(&inside).unwrap() * std::f64::consts::PI - 0.5).abs() < 1e-14);
 /// assert_eq!(table.luminance(&beyond), None);
-/// # Ok::<(), gonio::brdf::measured::utia::UtiaError>(())
+/// # Ok::<(), gonio::brdf::measured::TableError>(())
 /// ```
-pub fn write_utia(brdf: &dyn Brdf, out: &mut impl Write) -> Result<(), UtiaError> {
-    Ok(write_planes(
-        &tabulate(brdf)?,
-        brdf.channels().count(),
-        out,
-    )?)
-}
-
-/// Writes a file that appears whole or not at all.
-///
-/// # Errors
-/// As [`write_utia`].
-pub fn write_utia_file(brdf: &dyn Brdf, path: &Path) -> Result<(), UtiaError> {
-    let values = tabulate(brdf)?;
-    Ok(files::write_atomically(path, |out| {
-        write_planes(&values, brdf.channels().count(), out)
-    })?)
-}
-
-/// The same file, but pairs without data have the values of the pair before them in it, those at the start of the first that has
-/// some. Returns their number.
-///
-/// # Errors
-/// As [`write_utia`], and [`UtiaError::NoData`] of a BRDF without any.
-pub fn write_utia_file_filled(brdf: &dyn Brdf, path: &Path) -> Result<usize, UtiaError> {
-    let n = brdf.channels().count();
-    let mut values = tabulate(brdf)?;
-    let filled = gaps(&values, n);
-    if !fill_gaps(&mut values, n) {
-        return Err(UtiaError::NoData);
-    }
-    files::write_atomically(path, |out| write_planes(&values, n, out))?;
-    Ok(filled)
+pub fn write_utia(brdf: &dyn Brdf, out: &mut impl Write) -> Result<(), TableError> {
+    let (content, _) = tabulate(brdf, false)?;
+    content.write(out).map_err(no_access)
 }
 
 /// Whether a table can hold a BRDF.
 ///
 /// # Errors
-/// [`UtiaError::Wavelengths`].
-pub fn suits(brdf: &dyn Brdf) -> Result<(), UtiaError> {
+/// [`TableError::Unsuited`] of a BRDF by wavelength.
+pub fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
     match brdf.channels().wavelengths() {
-        Some(_) => Err(UtiaError::Wavelengths),
+        Some(_) => Err(TableError::unsuited(WAVELENGTHS)),
         None => Ok(()),
     }
 }
 
-/// Values of all nodes, channels together; NaN where there is no data.
-fn tabulate(brdf: &dyn Brdf) -> Result<Vec<f64>, UtiaError> {
-    suits(brdf)?;
-    let n = brdf.channels().count();
-    let mut values = vec![f64::NAN; n * NODES];
-    values
-        .par_chunks_mut(n * ROW)
-        .enumerate()
-        .for_each(|(light, values)| {
-            let pairs: Vec<DirectionPair> = (0..ROW).map(|v| pair(ROW * light + v)).collect();
-            let mut presence = [Presence::Missing; ROW];
-            brdf.eval_batch(&pairs, values, &mut presence);
-            for (values, presence) in values.chunks_exact_mut(n).zip(presence) {
-                let kept = |v: &f64| (0.0..=f64::MAX).contains(v);
-                if presence == Presence::Missing || !values.iter().all(kept) {
-                    values.fill(f64::NAN);
-                }
-            }
-        });
-    Ok(values)
+/// The values of a file.
+pub(crate) struct Content {
+    /// Channels, 1 or 3.
+    n: usize,
+    /// Of all nodes, channels together; NaN where there is no data.
+    values: Vec<f64>,
 }
 
-/// The file of `n` interleaved channels, 1 or 3.
-fn write_planes(values: &[f64], n: usize, out: &mut impl Write) -> io::Result<()> {
-    let mut bytes = Vec::with_capacity(8 * ROW);
-    for c in 0..3 {
-        for row in values.chunks(n * ROW) {
-            bytes.clear();
-            let channel = row.iter().skip(c.min(n - 1)).step_by(n);
-            bytes.extend(channel.flat_map(|v| v.to_le_bytes()));
-            out.write_all(&bytes)?;
-        }
+/// Tabulates a BRDF. If `fill`, pairs without data have the values of the pair before them in the file, those at the start of the
+/// first that has some; also returns their number, else 0.
+///
+/// # Errors
+/// As [`suits`], and [`TableError::NoData`] if there is none to fill with.
+pub(crate) fn tabulate(brdf: &dyn Brdf, fill: bool) -> Result<(Content, usize), TableError> {
+    suits(brdf)?;
+    let n = brdf.channels().count();
+    let row = |light: usize| {
+        let pairs: Vec<DirectionPair> = (0..ROW).map(|v| pair(ROW * light + v)).collect();
+        values_or_nan(brdf, &pairs)
+    };
+    let rows: Vec<Vec<f64>> = (0..ROW).into_par_iter().map(row).collect();
+    let mut values = rows.concat();
+    let filled = if fill { gaps(&values, n) } else { 0 };
+    if fill && !fill_gaps(&mut values, n) {
+        return Err(no_data());
     }
-    Ok(())
+    Ok((Content { n, values }, filled))
+}
+
+impl Content {
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        write_planes(&self.values, self.n, |_, v| v, out)
+    }
 }

@@ -14,12 +14,10 @@
 pub mod file;
 mod spec;
 
-pub use file::{
-    FILE_LEN, UtiaError, check, suits, write_utia, write_utia_file, write_utia_file_filled,
-};
+pub(crate) use file::tabulate;
+pub use file::{FILE_LEN, check, suits, write_utia};
 pub use spec::{ENTRY, UtiaSpec};
 
-use super::Planes;
 use super::doubts::Doubts;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
@@ -43,14 +41,14 @@ const SLACK: f64 = 1e-12;
 /// A UTIA table as a BRDF.
 #[derive(Clone, Debug)]
 pub struct Utia {
-    /// In sr⁻¹; NaN where there is no data.
-    planes: Planes,
+    /// One of luminance, or three of R, G, B: in sr⁻¹, NaN where there is no data.
+    planes: Vec<Vec<f64>>,
     symmetry: Symmetry,
     doubts: Doubts,
 }
 
 impl Utia {
-    fn new(planes: Planes, doubts: Doubts) -> Self {
+    fn new(planes: Vec<Vec<f64>>, doubts: Doubts) -> Self {
         Self {
             planes,
             symmetry: Symmetry::NONE,
@@ -109,51 +107,12 @@ fn around(omega: Direction) -> Option<[(usize, f64); 4]> {
     ])
 }
 
-/// The interpolated value; `None` if no node with weight holds data.
-#[inline]
-fn look_up<const N: usize>(planes: [&[f64]; N], pair: &DirectionPair) -> Option<[f64; N]> {
-    if !pair.is_above_horizon() {
-        return Some([0.0; N]);
-    }
-    let (light, sensor) = (around(pair.omega_i)?, around(pair.omega_o)?);
-    let (mut sum, mut total) = ([0.0; N], 0.0);
-    for (i, u) in light {
-        for (v, w) in sensor {
-            let node = planes.map(|plane| plane[DIRECTIONS * i + v]);
-            let weight = u * w;
-            // A node of weight 0 may be the far side of the last elevation, or hold no data.
-            if weight > 0.0 && node.iter().all(|value| !value.is_nan()) {
-                total += weight;
-                for (sum, value) in sum.iter_mut().zip(node) {
-                    *sum += weight * value;
-                }
-            }
-        }
-    }
-    (total > 0.0).then(|| sum.map(|sum| sum / total))
-}
-
-#[inline]
-fn each<const N: usize>(
-    planes: [&[f64]; N],
-    pairs: &[DirectionPair],
-    out: &mut [f64],
-    presence: &mut [Presence],
-) {
-    let (out, _) = out.as_chunks_mut::<N>();
-    for ((pair, out), presence) in pairs.iter().zip(out).zip(presence) {
-        let found = look_up(planes, pair);
-        *presence = match found {
-            Some(_) => Presence::Present,
-            None => Presence::Missing,
-        };
-        *out = found.unwrap_or([0.0; N]);
-    }
-}
-
 impl Brdf for Utia {
     fn channels(&self) -> &Channels {
-        self.planes.channels()
+        match self.planes.len() {
+            1 => &Channels::Luminance,
+            _ => &Channels::Rgb,
+        }
     }
 
     fn symmetry(&self) -> Symmetry {
@@ -173,17 +132,30 @@ impl Brdf for Utia {
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let mut presence = [Presence::Missing];
-        self.eval_batch(std::slice::from_ref(pair), out, &mut presence);
-        presence[0]
-    }
-
-    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        match &self.planes {
-            Planes::Luminance(plane) => each([plane.as_slice()], pairs, out, presence),
-            Planes::Rgb(planes) => {
-                each(planes.each_ref().map(Vec::as_slice), pairs, out, presence);
+        out.fill(0.0);
+        if !pair.is_above_horizon() {
+            return Presence::Present;
+        }
+        let (Some(light), Some(sensor)) = (around(pair.omega_i), around(pair.omega_o)) else {
+            return Presence::Missing;
+        };
+        let mut total = 0.0;
+        for (i, u) in light {
+            for (v, w) in sensor {
+                let (node, weight) = (DIRECTIONS * i + v, u * w);
+                // A node of weight 0 may be the far side of the last elevation, or hold no data.
+                if weight > 0.0 && self.planes.iter().all(|plane| !plane[node].is_nan()) {
+                    total += weight;
+                    for (sum, plane) in out.iter_mut().zip(&self.planes) {
+                        *sum += weight * plane[node];
+                    }
+                }
             }
         }
+        if total > 0.0 {
+            out.iter_mut().for_each(|sum| *sum /= total);
+            return Presence::Present;
+        }
+        Presence::Missing
     }
 }

@@ -31,6 +31,7 @@
 use super::{Angles, Zemax};
 use crate::brdf::Channels;
 use crate::brdf::marks::{Marks, is_mark};
+use crate::brdf::measured::TableError;
 use crate::brdf::measured::doubts::{Doubts, is_doubted};
 use crate::error::excerpt;
 use crate::files;
@@ -40,44 +41,9 @@ use std::f64::consts::PI;
 use std::io;
 use std::path::Path;
 
-/// Reason why a table could not be read or written. Messages do not name the file; callers do.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ZemaxError {
-    /// The system reported an error.
-    #[error("no access to this Zemax table: {0}")]
-    Io(io::Error),
-    /// A line that is not as a table has it.
-    #[error("line {line}: {message}")]
-    Line {
-        /// From 1.
-        line: usize,
-        /// What is wrong, and what is allowed.
-        message: String,
-    },
-    /// The text ends too early.
-    #[error("the text ends before {0}")]
-    Cut(&'static str),
-    /// There is no azimuth of the light in it.
-    #[error("a Zemax table holds isotropic materials; this one changes as the sample is turned")]
-    Anisotropic,
-    /// It is for one wavelength, or has X, Y, Z.
-    #[error("a Zemax table holds luminance, R, G, B or one wavelength")]
-    Wavelengths,
-    /// A table without colours in a scene of several.
-    #[error(
-        "this table is of one wavelength or luminance; allowed: channels = \"luminance\", \"rgb\" or one wavelength"
-    )]
-    Monochrome,
-    /// The same for X, Y, Z.
-    #[error("this table holds X, Y, Z; allowed: channels = \"luminance\" or \"rgb\"")]
-    Tristimulus,
-    /// Nothing but what stands for no reading.
-    #[error("no cell of this table holds a reading")]
-    NoReading,
-    /// Nothing to write.
-    #[error("this material has no data at any node of the table")]
-    NoData,
+/// An error of the system.
+pub(super) fn no_access(e: io::Error) -> TableError {
+    TableError::Io("no access to this Zemax table", e)
 }
 
 /// Words of a text, with their lines.
@@ -96,12 +62,15 @@ impl<'t> Words<'t> {
         }
     }
 
-    fn next(&mut self, before: &'static str) -> Result<&'t str, ZemaxError> {
+    fn next(&mut self, before: &'static str) -> Result<&'t str, TableError> {
         loop {
             if let Some(word) = self.words.next() {
                 return Ok(word);
             }
-            let (i, line) = self.lines.next().ok_or(ZemaxError::Cut(before))?;
+            let (i, line) = self
+                .lines
+                .next()
+                .ok_or_else(|| TableError::malformed(format!("the text ends before {before}")))?;
             self.line = i + 1;
             if !line.trim_start().starts_with('#') {
                 self.words = line.split_whitespace();
@@ -109,14 +78,14 @@ impl<'t> Words<'t> {
         }
     }
 
-    fn refuse(&self, found: &str, allowed: &str) -> ZemaxError {
-        ZemaxError::Line {
+    fn refuse(&self, found: &str, allowed: &str) -> TableError {
+        TableError::Line {
             line: self.line,
             message: format!("{}: allowed {allowed}", excerpt(found)),
         }
     }
 
-    fn expect(&mut self, word: &'static str) -> Result<(), ZemaxError> {
+    fn expect(&mut self, word: &'static str) -> Result<(), TableError> {
         let found = self.next(word)?;
         match found.eq_ignore_ascii_case(word) {
             true => Ok(()),
@@ -124,12 +93,12 @@ impl<'t> Words<'t> {
         }
     }
 
-    fn number(&mut self, before: &'static str) -> Result<f64, ZemaxError> {
+    fn number(&mut self, before: &'static str) -> Result<f64, TableError> {
         let word = self.next(before)?;
         self.parsed(word)
     }
 
-    fn parsed(&self, word: &str) -> Result<f64, ZemaxError> {
+    fn parsed(&self, word: &str) -> Result<f64, TableError> {
         let is_kept = |x: &f64| x.abs() <= LARGEST_READING;
         let number = word.parse::<f64>().ok().filter(is_kept);
         number.ok_or_else(|| {
@@ -138,7 +107,7 @@ impl<'t> Words<'t> {
     }
 
     /// A value of the table; NaN, which is counted, of a text that stands for no reading.
-    fn value(&mut self, texts: &mut Marks) -> Result<f64, ZemaxError> {
+    fn value(&mut self, texts: &mut Marks) -> Result<f64, TableError> {
         match self.next("the last value")? {
             word if is_mark(word) => {
                 texts.see(word);
@@ -149,14 +118,14 @@ impl<'t> Words<'t> {
     }
 
     /// One of some words, by its place among them.
-    fn one_of(&mut self, before: &'static str, all: &[&str]) -> Result<usize, ZemaxError> {
+    fn one_of(&mut self, before: &'static str, all: &[&str]) -> Result<usize, TableError> {
         let word = self.next(before)?;
         let found = all.iter().position(|w| w.eq_ignore_ascii_case(word));
         found.ok_or_else(|| self.refuse(word, &format!("are {}", all.join(", "))))
     }
 
     /// A list of ascending angles (degrees) within bounds, in rad.
-    fn angles(&mut self, before: &'static str, most: f64) -> Result<Vec<f64>, ZemaxError> {
+    fn angles(&mut self, before: &'static str, most: f64) -> Result<Vec<f64>, TableError> {
         let word = self.next(before)?;
         let count = word.parse::<usize>().ok().filter(|n| *n > 0);
         let count = count.ok_or_else(|| self.refuse(word, "is a whole number from 1"))?;
@@ -187,13 +156,17 @@ impl Content {
     /// Checks that a scene can make use of it.
     ///
     /// # Errors
-    /// [`ZemaxError::Monochrome`], [`ZemaxError::Tristimulus`].
-    pub fn suits(self, channels: &Channels) -> Result<(), ZemaxError> {
+    /// [`TableError::Channels`].
+    pub fn suits(self, channels: &Channels) -> Result<(), TableError> {
         match (self, channels) {
             (Self::Monochrome, Channels::Wavelengths(w)) if w.nm().len() > 1 => {
-                Err(ZemaxError::Monochrome)
+                Err(TableError::Channels(
+                    "this table is of one wavelength or luminance; allowed: channels = \"luminance\", \"rgb\" or one wavelength",
+                ))
             }
-            (Self::Xyz, Channels::Wavelengths(_)) => Err(ZemaxError::Tristimulus),
+            (Self::Xyz, Channels::Wavelengths(_)) => Err(TableError::Channels(
+                "this table holds X, Y, Z; allowed: channels = \"luminance\" or \"rgb\"",
+            )),
             _ => Ok(()),
         }
     }
@@ -212,15 +185,15 @@ pub struct Head<'t> {
 ///
 /// # Errors
 /// Whatever the file system reports.
-pub fn text(path: &Path) -> Result<String, ZemaxError> {
-    files::read_text(path, files::TABLE_LIMIT).map_err(ZemaxError::Io)
+pub fn text(path: &Path) -> Result<String, TableError> {
+    files::read_text(path, files::TABLE_LIMIT).map_err(no_access)
 }
 
 /// Reads what is before the values.
 ///
 /// # Errors
-/// [`ZemaxError`].
-pub fn head(text: &str) -> Result<Head<'_>, ZemaxError> {
+/// [`TableError`].
+pub fn head(text: &str) -> Result<Head<'_>, TableError> {
     let mut words = Words::new(text);
     words.expect("Source")?;
     words.next("Symmetry")?;
@@ -259,7 +232,7 @@ pub fn head(text: &str) -> Result<Head<'_>, ZemaxError> {
 
 impl Head<'_> {
     /// The values of the next block.
-    fn block(&mut self, name: &'static str, texts: &mut Marks) -> Result<Vec<f64>, ZemaxError> {
+    fn block(&mut self, name: &'static str, texts: &mut Marks) -> Result<Vec<f64>, TableError> {
         let words = &mut self.words;
         words.expect(name)?;
         words.expect("DataBegin")?;
@@ -278,12 +251,12 @@ impl Head<'_> {
     /// The table, for a scene in some channels; `no_reading` is one more number that stands for no reading.
     ///
     /// # Errors
-    /// [`ZemaxError`].
+    /// [`TableError`].
     pub fn load(
         mut self,
         channels: Channels,
         no_reading: Option<f64>,
-    ) -> Result<Zemax, ZemaxError> {
+    ) -> Result<Zemax, TableError> {
         self.content.suits(&channels)?;
         let mut texts = Marks::default();
         let names: &[&'static str] = match self.content {
@@ -332,7 +305,7 @@ impl Head<'_> {
             _ => planes.concat(),
         };
         match values.iter().all(|v| v.is_nan()) {
-            true => Err(ZemaxError::NoReading),
+            true => Err(TableError::no_data("no cell of this table holds a reading")),
             false => Ok(Zemax {
                 angles: self.angles,
                 channels,
@@ -347,8 +320,8 @@ impl Zemax {
     /// Reads a text for a scene in some channels.
     ///
     /// # Errors
-    /// [`ZemaxError`].
-    pub fn read(text: &str, channels: Channels) -> Result<Self, ZemaxError> {
+    /// [`TableError`].
+    pub fn read(text: &str, channels: Channels) -> Result<Self, TableError> {
         head(text)?.load(channels, None)
     }
 }

@@ -12,9 +12,9 @@ pub mod file;
 mod spec;
 mod write;
 
-pub use file::ZemaxError;
 pub use spec::{ENTRY, ZemaxSpec};
-pub use write::{LEVELS, Level, suits, table_pairs, write_zemax, write_zemax_file};
+pub(crate) use write::tabulate;
+pub use write::{LEVELS, Level, suits, table_pairs, write_zemax};
 
 use super::doubts::Doubts;
 use crate::brdf::{Brdf, Channels, Presence};

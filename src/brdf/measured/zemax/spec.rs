@@ -1,66 +1,31 @@
 //! A Zemax table as a config names it.
 
-use super::super::label_of;
+use super::super::{TableError, label_of};
 use super::Zemax;
-use super::file::{ZemaxError, head, text};
+use super::file::{head, text};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
-use crate::error::ParameterError;
 use crate::geometry::Symmetry;
-use crate::registry::{self, Entry};
-use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use crate::registry;
 
-const KIND: &str = "zemax";
-
-/// The registry entry. No examples: those must build on every machine, and this kind needs a file.
-pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
-    kind: KIND,
-    summary: "isotropic table about the mirror direction, the text of OpticStudio (Zemax) at `path`; also no_reading",
-    examples: &[],
-    read: |table| Ok(Box::new(registry::parse::<ZemaxSpec>(table)?)),
-};
-
-/// A Zemax table, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ZemaxSpec {
-    /// The file.
-    pub path: PathBuf,
-    /// One more number that stands for no reading.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub no_reading: Option<f64>,
+file_table! {
+    "zemax": "isotropic table about the mirror direction, the text of OpticStudio (Zemax) at `path`; also no_reading"
+    /// A Zemax table, as a config writes it.
+    pub struct ZemaxSpec {}
 }
 
 impl ZemaxSpec {
-    /// A file.
-    pub fn of(path: PathBuf) -> Self {
-        Self {
-            path,
-            no_reading: None,
-        }
-    }
-
-    fn error(&self, e: &ZemaxError) -> BuildError {
-        match e {
-            ZemaxError::Monochrome | ZemaxError::Tristimulus => {
-                ParameterError::new("path", self.path.display(), e.to_string()).into()
-            }
-            e => BuildError::data(&self.path, e),
-        }
-    }
-
     /// What stands before the values, of a scene that can make use of it.
     fn head<T>(
         &self,
         channels: &Channels,
-        then: impl FnOnce(super::file::Head<'_>) -> Result<T, ZemaxError>,
+        then: impl FnOnce(super::file::Head<'_>) -> Result<T, TableError>,
     ) -> Result<T, BuildError> {
         let found = text(&self.path).and_then(|text| {
             let head = head(&text)?;
             head.content.suits(channels)?;
             then(head)
         });
-        found.map_err(|e| self.error(&e))
+        found.map_err(|e| e.of_file(&self.path))
     }
 }
 

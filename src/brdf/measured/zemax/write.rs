@@ -1,18 +1,16 @@
 //! Any isotropic BRDF as a Zemax table.
 
-use super::file::{ZemaxError, degrees};
+use super::file::{degrees, no_access};
 use super::{Angles, Zemax};
 use crate::brdf::measured::doubts::Doubts;
-use crate::brdf::measured::{fill_gaps, gaps, values_or_nan};
+use crate::brdf::measured::{TableError, fill_gaps, gaps, suits_isotropic, values_or_nan};
 use crate::brdf::{Brdf, Channels};
-use crate::files;
 use crate::geometry::DirectionPair;
 use crate::numeric::XYZ;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use std::io::{self, Write};
-use std::path::Path;
 
 /// The last polar angle of the light, degrees.
 const LAST_DEG: f64 = 89.0;
@@ -73,21 +71,16 @@ pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> u64 {
 /// Whether a table can hold a BRDF.
 ///
 /// # Errors
-/// [`ZemaxError::Anisotropic`] and [`ZemaxError::Wavelengths`].
-pub fn suits(brdf: &dyn Brdf) -> Result<(), ZemaxError> {
-    if !brdf.symmetry().isotropic {
-        return Err(ZemaxError::Anisotropic);
-    }
-    match brdf.channels().wavelengths() {
-        Some(w) if w.nm().len() > 1 => Err(ZemaxError::Wavelengths),
-        _ => Ok(()),
-    }
+/// [`TableError::Unsuited`] of one that is not isotropic, or of several wavelengths.
+pub fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
+    let wavelengths = "a Zemax table holds luminance, R, G, B or one wavelength";
+    suits_isotropic(brdf, "a Zemax table", wavelengths, 1)
 }
 
 /// Tabulates a BRDF. A sensor below the horizon has 0; one without data has what the sensor before it has, towards the
 /// mirror direction, or else the next that has some: the format has no holes. Runs on rayon's threads; the result does not depend on their number. Also
 /// returns the number of sensors without data.
-fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Zemax, usize), ZemaxError> {
+pub(crate) fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Zemax, usize), TableError> {
     suits(brdf)?;
     let n = brdf.channels().count();
     let angles = level.angles(brdf.symmetry().bilateral);
@@ -109,7 +102,9 @@ fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Zemax, usize), ZemaxError>
     });
     let rows: Vec<(Vec<f64>, bool, usize)> = rows.collect();
     if !rows.iter().any(|(_, has_data, _)| *has_data) {
-        return Err(ZemaxError::NoData);
+        return Err(TableError::no_data(
+            "this material has no data at any node of the table",
+        ));
     }
     let plane = |c: usize| {
         let values = rows.iter().flat_map(|(values, ..)| values);
@@ -143,7 +138,7 @@ fn total(angles: &Angles, light: usize, values: &[f64]) -> f64 {
 
 impl Zemax {
     /// Writes the text. Values have seven digits.
-    fn write(&self, out: &mut impl Write) -> io::Result<()> {
+    pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let angles = &self.angles;
         let symmetry = if angles.mirrored {
             "PlaneSymmetrical"
@@ -200,18 +195,8 @@ impl Zemax {
 /// Tabulates a BRDF and writes the text.
 ///
 /// # Errors
-/// [`ZemaxError`].
-pub fn write_zemax(brdf: &dyn Brdf, level: Level, out: &mut impl Write) -> Result<(), ZemaxError> {
+/// [`TableError`].
+pub fn write_zemax(brdf: &dyn Brdf, level: Level, out: &mut impl Write) -> Result<(), TableError> {
     let (table, _) = tabulate(brdf, level)?;
-    table.write(out).map_err(ZemaxError::Io)
-}
-
-/// Writes a file that appears whole or not at all. Returns the number of pairs without data, which are filled.
-///
-/// # Errors
-/// [`ZemaxError`].
-pub fn write_zemax_file(brdf: &dyn Brdf, level: Level, path: &Path) -> Result<usize, ZemaxError> {
-    let (table, lost) = tabulate(brdf, level)?;
-    files::write_atomically(path, |out| table.write(out)).map_err(ZemaxError::Io)?;
-    Ok(lost)
+    table.write(out).map_err(no_access)
 }

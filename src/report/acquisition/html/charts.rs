@@ -8,24 +8,16 @@ use super::scope_title;
 use super::words::{number, said};
 use crate::error::Error;
 use crate::experiment::{Calibration, Cell, Choice, Factor, Findings, Line, Metric, Ranking};
-use crate::report::TIMES;
 use crate::report::svg::plot::{
-    Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series, color_of,
+    Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Point, Series, color_of,
 };
 use crate::report::svg::{forest_svg, labelled, svg};
+use crate::report::{TIMES, each_once};
 use crate::statistics::{BAND, Paired};
 use maud::{Markup, html};
 
 /// The most lines of a diagram.
 const LINES: usize = 8;
-
-fn log(label: &str) -> Axis {
-    Axis {
-        label: label.into(),
-        scale: Scale::Log,
-        range: None,
-    }
-}
 
 /// A cost as the horizontal axis of a diagram.
 struct Cost {
@@ -89,7 +81,7 @@ pub(super) fn decisive(
             series.push(new);
         }
     }
-    if series.iter().all(|s| s.points.len() < 2) {
+    if !is_curved(&series) {
         return Ok(None);
     }
     let mut ends = [Vec::new(), Vec::new()];
@@ -105,20 +97,15 @@ pub(super) fn decisive(
     }
     let [low, high] = ends;
     let tinted = low.len() > 1;
-    let area = Series {
-        color: color_of(&challenger.parametrization),
-        mark: Mark::Area,
-        points: low.into_iter().chain(high.into_iter().rev()).collect(),
-        ..Series::default()
-    };
-    series.splice(0..0, tinted.then_some(area));
+    if tinted {
+        let color = color_of(&challenger.parametrization);
+        let corners = low.into_iter().chain(high.into_iter().rev());
+        series.insert(0, Series::new("", color, Mark::Area, corners));
+    }
     let scope = &ranking.scope;
-    let panel = Panel {
-        title: format!("{} against readings", scope.metric.name()),
-        x: log(READINGS.label),
-        y: log(scope.metric.name()),
-        series,
-    };
+    let title = format!("{} against readings", scope.metric.name());
+    let axes = [READINGS.label, scope.metric.name()].map(Axis::log);
+    let panel = Panel::new(title, axes, series);
     let [x, y] = [challenger, reference].map(|c| level(findings, c));
     let mut caption = format!(
         "Geometric mean over {}, {} pairs; all by {}.",
@@ -143,17 +130,10 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup
         let all = findings.rankings.iter();
         for ranking in all.filter(|r| r.scope.truth.is_none()) {
             let panel = panel(ranking, cost, looks);
-            let points = panel.series.iter().map(|s| s.points.len()).max();
-            // One point is no curve.
-            if points.is_some_and(|n| n > 1) {
+            if is_curved(&panel.series) {
                 let label = format!("{} {}", scope_title(&ranking.scope), cost.title);
-                let by = best_of_each(ranking, looks.factor)
-                    .into_iter()
-                    .take(LINES)
-                    .map(|line| {
-                        let name = looks.series(&line.choice, Vec::new()).name;
-                        [name, method_beside(&line.choice, findings)]
-                    });
+                let lines = best_of_each(ranking, looks.factor).into_iter().take(LINES);
+                let by = lines.map(|l| [looks.name(&l.choice), method_beside(&l.choice, findings)]);
                 charts.push(chart(&labelled(&panel)?, &label, &named_by(by)));
             }
         }
@@ -191,38 +171,32 @@ pub(super) fn calibrated(findings: &Findings, looks: &Looks) -> Result<Vec<Marku
         let mut series = Vec::new();
         for (color, line) in lines.iter().take(LINES).enumerate() {
             let cells = || line.cells.iter().flatten();
-            let mut name = looks.series(&line.choice, Vec::new()).name;
-            if lines.iter().any(|l| {
-                method_beside(&l.choice, findings) != method_beside(&line.choice, findings)
-            }) {
-                name = format!("{name}, {}", method_beside(&line.choice, findings));
+            let mut name = looks.name(&line.choice);
+            let method = |line: &Calibration| method_beside(&line.choice, findings);
+            if lines.iter().any(|l| method(l) != method(line)) {
+                name = format!("{name}, {}", method(line));
             }
-            let of = |mark, name, points| Series {
-                name,
-                color,
-                mark,
-                points,
-            };
             let medians = cells().map(|c| (c.readings, Some(c.median)));
-            series.push(of(Mark::Line, name, medians.collect()));
+            series.push(Series::new(name, color, Mark::Line, medians));
             let ninths = cells().filter_map(|c| Some((c.readings, Some(c.ninth?))));
-            series.push(of(Mark::Dotted, String::new(), ninths.collect()));
+            series.push(Series::new("", color, Mark::Dotted, ninths));
         }
-        // One point is no curve.
-        if series.iter().all(|s| s.points.len() < 2) {
+        if !is_curved(&series) {
             continue;
         }
-        let panel = Panel {
-            title: format!("{metric} over expected, {measure} pairs"),
-            x: log(READINGS.label),
-            y: log("true over expected error"),
-            series,
-        };
+        let title = format!("{metric} over expected, {measure} pairs");
+        let axes = [READINGS.label, "true over expected error"].map(Axis::log);
+        let panel = Panel::new(title, axes, series);
         let label = format!("{metric} over what was expected, {measure} pairs, against readings");
         let caption = "Lines: the median over materials. Dots: what a further one is below nine times of ten.";
         charts.push(chart(&labelled(&panel)?, &label, caption));
     }
     Ok(charts)
+}
+
+/// True if there is a line in a diagram: one point is no curve.
+fn is_curved(series: &[Series]) -> bool {
+    series.iter().any(|s| s.points.len() > 1)
 }
 
 /// Lines and their reconstructions, as a caption: lines with the same one together.
@@ -264,7 +238,7 @@ fn sheet(findings: &Findings, costs: &[Cost]) -> Result<String, Error> {
             let mut panel = panel(r, cost, &looks);
             let named = best_of_each(r, looks.factor);
             for series in &mut panel.series {
-                let own = |l: &&&Line| looks.series(&l.choice, Vec::new()).name == series.name;
+                let own = |l: &&&Line| looks.name(&l.choice) == series.name;
                 if let Some(line) = named.iter().find(own) {
                     series.name += &format!(", by {}", method_beside(&line.choice, findings));
                 }
@@ -285,16 +259,15 @@ fn panel(ranking: &Ranking, cost: &Cost, looks: &Looks) -> Panel {
     let lines = best_of_each(ranking, looks.factor).into_iter().take(LINES);
     let series = lines.map(|line| looks.series(&line.choice, course(line, cost.of)));
     let scope = &ranking.scope;
-    Panel {
-        title: format!("{}, {} pairs", scope.metric.name(), scope.measure),
-        x: log(cost.label),
-        y: log(scope.metric.name()),
-        series: series.filter(|s| !s.points.is_empty()).collect(),
-    }
+    Panel::new(
+        format!("{}, {} pairs", scope.metric.name(), scope.measure),
+        [cost.label, scope.metric.name()].map(Axis::log),
+        series.filter(|s| !s.points.is_empty()),
+    )
 }
 
 /// Points of a line at a cost, where it has errors of all materials: means over fewer are others.
-fn course(line: &Line, cost: fn(&Cell) -> Option<f64>) -> Vec<(f64, Option<f64>)> {
+fn course(line: &Line, cost: fn(&Cell) -> Option<f64>) -> Vec<Point> {
     let cells = (0..line.cells.len()).filter_map(|a| whole(line, a));
     cells
         .filter_map(|c| Some((cost(c)?, Some(c.mean))))
@@ -313,23 +286,12 @@ pub(super) struct Looks {
 
 impl Looks {
     pub(super) fn new(findings: &Findings) -> Self {
-        let (mut samplings, mut sets) = (Vec::new(), Vec::new());
-        for line in findings.rankings.iter().flat_map(|r| &r.lines) {
-            let sampling = (
-                line.choice.parametrization.clone(),
-                line.choice.warp.clone(),
-            );
-            if !samplings.contains(&sampling) {
-                samplings.push(sampling);
-            }
-            if !sets.contains(&line.choice.sample_set) {
-                sets.push(line.choice.sample_set.clone());
-            }
-        }
+        let lines = || findings.rankings.iter().flat_map(|r| &r.lines);
+        let choices = || lines().map(|line| line.choice.clone());
         Self {
             factor: findings.factor,
-            sets,
-            samplings,
+            sets: each_once(choices().map(|c| c.sample_set)),
+            samplings: each_once(choices().map(|c| (c.parametrization, c.warp))),
         }
     }
 
@@ -341,8 +303,13 @@ impl Looks {
         }
     }
 
+    /// Name of a choice's sampling.
+    fn name(&self, choice: &Choice) -> String {
+        self.series(choice, Vec::new()).name
+    }
+
     /// Name, colour and stroke of a choice's sampling.
-    fn series(&self, choice: &Choice, points: Vec<(f64, Option<f64>)>) -> Series {
+    fn series(&self, choice: &Choice, points: Vec<Point>) -> Series {
         let own = |s: &&(String, String)| s.0 == choice.parametrization;
         let siblings: Vec<&(String, String)> = self.samplings.iter().filter(own).collect();
         let warps = siblings.iter().filter(|s| s.1 != "none");
@@ -365,12 +332,7 @@ impl Looks {
             (Factor::SampleSet, _) => (format!("{name}, {}", choice.sample_set), set.unwrap_or(0)),
             _ => (name, color_of(&choice.parametrization)),
         };
-        Series {
-            name,
-            color,
-            mark,
-            points,
-        }
+        Series::new(name, color, mark, points)
     }
 }
 
@@ -383,22 +345,24 @@ pub(super) fn forest(
     title: &str,
 ) -> Result<Option<Markup>, Error> {
     let cells = || rows.iter().flat_map(|r| r.cells.iter().flatten());
-    let look = |choice: &Choice| looks.series(choice, Vec::new());
-    let groups = rows.iter().map(|row| ForestGroup {
-        name: row.name.clone(),
-        color: look(&row.choice).color,
-        mark: look(&row.choice).mark,
-        lines: (row.cells.iter().zip(compared_at(findings)))
-            .filter_map(|(cell, at)| {
-                let cell = cell.as_ref()?;
-                Some(ForestLine {
-                    name: at,
-                    ratio: cell.ratio,
-                    interval: cell.interval,
-                    note: format!("{}  {}", number(cell.ratio), said(cell)),
-                })
-            })
-            .collect(),
+    let line = |(cell, at): (&Option<Paired>, String)| {
+        let cell = cell.as_ref()?;
+        Some(ForestLine {
+            name: at,
+            ratio: cell.ratio,
+            interval: cell.interval,
+            note: format!("{}  {}", number(cell.ratio), said(cell)),
+        })
+    };
+    let groups = rows.iter().map(|row| {
+        let Series { color, mark, .. } = looks.series(&row.choice, Vec::new());
+        let lines = row.cells.iter().zip(compared_at(findings));
+        ForestGroup {
+            name: row.name.clone(),
+            color,
+            mark,
+            lines: lines.filter_map(line).collect(),
+        }
     });
     let forest = Forest {
         label: label.into(),
@@ -421,17 +385,11 @@ pub(super) fn of_material(material: &Material, looks: &Looks) -> Result<Option<M
             by.extend(method.map(|method| [series.name.clone(), method]));
             series
         });
-        let panel = Panel {
-            title: format!("nrmse, {} pairs", measure.name),
-            x: log("readings"),
-            y: log("nrmse"),
-            series: series.collect(),
-        };
-        if panel.series.iter().any(|s| s.points.len() > 1) {
-            let label = format!(
-                "{}: nrmse against readings, {}",
-                material.name, measure.name
-            );
+        let title = format!("nrmse, {} pairs", measure.name);
+        let panel = Panel::new(title, ["readings", "nrmse"].map(Axis::log), series);
+        if is_curved(&panel.series) {
+            let (of, measure) = (&material.name, &measure.name);
+            let label = format!("{of}: nrmse against readings, {measure}");
             let caption = named_by(by.into_iter());
             charts.push(chart(&labelled(&panel)?, &label, &caption));
         }

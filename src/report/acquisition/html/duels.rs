@@ -49,47 +49,43 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Erro
 }
 
 fn table(findings: &Findings, rows: &[Against], reference: &str) -> Markup {
-    html! {
-        div.wide {
-            table.duels.sorts {
-                thead {
+    let ratio = format!("error / {reference}");
+    let head = [
+        "sampled in",
+        "at",
+        &ratio,
+        "95 %",
+        "p",
+        "better on",
+        "worse on",
+        "alike on",
+        "verdict",
+    ];
+    let rows = html! {
+        @for row in rows {
+            tbody {
+                @for (i, (cell, at)) in row.cells.iter().zip(compared_at(findings))
+                    .filter_map(|(c, at)| Some((c.as_ref()?, at))).enumerate() {
                     tr {
-                        th scope="col" { "sampled in" }
-                        th scope="col" { "at" }
-                        th scope="col" { "error / " (reference) }
-                        th scope="col" { "95 %" }
-                        th scope="col" { "p" }
-                        th scope="col" { "better on" }
-                        th scope="col" { "worse on" }
-                        th scope="col" { "alike on" }
-                        th scope="col" { "verdict" }
-                    }
-                }
-                @for row in rows {
-                    tbody {
-                        @for (i, (cell, at)) in row.cells.iter().zip(compared_at(findings))
-                            .filter_map(|(c, at)| Some((c.as_ref()?, at))).enumerate() {
-                            tr {
-                                th scope="row" { @if i == 0 { (row.name) } @else { span { (row.name) } } }
-                                td { (at) }
-                                td { (number(cell.ratio)) }
-                                td {
-                                    @if let Some([low, high]) = cell.interval {
-                                        (number(low)) " – " (number(high))
-                                    }
-                                }
-                                td { (p_text(cell.p)) }
-                                td { (cell.wins) }
-                                td { (cell.losses) }
-                                td { (cell.ties) }
-                                td { (said(cell)) }
+                        th scope="row" { @if i == 0 { (row.name) } @else { span { (row.name) } } }
+                        td { (at) }
+                        td { (number(cell.ratio)) }
+                        td {
+                            @if let Some([low, high]) = cell.interval {
+                                (number(low)) " – " (number(high))
                             }
                         }
+                        td { (p_text(cell.p)) }
+                        td { (cell.wins) }
+                        td { (cell.losses) }
+                        td { (cell.ties) }
+                        td { (said(cell)) }
                     }
                 }
             }
         }
-    }
+    };
+    super::table(Some("duels sorts"), "", head, rows)
 }
 
 /// The choice with the best mean place, of those that are used at every allowance.

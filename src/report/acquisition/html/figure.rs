@@ -1,7 +1,7 @@
 //! Figures inside the page.
 
+use super::Picture;
 use super::shrink::shrunk;
-use super::{Media, Picture};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, Render, html};
@@ -16,15 +16,7 @@ pub(super) fn figures(pictures: &[Picture]) -> Markup {
     let plates = pictures.par_iter().map(|picture| {
         html! {
             figure.plate {
-                @match &picture.media {
-                    Media::Svg(text) => { div.wide { (inline(text, &picture.alt)) } }
-                    Media::Png(bytes) => {
-                        @let small = shrunk(bytes);
-                        @let file = small.as_deref().unwrap_or(bytes);
-                        img alt=(picture.alt)
-                            src={ (PNG) (STANDARD.encode(file)) };
-                    }
-                }
+                div.wide { (inline(&picture.svg, &picture.caption)) }
                 figcaption { (picture.caption) }
             }
         }

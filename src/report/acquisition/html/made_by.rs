@@ -1,5 +1,6 @@
 //! The last section of a report: config, inputs and versions that made it.
 
+use super::table;
 use maud::{Markup, html};
 use serde_json::Value;
 
@@ -30,16 +31,13 @@ pub(super) fn section(manifest: &Value, resolved: &toml::Table) -> Markup {
             }
         }
         @if !list("inputs").is_empty() {
-            div.wide {
-                table.inputs {
-                    thead { tr { th scope="col" { "input" } th scope="col" { "BLAKE3" } } }
-                    tbody {
-                        @for input in list("inputs") {
-                            tr { td { (text(&input["path"])) } td { code { (text(&input["blake3"])) } } }
-                        }
+            (table(Some("inputs"), "", ["input", "BLAKE3"], html! {
+                tbody {
+                    @for input in list("inputs") {
+                        tr { td { (text(&input["path"])) } td { code { (text(&input["blake3"])) } } }
                     }
                 }
-            }
+            }))
         }
         details {
             summary { "The config with every default (config.toml)" }

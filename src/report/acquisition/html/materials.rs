@@ -164,6 +164,17 @@ pub(super) fn tables(rows: &[&Row], allowances: &[String]) -> Vec<Material> {
         .collect()
 }
 
+/// What diagrams and tables of materials show.
+pub(super) fn legend() -> Markup {
+    html! {
+        p {
+            "Curves: of each sampling the one reconstruction that is best on the material over all "
+            "budgets, named below. Tables: the best reconstruction of each sampling at each budget, "
+            "named in the cell; a " b { "★" } " marks the least error of its column."
+        }
+    }
+}
+
 /// The section of a material.
 pub(super) fn section(
     number: usize,
@@ -192,36 +203,30 @@ pub(super) fn section(
 fn table(measure: &Measure, allowances: &[String]) -> Markup {
     let column = |a: usize| measure.lines.iter().filter_map(move |l| l.best[a].as_ref());
     let least = |a: usize| column(a).map(|b| b.error).fold(f64::INFINITY, f64::min);
-    html! {
-        div.wide {
-            table.methods.sorts {
-                caption { "nrmse, " (measure.name) " pairs" }
-                thead {
-                    tr {
-                        th scope="col" { "sampled in" }
-                        @for at in allowances { th scope="col" { (at) } }
-                    }
-                }
-                tbody {
-                    @for line in &measure.lines {
-                        tr {
-                            th scope="row" title=(sampling(&line.choice)) { (sampling_name(&line.choice)) }
-                            @for (a, best) in line.best.iter().enumerate() {
-                                @if let Some(best) = best {
-                                    td.best[best.error <= least(a)]
-                                        title={ (format!("{:.0}", best.readings)) " readings" } {
-                                        b { (error(Some(best.error))) }
-                                        @if best.error <= least(a) { " ★" }
-                                        small { (best.method) }
-                                    }
-                                } @else {
-                                    td { "–" }
-                                }
+    let caption = format!("nrmse, {} pairs", measure.name);
+    let head = ["sampled in"]
+        .into_iter()
+        .chain(allowances.iter().map(String::as_str));
+    let rows = html! {
+        tbody {
+            @for line in &measure.lines {
+                tr {
+                    th scope="row" title=(sampling(&line.choice)) { (sampling_name(&line.choice)) }
+                    @for (a, best) in line.best.iter().enumerate() {
+                        @if let Some(best) = best {
+                            td.best[best.error <= least(a)]
+                                title={ (format!("{:.0}", best.readings)) " readings" } {
+                                b { (error(Some(best.error))) }
+                                @if best.error <= least(a) { " ★" }
+                                small { (best.method) }
                             }
+                        } @else {
+                            td { "–" }
                         }
                     }
                 }
             }
         }
-    }
+    };
+    super::table(Some("methods sorts"), &caption, head, rows)
 }

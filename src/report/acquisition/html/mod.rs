@@ -23,7 +23,7 @@ use crate::error::Error;
 use crate::experiment::{Choice, Explained, Findings, Plan, Row, Scope};
 use charts::Looks;
 use figure::figures;
-use maud::{DOCTYPE, Markup, PreEscaped, html as page};
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html as page};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 const STYLE: &str = include_str!("style.css");
@@ -36,24 +36,13 @@ const SCRIPT: &str = include_str!("script.js");
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data: 'self' file:; \
                       script-src 'sha256-7iCK9o6X7/JTYUZwfG7PSVs62XHF9h8qADAVz8jHsNk='";
 
-/// A drawing or an image.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Media {
-    /// The text of an SVG file, on white.
-    Svg(String),
-    /// The bytes of a PNG file.
-    Png(Vec<u8>),
-}
-
 /// A figure of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Text below the figure.
+    /// Text below the figure, also for those who cannot see it.
     pub caption: String,
-    /// Text for those who cannot see the figure.
-    pub alt: String,
-    /// The drawing or image.
-    pub media: Media,
+    /// The text of an SVG file, on white.
+    pub svg: String,
 }
 
 /// The figures of a material.
@@ -84,7 +73,7 @@ pub fn html(
     let question = plan.question.as_deref().unwrap_or_default().trim();
     let materials = materials::tables(rows, &findings.allowances);
     let looks = Looks::new(findings);
-    let sections: Result<Vec<Markup>, Error> = materials
+    let of_materials: Result<Vec<Markup>, Error> = materials
         .par_iter()
         .enumerate()
         .map(|(i, m)| {
@@ -93,62 +82,66 @@ pub fn html(
             Ok(materials::section(i, m, &findings.allowances, own, curves))
         })
         .collect();
-    let rankings = findings.rankings.iter().enumerate();
-    let rankings: Vec<Markup> = rankings
-        .map(|(i, r)| ranking::table(findings, r, i))
-        .collect();
+    let mut sections = vec![
+        Section::new("verdict", "Verdict", verdict::section(findings, &looks)?),
+        Section {
+            contents: rankings(findings),
+            ..Section::new("ranking", "Ranking", ranking::section(findings))
+        },
+        Section::new("duels", &duels_title, duels::section(findings, &looks)?),
+        Section {
+            body: charts::curves(findings, &looks)?,
+            ..Section::new("curves", "What an error costs", Markup::default())
+        },
+    ];
+    if !findings.calibrations.is_empty() {
+        let body = calibrations(findings, &looks)?;
+        sections.push(Section::new("calibration", "What was expected", body));
+    }
+    let body = variance(findings);
+    sections.push(Section::new(
+        "variance",
+        "Which choice matters how much",
+        body,
+    ));
+    if !general.is_empty() {
+        sections.push(Section::new("figures", "Coordinates", figures(general)));
+    }
+    sections.push(Section {
+        contents: page! {
+            " " span.many {
+                @for (i, m) in materials.iter().enumerate() {
+                    @if i > 0 { " · " }
+                    a href={ "#material-" (i) } { (m.name) }
+                }
+            }
+        },
+        below: page! { @for section in of_materials? { (section) } },
+        ..Section::new("materials", "Materials", materials::legend())
+    });
+    sections.push(Section {
+        class: Some("page"),
+        ..Section::new(
+            "manifest",
+            "How it was made",
+            made_by::section(manifest, &plan.resolved),
+        )
+    });
     let body = page! {
-        (contents(findings, &materials, general, &duels_title))
+        nav aria-label="Contents" {
+            details {
+                summary { "Contents" }
+                ol {
+                    @for of in &sections { li { a href={ "#" (of.id) } { (of.title) } (of.contents) } }
+                }
+            }
+        }
         main {
-            section id="verdict" {
-                h2 { "Verdict" }
-                (verdict::section(findings, &looks)?)
-            }
-            section id="ranking" {
-                h2 { "Ranking" }
-                (ranking::legend(findings))
-                @for table in &rankings { (table) }
-            }
-            section id="duels" {
-                h2 { (duels_title) }
-                (duels::section(findings, &looks)?)
-            }
-            @if let Some(curves) = charts::curves(findings, &looks)? {
-                section id="curves" {
-                    h2 { "What an error costs" }
-                    (curves)
+            @for of in &sections {
+                @if let Some(body) = &of.body {
+                    section class=[of.class] id=(of.id) { h2 { (of.title) } (body) }
                 }
-            }
-            @if !findings.calibrations.is_empty() {
-                section id="calibration" {
-                    h2 { "What was expected" }
-                    p { (LEGEND) }
-                    div.panels { @for chart in charts::calibrated(findings, &looks)? { (chart) } }
-                    @for table in calibration::tables(findings) { (expected(findings, &table)) }
-                }
-            }
-            section id="variance" {
-                h2 { "Which choice matters how much" }
-                (variance(findings))
-            }
-            @if !general.is_empty() {
-                section id="figures" {
-                    h2 { "Coordinates" }
-                    (figures(general))
-                }
-            }
-            section id="materials" {
-                h2 { "Materials" }
-                p {
-                    "Curves: of each sampling the one reconstruction that is best on the material over all "
-                    "budgets, named below. Tables: the best reconstruction of each sampling at each budget, "
-                    "named in the cell; a " b { "★" } " marks the least error of its column."
-                }
-            }
-            @for section in sections? { (section) }
-            section #manifest .page {
-                h2 { "How it was made" }
-                (made_by::section(manifest, &plan.resolved))
+                (of.below)
             }
         }
     };
@@ -182,46 +175,58 @@ pub fn frame(title: &str, heading: &str, body: Markup) -> String {
     page.into_string()
 }
 
-fn contents(
-    findings: &Findings,
-    materials: &[materials::Material],
-    general: &[Picture],
-    duels_title: &str,
+/// A section of a report, which the contents list.
+struct Section {
+    id: &'static str,
+    title: String,
+    class: Option<&'static str>,
+    /// `None`: there is nothing to show.
+    body: Option<Markup>,
+    /// What stands behind its title in the contents.
+    contents: Markup,
+    /// What stands below it.
+    below: Markup,
+}
+
+impl Section {
+    fn new(id: &'static str, title: &str, body: Markup) -> Self {
+        Self {
+            id,
+            title: title.into(),
+            class: None,
+            body: Some(body),
+            contents: Markup::default(),
+            below: Markup::default(),
+        }
+    }
+}
+
+/// The rankings in the contents, if there are several.
+fn rankings(findings: &Findings) -> Markup {
+    page! {
+        @if findings.rankings.len() > 1 {
+            ul {
+                @for (i, ranking) in findings.rankings.iter().enumerate() {
+                    li { a href={ "#ranking-" (i) } { (scope_title(&ranking.scope)) } }
+                }
+            }
+        }
+    }
+}
+
+/// A table that scrolls where it is wider than the page: the texts of its head, and its rows.
+pub fn table<T: Render>(
+    class: Option<&str>,
+    caption: &str,
+    head: impl IntoIterator<Item = T>,
+    rows: Markup,
 ) -> Markup {
     page! {
-        nav aria-label="Contents" {
-            details {
-                summary { "Contents" }
-                ol {
-                    li { a href="#verdict" { "Verdict" } }
-                    li {
-                        a href="#ranking" { "Ranking" }
-                        @if findings.rankings.len() > 1 {
-                            ul {
-                                @for (i, ranking) in findings.rankings.iter().enumerate() {
-                                    li { a href={ "#ranking-" (i) } { (scope_title(&ranking.scope)) } }
-                                }
-                            }
-                        }
-                    }
-                    li { a href="#duels" { (duels_title) } }
-                    li { a href="#curves" { "What an error costs" } }
-                    @if !findings.calibrations.is_empty() {
-                        li { a href="#calibration" { "What was expected" } }
-                    }
-                    li { a href="#variance" { "Which choice matters how much" } }
-                    @if !general.is_empty() { li { a href="#figures" { "Coordinates" } } }
-                    li {
-                        a href="#materials" { "Materials" } " "
-                        span.many {
-                            @for (i, m) in materials.iter().enumerate() {
-                                @if i > 0 { " · " }
-                                a href={ "#material-" (i) } { (m.name) }
-                            }
-                        }
-                    }
-                    li { a href="#manifest" { "How it was made" } }
-                }
+        div.wide {
+            table class=[class] {
+                @if !caption.is_empty() { caption { (caption) } }
+                thead { tr { @for text in head { th scope="col" { (text) } } } }
+                (rows)
             }
         }
     }
@@ -244,29 +249,25 @@ fn scope_title(scope: &Scope) -> String {
     format!("{}, {} pairs, {of}", scope.metric.name(), scope.measure)
 }
 
-/// A table of errors beside expected ones.
-fn expected(findings: &Findings, table: &calibration::Table) -> Markup {
-    page! {
-        div.wide {
-            table {
-                caption { (table.title) }
-                thead {
-                    tr {
-                        th scope="col" {}
-                        @for at in &findings.allowances { th scope="col" { (at) } }
-                    }
-                }
+/// Errors beside expected ones.
+fn calibrations(findings: &Findings, looks: &Looks) -> Result<Markup, Error> {
+    let head = || std::iter::once("").chain(findings.allowances.iter().map(String::as_str));
+    Ok(page! {
+        p { (LEGEND) }
+        div.panels { @for chart in charts::calibrated(findings, looks)? { (chart) } }
+        @for of in calibration::tables(findings) {
+            (table(None, &of.title, head(), page! {
                 tbody {
-                    @for (name, cells) in &table.lines {
+                    @for (name, cells) in &of.lines {
                         tr {
                             th scope="row" { (name) }
                             @for cell in cells { td { (cell.replace(" %", "\u{a0}%")) } }
                         }
                     }
                 }
-            }
+            }))
         }
-    }
+    })
 }
 
 /// Shares of the variance as bars.

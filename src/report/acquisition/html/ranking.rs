@@ -12,8 +12,16 @@ use maud::{Markup, html};
 /// Number of lines that are visible without unfolding.
 const SHOWN: usize = 12;
 
+/// The tables of all rankings, below an explanation.
+pub(super) fn section(findings: &Findings) -> Markup {
+    html! {
+        (legend(findings))
+        @for (i, ranking) in findings.rankings.iter().enumerate() { (table(findings, ranking, i)) }
+    }
+}
+
 /// Explanation of the tables' columns and marks.
-pub(super) fn legend(findings: &Findings) -> Markup {
+fn legend(findings: &Findings) -> Markup {
     html! {
         p {
             "Each cell: the geometric mean of the error over materials; its ratio to the least of the "
@@ -31,7 +39,7 @@ pub(super) fn legend(findings: &Findings) -> Markup {
 }
 
 /// The table of a ranking: further lines are folded away, and all of it unless `number` is 0.
-pub(super) fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Markup {
+fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Markup {
     let lines = sorted(ranking);
     let allowances = 0..findings.allowances.len();
     let told: Vec<bool> = allowances
@@ -99,39 +107,31 @@ fn too_few(findings: &Findings, ranking: &Ranking) -> Option<String> {
 
 /// Some lines; `told`: the columns in which a choice could be told from the best.
 fn part(findings: &Findings, lines: &[&Line], first: usize, told: &[bool]) -> Markup {
-    html! {
-        div.wide {
-            table.ranking.sorts {
-                thead {
-                    tr {
-                        th scope="col" { "#" }
-                        th scope="col" { "sampled in" }
-                        th scope="col" { "reconstructed by" }
-                        @for at in &findings.allowances { th scope="col" { (at) } }
-                        th scope="col" { "order" }
-                    }
-                }
-                tbody {
-                    @for (i, line) in lines.iter().enumerate() {
-                        tr {
-                            td { (first + i) }
-                            th scope="row" { (sampling_name(&line.choice)) }
-                            td.by { (method(&line.choice, findings)) }
-                            @for (cell, told) in line.cells.iter().zip(told) { (self::cell(cell.as_ref(), *told)) }
-                            td {
-                                @if let Some(order) = &line.order {
-                                    (signed(order.slope))
-                                    @if let Some([low, high]) = order.interval {
-                                        small { (signed(low)) " … " (signed(high)) }
-                                    }
-                                }
+    let head = ["#", "sampled in", "reconstructed by"].into_iter();
+    let head = head
+        .chain(findings.allowances.iter().map(String::as_str))
+        .chain(["order"]);
+    let rows = html! {
+        tbody {
+            @for (i, line) in lines.iter().enumerate() {
+                tr {
+                    td { (first + i) }
+                    th scope="row" { (sampling_name(&line.choice)) }
+                    td.by { (method(&line.choice, findings)) }
+                    @for (cell, told) in line.cells.iter().zip(told) { (self::cell(cell.as_ref(), *told)) }
+                    td {
+                        @if let Some(order) = &line.order {
+                            (signed(order.slope))
+                            @if let Some([low, high]) = order.interval {
+                                small { (signed(low)) " … " (signed(high)) }
                             }
                         }
                     }
                 }
             }
         }
-    }
+    };
+    super::table(Some("ranking sorts"), "", head, rows)
 }
 
 fn cell(cell: Option<&Cell>, told: bool) -> Markup {

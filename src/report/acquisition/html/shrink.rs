@@ -102,7 +102,7 @@ fn least(picture: &Rgba) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::pictures::png::{write_rgb, write_rgba};
+    use crate::report::pictures::png::write_png;
 
     #[test]
     fn pictures_stay_within_half_a_step() {
@@ -130,11 +130,11 @@ mod tests {
             for is_opaque in [true, false] {
                 let (mut file, mut before) = (Vec::new(), pixels.clone());
                 if is_opaque {
-                    let colours: Vec<u8> = pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
-                    write_rgb(&colours, 96, &mut file).unwrap();
+                    let colours: Vec<_> = pixels.iter().map(|p| [p[0], p[1], p[2]]).collect();
+                    write_png(&colours, 96, &mut file).unwrap();
                     before.iter_mut().for_each(|p| p[3] = 255);
                 } else {
-                    write_rgba(pixels.as_flattened(), 96, &mut file).unwrap();
+                    write_png(&pixels, 96, &mut file).unwrap();
                 }
                 let small = shrunk(&file).unwrap_or_else(|| file.clone());
                 assert!(small.len() <= file.len() && (noisy == 0 || small.len() < file.len()));

@@ -2,14 +2,15 @@
 //! 1e-4 rad next to it, a sixth wider from ring to ring, up to 2.5° from where on they are equal.
 //! No random number is drawn.
 
+use crate::common::material;
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels, Lambert, Presence, Spectrum};
 use gonio::geometry::{Direction, DirectionPair};
 use gonio::lighting::Lighting;
 use gonio::parametrization::view_centered;
+use gonio::registry;
 use gonio::report::SphereImage;
 use gonio::report::pictures::render_sphere;
-use gonio::{brdf, registry};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
@@ -18,13 +19,6 @@ fn light(kind: &str, keys: &str) -> Box<dyn Lighting> {
     let all = gonio::lighting::all();
     let entry = all.iter().find(|e| e.kind == kind).unwrap();
     registry::read_text(entry, keys).unwrap().build().unwrap()
-}
-
-fn material(kind: &str, keys: &str) -> Box<dyn Brdf> {
-    let all = brdf::all();
-    let entry = all.iter().find(|e| e.kind == kind).unwrap();
-    let spec = registry::read_text(entry, keys).unwrap();
-    spec.build(Channels::Rgb).unwrap()
 }
 
 /// Mean of the differences over the mean of `want`, and their RMS over it.
@@ -72,12 +66,17 @@ fn a_diffuse_sphere_in_even_light_has_its_albedo() {
 
 #[test]
 fn black_light_is_black_and_tiny_mirrors_are_mirrors() {
-    let mirror = material("ggx", "alpha = 1e-6");
+    let mirror = material("ggx", "alpha = 1e-6", Channels::Rgb);
     let black = render_sphere(&*mirror, &*light("constant", "radiance = 0.0"), 8, 4);
     assert!(black.pixels.into_iter().flatten().all(|p| p == [0.0; 3]));
     // What a mirror reflects of even light does not depend on its roughness.
     let even = light("constant", "");
-    let rough = render_sphere(&*material("ggx", "alpha = 1e-3"), &*even, 16, 256);
+    let rough = render_sphere(
+        &*material("ggx", "alpha = 1e-3", Channels::Rgb),
+        &*even,
+        16,
+        256,
+    );
     let fine = render_sphere(&*mirror, &*even, 16, 256);
     let [bias, difference] = errors(&fine, &rough);
     assert!(
@@ -105,11 +104,13 @@ fn the_edge_is_smooth() {
 
 #[test]
 fn threads_do_not_matter() {
-    let (brdf, sky) = (material("ggx", "alpha = 0.2"), light("sky", ""));
+    let (brdf, sky) = (
+        material("ggx", "alpha = 0.2", Channels::Rgb),
+        light("sky", ""),
+    );
     let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         let draw = || render_sphere(&*brdf, &*sky, 24, 8);
-        pool.build().unwrap().install(draw)
+        crate::common::on_threads(threads, draw)
     };
     assert_eq!(with(1), with(3));
 }
@@ -236,56 +237,6 @@ fn shade(nodes: &[(DVec3, [f64; 3])], frame: &Frame, lighting: &dyn Lighting) ->
 }
 
 #[test]
-fn a_diffuse_sphere_in_even_light_is_a_disk_of_its_albedo() {
-    let brdf = Lambert::new(Spectrum::Rgb([0.2, 0.5, 0.8]), Channels::Rgb);
-    let image = sphere(&brdf, &*light("constant", "radiance = 2.0"), 16);
-    let area = image.pixels.iter().flatten().count() as f64 / 256.0;
-    assert!((area - PI / 4.0).abs() < 0.03);
-    for pixel in image.pixels.into_iter().flatten() {
-        for (got, albedo) in pixel.into_iter().zip([0.2, 0.5, 0.8]) {
-            assert!((got - 2.0 * albedo).abs() < 2e-3 * albedo, "{got}");
-        }
-    }
-}
-
-#[test]
-fn a_mirror_shows_the_light() {
-    let all = brdf::all();
-    let ggx = all.iter().find(|e| e.kind == "ggx").unwrap();
-    let spec = registry::read_text(ggx, "alpha = 0.001").unwrap();
-    let brdf = spec.build(Channels::Luminance).unwrap();
-    let even = sphere(&*brdf, &*light("constant", ""), 20);
-    let sky = light("sky", "");
-    let image = sphere(&*brdf, &*sky, 20);
-    let mut seen = 0;
-    for row in 0..20 {
-        for column in 0..20 {
-            let [x, y] = [column, 19 - row].map(|i| (2.0 * f64::from(i) + 1.0) / 20.0 - 1.0);
-            let r2: f64 = x * x + y * y;
-            let Some(pixel) = image.pixels[(20 * row + column) as usize] else {
-                continue;
-            };
-            if r2 > 0.9 {
-                continue;
-            }
-            let n = DVec3::new(x, y, (1.0 - r2).sqrt());
-            let mirrored = world(2.0 * n.z * n - DVec3::Z);
-            let want = sky.radiance(Direction::from_unit(mirrored));
-            let reflectance = even.pixels[(20 * row + column) as usize].unwrap();
-            for c in 0..3 {
-                let want = want[c] * reflectance[c];
-                assert!(
-                    (pixel[c] - want).abs() < 0.03 * want,
-                    "{x} {y} {pixel:?} {want}"
-                );
-            }
-            seen += 1;
-        }
-    }
-    assert!(seen > 200);
-}
-
-#[test]
 fn it_agrees_with_the_rings_and_noise_falls() {
     // Light that the rings resolve to better than what is asked for here.
     let light = light(
@@ -300,7 +251,7 @@ fn it_agrees_with_the_rings_and_noise_falls() {
         ("ggx", "alpha = [0.1, 0.4]"),
     ];
     for (kind, keys) in materials {
-        let brdf = material(kind, keys);
+        let brdf = material(kind, keys, Channels::Rgb);
         let want = sphere(&*brdf, &*light, 20);
         let at = |samples| errors(&render_sphere(&*brdf, &*light, 20, samples), &want);
         let [few, some, many] = [16, 64, 1024].map(at);

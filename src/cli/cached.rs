@@ -1,10 +1,10 @@
 //! Values that were found before a command was stopped.
 
 use super::signals;
-use super::talk::{note, say};
-use crate::brdf::{Brdf, Channels, Presence, SplitBrdf};
+use super::verbosity::{note, say};
+use crate::brdf::{Brdf, Presence, SplitBrdf, of_wrapped};
 use crate::error::Error;
-use crate::geometry::{DirectionPair, Symmetry};
+use crate::geometry::DirectionPair;
 use rustc_hash::FxHashMap;
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
@@ -16,7 +16,7 @@ use std::sync::Mutex;
 ///
 /// The file begins with a line that says what they are values of. A record is a hash of the pair (16 bytes), one of the rest (8),
 /// 1 for a value and 0 for none (1), and the channels (8 each, little-endian); a record that is not whole is none.
-pub(super) struct Kept<'a> {
+pub(super) struct CachedBrdf<'a> {
     brdf: &'a dyn Brdf,
     path: PathBuf,
     known: FxHashMap<[u8; 16], Box<[u8]>>,
@@ -40,7 +40,7 @@ fn hash_of(pair: &DirectionPair) -> [u8; 16] {
     hash(&bytes.collect::<Vec<u8>>())
 }
 
-impl<'a> Kept<'a> {
+impl<'a> CachedBrdf<'a> {
     /// Values of `brdf`, which is what `key` stands for, those that the file holds too; `anew`: without them.
     ///
     /// # Errors
@@ -163,18 +163,8 @@ fn remove(path: &Path) -> io::Result<()> {
     }
 }
 
-impl Brdf for Kept<'_> {
-    fn channels(&self) -> &Channels {
-        self.brdf.channels()
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.brdf.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        self.brdf.conserves_energy()
-    }
+impl Brdf for CachedBrdf<'_> {
+    of_wrapped!(brdf);
 
     fn is_mirrored(&self) -> bool {
         self.brdf.is_mirrored()
@@ -226,7 +216,7 @@ impl Brdf for Kept<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::{Lambert, Spectrum, Watched};
+    use crate::brdf::{Channels, Lambert, ObservedBrdf, Spectrum};
     use crate::geometry::Direction;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -245,12 +235,12 @@ mod tests {
         let part = dir.path().join("t.binary.part");
         let brdf = Lambert::new(Spectrum::Grey(0.5), Channels::Rgb);
         let count = AtomicUsize::new(0);
-        let watched = Watched::new(&brdf, |_: &[f64], seen: &[Presence]| {
+        let watched = ObservedBrdf::new(&brdf, |_: &[f64], seen: &[Presence]| {
             count.fetch_add(seen.len(), Ordering::Relaxed);
         });
         let pairs = pairs();
         let all = || {
-            let kept = Kept::new(&watched, "key", &output, false).unwrap();
+            let kept = CachedBrdf::new(&watched, "key", &output, false).unwrap();
             let mut values = vec![0.0; 3 * pairs.len()];
             let mut presence = vec![Presence::Missing; pairs.len()];
             let (some, rest) = values.split_at_mut(3 * 25);
@@ -278,10 +268,10 @@ mod tests {
             fs::write(&part, &bytes).unwrap();
             assert_eq!(all(), (values.clone(), presence.clone(), 1));
         }
-        let other = Kept::new(&watched, "other", &output, false);
+        let other = CachedBrdf::new(&watched, "other", &output, false);
         let message = other.err().unwrap().to_string();
         assert!(message.contains("--force"), "{message}");
-        Kept::new(&watched, "other", &output, true)
+        CachedBrdf::new(&watched, "other", &output, true)
             .unwrap()
             .done()
             .unwrap();

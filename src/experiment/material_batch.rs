@@ -1,7 +1,7 @@
 //! Materials that are reconstructed together: the neighbours of a pair and their weights depend on
 //! the poses alone.
 
-use super::observer::Stop;
+use super::observer::{GoOn, Stop};
 use crate::brdf::{Brdf, Channels, SplitBrdf};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
@@ -20,13 +20,13 @@ const SLOW_SLAB: usize = 1 << 9;
 const BATCH: usize = 256;
 
 /// Reconstructions of several materials from readings at the same poses.
-pub(super) struct Stack {
+pub(super) struct MaterialBatch {
     /// One of all materials, or one of each.
     interpolants: Vec<Box<dyn Interpolant>>,
     channels: Channels,
 }
 
-impl Stack {
+impl MaterialBatch {
     /// Reconstructs measurements of one schedule with readings at the same poses.
     pub fn new(
         method: &dyn Reconstruct,
@@ -65,11 +65,7 @@ impl Stack {
     }
 
     /// Luminance at some pairs, sr⁻¹, one list per material; an error if the run was cancelled.
-    pub fn evaluate(
-        &self,
-        pairs: &[DirectionPair],
-        go_on: &dyn Fn() -> Result<(), Stop>,
-    ) -> Result<Vec<Values>, Stop> {
+    pub fn evaluate(&self, pairs: &[DirectionPair], go_on: GoOn<'_>) -> Result<Vec<Values>, Stop> {
         let mut of_materials = Vec::new();
         for interpolant in &self.interpolants {
             of_materials.extend(self.of(&**interpolant, pairs, go_on)?);
@@ -82,7 +78,7 @@ impl Stack {
         &self,
         interpolant: &dyn Interpolant,
         pairs: &[DirectionPair],
-        go_on: &dyn Fn() -> Result<(), Stop>,
+        go_on: GoOn<'_>,
     ) -> Result<Vec<Values>, Stop> {
         let (width, count) = (interpolant.width(), self.channels.count());
         let materials = width / count;
@@ -122,7 +118,7 @@ impl Stack {
 pub(super) fn evaluate(
     brdf: &dyn Brdf,
     pairs: &[DirectionPair],
-    go_on: &dyn Fn() -> Result<(), Stop>,
+    go_on: GoOn<'_>,
 ) -> Result<Values, Stop> {
     let mut values = Values::default();
     let slow = brdf.as_split().is_some_and(SplitBrdf::follows_pairs);

@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 
 /// Options of every command.
 #[derive(Clone, Copy, Debug, Args)]
-pub(super) struct TalkArgs {
+pub(super) struct VerbosityArgs {
     /// No progress bar and no notes on stderr; errors are still told
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     quiet: bool,
@@ -27,9 +27,9 @@ pub(super) struct TalkArgs {
 }
 
 /// The options of this process; a library call has none.
-static TALK: OnceLock<TalkArgs> = OnceLock::new();
+static TALK: OnceLock<VerbosityArgs> = OnceLock::new();
 
-impl TalkArgs {
+impl VerbosityArgs {
     pub(super) fn apply(self) {
         // Set once: a process has one command line.
         let _ = TALK.set(self);

@@ -11,22 +11,19 @@
 //! points of a Sobol set, so that there are as many as are asked for. Before the scan is read all normals are alike.
 //! Poses beyond 80°, or that cannot be taken, are left out for others.
 
-use super::field::{MASK, MOST, Reach, admit, filled, hashed, is_inside};
+use super::field::{MASK, MOST, Reach, admit, filled, hashed, is_inside, luminances};
 use super::{Planner, Task};
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::{Direction, DirectionPair};
-use crate::measurement::{Measurement, Outcome};
-use crate::parametrization::{Axis, Parametrization};
+use crate::measurement::Measurement;
+use crate::numeric::last_where;
+use crate::parametrization::Axis;
 use crate::reconstruct::Transform;
-use crate::registry::{self, Entry, Keys};
+use crate::registry::{self, Keys, declare};
 use crate::sampling::{Random, Sobol};
-use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
+use crate::schedule::{PlanError, Pose, SampleSet};
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::sync::Arc;
-
-const KIND: &str = "dupuy-jakob";
 
 /// Readings of a scan: at least, at most, and of so many poses one.
 const SCAN: (usize, usize, usize) = (4, 90, 8);
@@ -46,21 +43,17 @@ const STEPS: usize = 30;
 /// Points that are tried for each pose, at most.
 const PATIENCE: usize = 64;
 
-/// The registry entry.
-pub(super) const ENTRY: Entry<dyn Planner> = Entry {
-    kind: KIND,
-    summary: "a retro-reflective scan, then poses by the normals that it shows (Dupuy & Jakob 2018)",
-    examples: &["", "separation_deg = 4"],
-    read: |table| Ok(Box::new(registry::parse::<Retro>(table)?)),
-};
-
-/// Poses by the normals that a retro-reflective scan shows, as a config writes it.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Retro {
-    /// Angle between light and sensor during the scan, degrees in [0, 60]; more where the machine of a task needs it.
-    /// What is read is taken for retro-reflection at the half vector.
-    pub separation_deg: f64,
+declare! {
+    dyn Planner, "dupuy-jakob": "a retro-reflective scan, then poses by the normals that it shows (Dupuy & Jakob 2018)", [
+        "",
+        "separation_deg = 4",
+    ]
+    /// Poses by the normals that a retro-reflective scan shows, as a config writes it.
+    pub struct Retro {
+        /// Angle between light and sensor during the scan, degrees in [0, 60]; more where the machine of a task needs it.
+        /// What is read is taken for retro-reflection at the half vector.
+        separation_deg: f64 = 0.0;
+    }
 }
 
 /// An isotropic distribution of normals.
@@ -157,15 +150,8 @@ fn half_vector(shares: &[f64], theta_o: f64, [u, v]: [f64; 2]) -> DVec3 {
     let (a, b, seen) = cosine(theta_o, theta);
     // On both sides of the view; the integral of a + b cos φ grows with φ.
     let share = (2.0 * v - 1.0).abs() * (a * seen + b * seen.sin());
-    let [mut low, mut high] = [0.0, seen];
-    for _ in 0..50 {
-        let phi = 0.5 * (low + high);
-        match a * phi + b * f64::sin(phi) < share {
-            true => low = phi,
-            false => high = phi,
-        }
-    }
-    let phi = low.copysign(v - 0.5);
+    let phi = last_where(0.0, seen, 50, |phi| a * phi + b * phi.sin() < share);
+    let phi = phi.copysign(v - 0.5);
     Direction::from_spherical(theta, phi).vector()
 }
 
@@ -245,13 +231,8 @@ const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
 /// Elevations, increasing, and luminances of the readings of a scan.
 fn read_back(so_far: &Measurement) -> Vec<(f64, f64)> {
-    let width = so_far.channels.count();
-    let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
-    let all = all.zip(so_far.values.chunks(width));
-    let read = all.filter(|((outcome, _), _)| **outcome == Outcome::Reading);
-    let read: Vec<_> = read
-        .map(|((_, pose), f)| (pose.pair, so_far.channels.luminance(f)))
-        .collect();
+    let read = luminances(so_far).filter_map(|(pair, f)| Some((pair, f?)));
+    let read: Vec<_> = read.collect();
     let separations = read.iter().map(|(pair, _)| pair.separation());
     let least = separations.fold(f64::INFINITY, f64::min);
     let of_scan = read
@@ -277,14 +258,7 @@ impl SampleSet for Retro {
         in_closed("separation_deg", self.separation_deg, 0.0, 60.0).map(drop)
     }
 
-    fn plan(
-        &self,
-        form: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError> {
-        self.design(&Task::plain(form, budget, seed))
-    }
+    plans_by_design!();
 }
 
 impl Planner for Retro {

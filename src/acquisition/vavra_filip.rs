@@ -8,21 +8,17 @@
 //! misses these; lengths are of the square root of θ_h. The interval that is worth most is halved, again and again: an
 //! error is taken to fall with the square of the length until it is read.
 
-use super::field::{MASK, MOST, Reach, admit, filled, hashed, is_inside};
+use super::field::{MASK, MOST, Reach, admit, filled, hashed, is_inside, luminances};
 use super::{Planner, Task, halves};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
-use crate::measurement::{Measurement, Outcome};
+use crate::measurement::Measurement;
 use crate::parametrization::{Axis, Parametrization, usual_form};
 use crate::reconstruct::Values;
-use crate::registry::{self, Entry, Keys};
+use crate::registry::{self, Keys, declare};
 use crate::sampling::Random;
-use crate::schedule::{PlanError, Pose, SampleSet, Schedule};
-use serde::{Deserialize, Serialize};
+use crate::schedule::{PlanError, Pose, SampleSet};
 use std::f64::consts::{FRAC_PI_2, TAU};
-use std::sync::Arc;
-
-const KIND: &str = "slices";
 
 /// Difference angles of lines along θ_h.
 const LINES: usize = 4;
@@ -33,18 +29,11 @@ const FIRST: usize = 3 * LINES + 2;
 /// Steps of a line, a power of two: poses are at their ends.
 const STEPS: usize = 128;
 
-/// The registry entry.
-pub(super) const ENTRY: Entry<dyn Planner> = Entry {
-    kind: KIND,
-    summary: "poses on lines that are refined where readings were mispredicted (Vávra & Filip 2017)",
-    examples: &[""],
-    read: |table| Ok(Box::new(registry::parse::<Slices>(table)?)),
-};
-
-/// Poses on slices that are refined; it has no key.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Slices {}
+declare! {
+    dyn Planner, "slices": "poses on lines that are refined where readings were mispredicted (Vávra & Filip 2017)", [""]
+    /// Poses on slices that are refined; it has no key.
+    pub struct Slices {}
+}
 
 /// A line, at equal steps of the square root of θ_h or of θ_d.
 struct Line {
@@ -168,21 +157,12 @@ fn angle(step: usize) -> f64 {
 /// Coordinates of the poses so far, and ln(f + 10⁻³) where there was a reading.
 fn asked(chart: &dyn Parametrization, so_far: &Measurement) -> Vec<([f64; 3], Option<f64>)> {
     let log = Values::Log.with(1e-3);
-    let values = so_far.values.chunks(so_far.channels.count());
-    let all = so_far
-        .outcomes
-        .iter()
-        .zip(&so_far.schedule.poses)
-        .zip(values);
-    all.map(|((outcome, pose), f)| {
-        let [u, theta_d, phi_d, _] = chart.forward(&pose.pair);
-        let z = log.forward(so_far.channels.luminance(f));
-        (
-            [u, theta_d, phi_d],
-            (*outcome == Outcome::Reading).then_some(z),
-        )
-    })
-    .collect()
+    luminances(so_far)
+        .map(|(pair, f)| {
+            let [u, theta_d, phi_d, _] = chart.forward(pair);
+            ([u, theta_d, phi_d], f.map(|f| log.forward(f)))
+        })
+        .collect()
 }
 
 /// `n` poses: ends of lines that were not read, those at peaks first, then middles of the intervals that are worth most.
@@ -236,14 +216,7 @@ impl SampleSet for Slices {
         Ok(())
     }
 
-    fn plan(
-        &self,
-        form: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError> {
-        self.design(&Task::plain(form, budget, seed))
-    }
+    plans_by_design!();
 }
 
 impl Planner for Slices {

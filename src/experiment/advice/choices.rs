@@ -1,5 +1,6 @@
 //! The best choices, and the commands that make their schedules.
 
+use super::AdviceSpec;
 use crate::acquisition;
 use crate::experiment::{
     Allowance, Cell, Choice, Findings, Line, Metric, Plan, PlannedSet, ReportSpec, Row,
@@ -7,7 +8,6 @@ use crate::experiment::{
 use crate::geometry::Symmetry;
 use crate::metrics::Measure;
 use crate::registry;
-use crate::report::{Columns, error_text};
 use crate::statistics::{BAND, EXACT, compares, geometric_mean, upper_quantile};
 use serde::Serialize;
 use toml::Value;
@@ -19,62 +19,65 @@ const LINES: usize = 3;
 const BELOW: f64 = 0.9;
 
 /// An error over materials.
-#[derive(Serialize)]
-struct Spread {
+#[derive(Debug, Serialize)]
+pub struct Spread {
     /// The geometric mean.
-    mean: f64,
+    pub mean: f64,
     /// What a further material is below nine times of ten; `None` if too few were tried.
-    below: Option<f64>,
+    pub below: Option<f64>,
 }
 
 /// An error over that of the first choice.
-#[derive(Serialize)]
-struct AgainstFirst {
-    metric: &'static str,
+#[derive(Debug, Serialize)]
+pub struct AgainstFirst {
+    /// Name of the error.
+    pub metric: &'static str,
     /// Geometric mean over materials.
-    ratio: f64,
+    pub ratio: f64,
     /// A 95 % interval of it over materials; `None` if too few were tried.
-    interval: Option<[f64; 2]>,
+    pub interval: Option<[f64; 2]>,
 }
 
 /// A choice, and what it leaves.
-#[derive(Serialize)]
-pub(super) struct Advice {
-    parametrization: String,
-    warp: String,
-    sample_set: String,
-    reconstruction: String,
-    nrmse: Option<Spread>,
-    log_relative: Option<Spread>,
-    against_first: Option<AgainstFirst>,
+#[derive(Debug, Serialize)]
+pub struct Advice {
+    /// Name of the coordinates.
+    pub parametrization: String,
+    /// Their warps.
+    pub warp: String,
+    /// Name of the poses.
+    pub sample_set: String,
+    /// Name of the method.
+    pub reconstruction: String,
+    /// The error nrmse.
+    pub nrmse: Option<Spread>,
+    /// The error log_relative.
+    pub log_relative: Option<Spread>,
+    /// The error of the ranking over that of the best; `None` of the best.
+    pub against_first: Option<AgainstFirst>,
     /// Poses that were visited, at least and at most.
-    poses: [usize; 2],
+    pub poses: [usize; 2],
     /// True if each material has other poses, by its readings.
-    learns: bool,
+    pub learns: bool,
     /// Time on the instrument, minutes.
-    minutes: Option<f64>,
+    pub minutes: Option<f64>,
     /// Wall time of computing a material, s.
-    seconds: Option<f64>,
+    pub seconds: Option<f64>,
     /// What makes the schedule and the BRDF.
-    commands: Vec<String>,
+    pub commands: Vec<String>,
     /// How readings go on, if they do after these commands.
-    then: Option<String>,
+    pub then: Option<String>,
 }
 
-/// What was asked.
-pub(super) struct Asked<'a> {
-    pub allowance: Allowance,
-    pub instrument: Option<&'a str>,
-    pub seed: i64,
-    pub by: Metric,
-    /// Of the materials.
-    pub symmetry: Symmetry,
-}
-
-impl Asked<'_> {
+impl AdviceSpec {
     /// The best choices, each set of poses with its best reconstruction, the best first; and the materials that tell
     /// nothing.
-    pub fn ranked(&self, rows: &[&Row], plans: &[Plan]) -> (Vec<Advice>, Vec<String>) {
+    pub(super) fn ranked(
+        &self,
+        rows: &[&Row],
+        plans: &[Plan],
+        symmetry: Symmetry,
+    ) -> (Vec<Advice>, Vec<String>) {
         let findings = Findings::asked(rows, BAND, &ReportSpec::default());
         let Some(ranking) = findings.ranking(self.by, Measure::Cosine.name(), None) else {
             return (Vec::new(), Vec::new());
@@ -104,18 +107,17 @@ impl Asked<'_> {
         let fixed = fixed.filter(|_| best.clone().all(|choice| learns(&choice)));
         let kept = LINES - usize::from(fixed.is_some());
         let chosen = best.take(kept).chain(fixed).enumerate();
-        let advice =
-            chosen.map(|(i, (choice, cell))| self.advice(i + 1, choice, cell, rows, plans));
+        let advice = chosen
+            .map(|(i, (choice, cell))| self.advice(i + 1, (choice, cell), rows, (plans, symmetry)));
         (advice.collect(), ranking.scope.left_out.clone())
     }
 
     fn advice(
         &self,
         number: usize,
-        choice: &Choice,
-        cell: &Cell,
+        (choice, cell): (&Choice, &Cell),
         rows: &[&Row],
-        plans: &[Plan],
+        (plans, symmetry): (&[Plan], Symmetry),
     ) -> Advice {
         let mine = rows.iter().filter(|r| r.choice() == *choice);
         let poses = mine.clone().map(|r| r.poses);
@@ -132,7 +134,7 @@ impl Asked<'_> {
                 below: upper_quantile(&errors, BELOW),
             })
         };
-        let (commands, then) = self.commands(number, choice, poses, plans);
+        let (commands, then) = self.commands(number, choice, poses, (plans, symmetry));
         Advice {
             nrmse: spread(Metric::Nrmse),
             log_relative: spread(Metric::LogRelative),
@@ -160,10 +162,10 @@ impl Asked<'_> {
         number: usize,
         choice: &Choice,
         poses: [usize; 2],
-        plans: &[Plan],
+        (plans, symmetry): (&[Plan], Symmetry),
     ) -> (Vec<String>, Option<String>) {
         let mut more = String::new();
-        if let Some(name) = self.instrument {
+        if let Some(name) = &self.instrument {
             more += &format!(" --instrument {}", quoted(name));
         }
         if self.seed != 1 {
@@ -176,7 +178,7 @@ impl Asked<'_> {
         if let Some(set) = set.filter(|_| is_planner) {
             let next = |readings: &str, batch: usize, to: &str| {
                 let folded = match readings {
-                    "" => symmetries(self.symmetry),
+                    "" => symmetries(symmetry),
                     // Files say it.
                     _ => String::new(),
                 };
@@ -208,7 +210,7 @@ impl Asked<'_> {
                 Allowance::Minutes(minutes) => format!("--minutes {minutes}"),
                 Allowance::Poses(n) | Allowance::Readings(n) => format!("--budget {n}"),
             };
-            let folded = match self.symmetry {
+            let folded = match symmetry {
                 Symmetry::FULL => String::new(),
                 Symmetry {
                     isotropic,
@@ -218,7 +220,10 @@ impl Asked<'_> {
                     " --set 'material=[{{kind=\"lambert\",symmetry={{isotropic={isotropic},reciprocal={reciprocal},bilateral={bilateral}}}}}]'"
                 ),
             };
-            let skip = self.instrument.map_or("", |_| " --skip-unreachable");
+            let skip = self
+                .instrument
+                .as_ref()
+                .map_or("", |_| " --skip-unreachable");
             commands.push(format!("gonio init advise -o {number}-advise.toml"));
             commands.push(format!(
                 "gonio schedule {number}-advise.toml{folded} --parametrization {}{warp} --sample-set {} {allowed}{more}{skip} -o {number}-poses.csv",
@@ -234,82 +239,6 @@ impl Asked<'_> {
             "gonio reconstruct {number}-readings*.csv --reconstruction {kind}{prior}"
         ));
         (commands, then)
-    }
-
-    /// The choices as a table, then their commands. `of`: the materials.
-    pub fn text(&self, advice: &[Advice], of: &str) -> String {
-        let bounds = advice
-            .iter()
-            .flat_map(|a| &a.nrmse)
-            .any(|s| s.below.is_some());
-        let bounds = match bounds {
-            true => ", and what a further one is below nine times of ten",
-            false => "",
-        };
-        let mut out = format!(
-            "{}, {of}: errors under the cosine measure{bounds}\n\n",
-            self.allowance
-        );
-        let times = self.instrument.map_or("", |_| "\t>poses\t>minutes");
-        let mut columns = Columns::new(&format!(
-            "\tchoice\treconstruction\t>nrmse\t>below\t>log_relative\t>below\t{} against the first{times}\t>s of computing",
-            self.by.name()
-        ));
-        let spread = |s: &Option<Spread>| {
-            let below = s.as_ref().and_then(|s| s.below);
-            format!(
-                "{}\t{}",
-                error_text(s.as_ref().map(|s| s.mean)),
-                error_text(below)
-            )
-        };
-        for (i, a) in advice.iter().enumerate() {
-            let warp = match a.warp.as_str() {
-                "none" => String::new(),
-                warp => format!(" {warp}"),
-            };
-            let against = match &a.against_first {
-                None => String::new(),
-                Some(AgainstFirst {
-                    ratio,
-                    interval: None,
-                    ..
-                }) => format!("{ratio:.2}"),
-                Some(AgainstFirst {
-                    ratio,
-                    interval: Some([low, high]),
-                    ..
-                }) => {
-                    format!("{ratio:.2} [{low:.2}, {high:.2}]")
-                }
-            };
-            let times = a.minutes.map_or(String::new(), |minutes| {
-                let poses = match a.poses {
-                    [least, most] if least == most => most.to_string(),
-                    [least, most] => format!("{least}–{most}"),
-                };
-                format!("\t{poses}\t{minutes:.1}")
-            });
-            columns.row(&format!(
-                "{}\t{} in {}{warp}\t{}\t{}\t{}\t{against}{times}\t{}",
-                i + 1,
-                a.sample_set,
-                a.parametrization,
-                a.reconstruction,
-                spread(&a.nrmse),
-                spread(&a.log_relative),
-                a.seconds.map_or(String::new(), |s| format!("{s:.1}")),
-            ));
-        }
-        out += &columns.to_string();
-        for (i, a) in advice.iter().enumerate() {
-            out += &format!("\n{}  {}:\n", i + 1, a.sample_set);
-            let (last, first) = a.commands.split_last().unwrap_or((&a.sample_set, &[]));
-            for line in first.iter().chain(&a.then).chain([last]) {
-                out += &format!("   {line}\n");
-            }
-        }
-        out
     }
 }
 

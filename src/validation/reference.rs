@@ -39,7 +39,7 @@ impl Scores {
 }
 
 /// Readings as a truth.
-pub struct Jury {
+pub struct ReferenceReadings {
     pairs: Vec<DirectionPair>,
     truth: Values,
     /// Standard uncertainty of each reading in luminance, as if its channels erred alike, sr⁻¹.
@@ -52,7 +52,7 @@ pub struct Jury {
     groups: usize,
 }
 
-impl Jury {
+impl ReferenceReadings {
     /// All readings of a measurement.
     ///
     /// # Errors

@@ -1,26 +1,26 @@
 //! A BRDF, and somebody who sees every look at it.
 
 use super::measured::merl::Merl;
-use super::{Brdf, Channels, LightPath, Part, Presence, SampleBrdf, Source, Split, SplitBrdf};
-use crate::geometry::{Direction, DirectionPair, Symmetry};
+use super::{Brdf, LightPath, Part, Presence, SampleBrdf, Source, Split, SplitBrdf, of_wrapped};
+use crate::geometry::{Direction, DirectionPair};
 
 /// A BRDF with `seen`, which is called after each evaluation, of one pair or of many, with the values (laid out
 /// as those of [`Brdf::eval_batch`]) and one flag a pair.
 ///
 /// ```
-/// use gonio::brdf::{Brdf, Channels, Lambert, Presence, Spectrum, Watched};
+/// use gonio::brdf::{Brdf, Channels, Lambert, Presence, Spectrum, ObservedBrdf};
 /// use gonio::geometry::{Direction, DirectionPair};
 /// use std::sync::atomic::{AtomicUsize, Ordering};
 ///
 /// let brdf = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
 /// let pairs = AtomicUsize::new(0);
 /// let seen = |_: &[f64], of: &[Presence]| _ = pairs.fetch_add(of.len(), Ordering::Relaxed);
-/// let watched = Watched::new(&brdf, seen);
+/// let watched = ObservedBrdf::new(&brdf, seen);
 /// let up = Direction::from_spherical(0.0, 0.0);
 /// assert!(watched.luminance(&DirectionPair::new(up, up)).is_some());
 /// assert_eq!(pairs.into_inner(), 1);
 /// ```
-pub struct Watched<'a, F> {
+pub struct ObservedBrdf<'a, F> {
     brdf: &'a dyn Brdf,
     seen: F,
     stopped: Option<&'a (dyn Fn() -> bool + Sync)>,
@@ -29,7 +29,7 @@ pub struct Watched<'a, F> {
 /// Pairs between two questions whether to stop: a multiple of what vector kernels take at a time.
 const BETWEEN: usize = 256;
 
-impl<'a, F: Fn(&[f64], &[Presence]) + Send + Sync> Watched<'a, F> {
+impl<'a, F: Fn(&[f64], &[Presence]) + Send + Sync> ObservedBrdf<'a, F> {
     /// A BRDF that tells `seen` of every look.
     pub fn new(brdf: &'a dyn Brdf, seen: F) -> Self {
         Self {
@@ -51,18 +51,8 @@ impl<'a, F: Fn(&[f64], &[Presence]) + Send + Sync> Watched<'a, F> {
     }
 }
 
-impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for Watched<'_, F> {
-    fn channels(&self) -> &Channels {
-        self.brdf.channels()
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.brdf.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        self.brdf.conserves_energy()
-    }
+impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for ObservedBrdf<'_, F> {
+    of_wrapped!(brdf);
 
     fn is_mirrored(&self) -> bool {
         self.brdf.is_mirrored()
@@ -113,7 +103,7 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for Watched<'_, F> {
 }
 
 /// A value that is told apart is seen as one; paths are not.
-impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SplitBrdf for Watched<'_, F> {
+impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SplitBrdf for ObservedBrdf<'_, F> {
     fn split(&self, pair: &DirectionPair) -> Split {
         let dark = || Split::dark(self.channels().count());
         let split = self.brdf.as_split().map_or_else(dark, |of| of.split(pair));
@@ -142,7 +132,7 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SplitBrdf for Watched<'_, F> {
     }
 }
 
-impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SampleBrdf for Watched<'_, F> {
+impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SampleBrdf for ObservedBrdf<'_, F> {
     fn sample(&self, omega_o: Direction, u: [f64; 2]) -> Option<Direction> {
         self.brdf.as_sample()?.sample(omega_o, u)
     }

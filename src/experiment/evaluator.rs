@@ -1,20 +1,20 @@
 //! Reconstructions compared with their truths: errors at test pairs, albedos, moments.
 
 use super::choices::{Material, Method};
-use super::counts::{Built, Ledger, Stage, Work};
-use super::observer::{Event, Job, ScheduleKey, Seconds, Stop, Teller, timed};
+use super::counts::{Built, Counters, Stage, Work};
+use super::material_batch::{MaterialBatch, evaluate};
+use super::observer::{Event, EventSink, GoOn, Job, ScheduleKey, Stop};
 use super::plan::Plan;
 use super::readings::Readings;
 use super::row::{HOLES, Quantities, Row};
-use super::stack::{Stack, evaluate};
 use crate::analysis::alignment;
 use crate::brdf::Brdf;
 use crate::error::{Error, ParameterError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::{
-    self, AlbedoProbe, Errors, Expected, Level, Tally, TestSet, TruthErrors, Uncovered, Values,
-    WITHIN,
+    self, AlbedoProbe, Errors, Expected, Judged, Level, Tally, TestSet, TruthErrors, Uncovered,
+    Values, WITHIN,
 };
 use crate::moments::{MomentErrors, Profile};
 use crate::reconstruct::{Cover, Coverage, ReconstructError, Replicated, Uncertain};
@@ -47,10 +47,7 @@ pub(super) struct Truth {
 impl Truth {
     /// Writes what it may be off by under a measure, by number.
     pub fn write(&self, at: usize, to: &mut Quantities) {
-        let errors = self.errors.get(at);
-        for (quantity, of) in TruthErrors::QUANTITIES {
-            to.set(quantity.name, errors.and_then(of));
-        }
+        to.set_all(&TruthErrors::QUANTITIES, self.errors.get(at));
     }
 }
 
@@ -86,7 +83,7 @@ pub(super) struct Compared {
 }
 
 /// The test pairs and probes that reconstructions are compared at.
-pub(super) struct Judge<'a> {
+pub(super) struct Evaluator<'a> {
     plan: &'a Plan,
     /// Test pairs of all measures.
     set: TestSet,
@@ -94,7 +91,7 @@ pub(super) struct Judge<'a> {
     levels: Mutex<Vec<Arc<Level>>>,
     /// Albedo probe, if albedos are compared.
     probe: Option<AlbedoProbe>,
-    ledger: Ledger,
+    counters: Counters,
 }
 
 /// Reconstructions of some members of a group.
@@ -103,17 +100,17 @@ struct Made {
     members: Vec<usize>,
     copies: Copies,
     /// Those from readings without limits, where they differ.
-    whole: Option<Stack>,
+    whole: Option<MaterialBatch>,
 }
 
-impl<'a> Judge<'a> {
-    pub fn new(plan: &'a Plan, ledger: &Ledger) -> Result<Self, Error> {
+impl<'a> Evaluator<'a> {
+    pub fn new(plan: &'a Plan, counters: &Counters) -> Result<Self, Error> {
         let set = TestSet::new(&plan.measures, &plan.metrics);
         Ok(Self {
             set: set.map_err(|e| Error::config("metrics", e))?,
             levels: Mutex::default(),
             probe: plan.albedo.then(AlbedoProbe::new),
-            ledger: ledger.clone(),
+            counters: counters.clone(),
             plan,
         })
     }
@@ -129,49 +126,40 @@ impl<'a> Judge<'a> {
         while levels.len() <= n {
             let next = self.set.level(levels.len());
             let made = next.pairs.len();
-            self.ledger.add(Stage::Truth, Work::TestPairs, made);
+            self.counters.add(Stage::Truth, Work::TestPairs, made);
             levels.push(Arc::new(next));
         }
         Arc::clone(&levels[n])
     }
 
     /// Evaluates a material at the first test pairs and probes; what is wrong with it is no reason to stop.
-    pub fn truth(
-        &self,
-        brdf: Built,
-        teller: &mut Teller<'_, Row>,
-    ) -> Result<Result<Truth, ParameterError>, Stop> {
-        let at = |stage| brdf.at(&self.ledger, stage);
-        let (profile, took) = timed(|| self.profile(&at(Stage::Moments)));
-        teller.summary.seconds.moments += took;
-        let profile = match profile {
-            Ok(profile) => profile,
-            Err(e) => return Ok(Err(e)),
-        };
-        teller.go_on()?;
-        let (alignment, took) = timed(|| alignment(&at(Stage::Alignment)));
-        teller.summary.seconds.alignment += took;
-        let (found, took) = timed(|| {
+    pub fn truth(&self, brdf: Built, events: &EventSink<'_, Row>) -> Result<Truth, Stop> {
+        let counters = &self.counters;
+        let at = |stage| brdf.at(counters, stage);
+        let (profile, _) = counters.timed(Stage::Moments, || self.profile(&at(Stage::Moments)));
+        let profile = profile.map_err(Stop::failed)?;
+        events.go_on()?;
+        let (alignment, _) = counters.timed(Stage::Alignment, || alignment(&at(Stage::Alignment)));
+        let (found, _) = counters.timed(Stage::Truth, || {
             let (brdf_at, level) = (&at(Stage::Truth), self.level(0));
-            let first = evaluate(brdf_at, &level.pairs, &|| teller.go_on())?;
-            teller.go_on()?;
+            let first = evaluate(brdf_at, &level.pairs, &|| events.go_on())?;
+            events.go_on()?;
             let errors = brdf_at
                 .as_split()
                 .map(|split| TruthErrors::at(&level, split, &first));
-            teller.go_on()?;
+            events.go_on()?;
             let albedo = self.probe.as_ref().map(|p| p.evaluate(brdf_at));
             Ok::<_, Stop>((first, albedo, errors.unwrap_or_default()))
         });
-        teller.summary.seconds.truth += took;
         let (first, albedo, errors) = found?;
-        Ok(Ok(Truth {
+        Ok(Truth {
             alignment: alignment.map(|a| a.q),
             errors,
             levels: Mutex::new(vec![Arc::new(first)]),
             albedo,
             profile,
             brdf,
-        }))
+        })
     }
 
     /// The values of a truth at a level of pairs; a material asks for them in order.
@@ -180,7 +168,7 @@ impl<'a> Judge<'a> {
         if let Some(values) = levels.get(n) {
             return Arc::clone(values);
         }
-        let brdf = truth.brdf.at(&self.ledger, Stage::Truth);
+        let brdf = truth.brdf.at(&self.counters, Stage::Truth);
         let values = Arc::new(metrics::evaluate(&brdf, &self.level(n).pairs));
         if levels.len() == n && self.set.candidates(n) <= KEPT {
             levels.push(Arc::clone(&values));
@@ -189,8 +177,8 @@ impl<'a> Judge<'a> {
     }
 
     /// The coverage of the counted test pairs by the poses that have a reading.
-    pub fn coverage(&self, measured: &Measurement, seconds: &mut Seconds) -> Vec<Coverage> {
-        let (found, took) = timed(|| {
+    pub fn coverage(&self, measured: &Measurement) -> Vec<Coverage> {
+        let (found, _) = self.counters.timed(Stage::Evaluate, || {
             let all = &self.level(0).pairs;
             let pairs: Vec<_> = Uncovered::counted(all.len()).map(|i| all[i]).collect();
             match Cover::of(measured) {
@@ -199,7 +187,6 @@ impl<'a> Judge<'a> {
                 Err(_) => vec![Coverage::Unknown; pairs.len()],
             }
         });
-        seconds.evaluate += took;
         found
     }
 
@@ -211,15 +198,19 @@ impl<'a> Judge<'a> {
         members: &[Member<'_>],
         coverage: &[Coverage],
         method: &Method,
-        teller: &mut Teller<'_, Row>,
-    ) -> Result<Result<Vec<Compared>, ReconstructError>, Stop> {
-        let all = (0..members.len()).collect();
-        let (made, seconds) = timed(|| self.made(method, members, all));
-        teller.summary.seconds.reconstruct += seconds;
-        let mut made = match made {
-            Ok(made) => made,
-            Err(e) => return Ok(Err(e)),
+        events: &mut EventSink<'_, Row>,
+    ) -> Result<Vec<Compared>, Stop> {
+        let mut comparison = Comparison {
+            judge: self,
+            members,
+            method,
+            compared: Vec::new(),
         };
+        let all = (0..members.len()).collect();
+        let (made, seconds) = self
+            .counters
+            .timed(Stage::Reconstruct, || comparison.made(all));
+        let mut made = made.map_err(Stop::failed)?;
         let share = 1.0 / members.len() as f64;
         let new = |member: &Member<'_>| Compared {
             tally: self.set.tally(),
@@ -236,42 +227,38 @@ impl<'a> Judge<'a> {
             moment_seconds: None,
             is_done: false,
         };
-        let mut compared: Vec<Compared> = members.iter().map(new).collect();
+        comparison.compared = members.iter().map(new).collect();
         if let (Copies::One(copy), [only]) = (&made.copies, members) {
-            self.examine(&**copy, only, &mut compared[0], (schedule, method), teller)?;
+            comparison.examine(&**copy, only, schedule, events)?;
         }
-        let go_on = || teller.go_on();
-        let (first, seconds) = timed(|| -> Result<(), Stop> {
-            self.albedos(&made.copies, members, &mut compared, &go_on)?;
-            self.cover(members, coverage, &mut compared);
-            self.within(method, members, &mut compared, &go_on)?;
-            self.expected(method, members, &mut compared, &go_on)
+        let go_on = || events.go_on();
+        let (first, seconds) = self.counters.timed(Stage::Evaluate, || {
+            comparison.albedos(&made.copies, &go_on)?;
+            comparison.cover(coverage);
+            comparison.within(&go_on)?;
+            comparison.expected(&go_on)
         });
         first?;
-        let mut evaluate = seconds;
-        compared
-            .iter_mut()
-            .for_each(|c| c.evaluate_seconds = seconds * share);
+        let all = comparison.compared.iter_mut();
+        all.for_each(|c| c.evaluate_seconds = seconds * share);
         for n in 0.. {
-            let open: Vec<usize> = (0..members.len())
-                .filter(|&i| !compared[i].is_done)
-                .collect();
+            let is_open = |i: &usize| !comparison.compared[*i].is_done;
+            let open: Vec<usize> = (0..members.len()).filter(is_open).collect();
             if open.is_empty() {
                 break;
             }
-            let (seen, seconds) = timed(|| -> Result<(), Stop> {
+            let (seen, seconds) = self.counters.timed(Stage::Evaluate, || {
                 // The neighbours of a pair are found once for all: few are worth another reconstruction.
                 if 2 * open.len() <= made.members.len()
-                    && let Ok(fewer) = self.made(method, members, open.clone())
+                    && let Ok(fewer) = comparison.made(open.clone())
                 {
                     made = fewer;
                 }
-                self.see(n, &made, members, &mut compared, &go_on)
+                comparison.see(n, &made, &go_on)
             });
             seen?;
-            evaluate += seconds;
             let share = seconds / open.len() as f64;
-            let waiting = compared.par_iter_mut().filter(|c| !c.is_done);
+            let waiting = comparison.compared.par_iter_mut().filter(|c| !c.is_done);
             waiting.for_each(|compared| {
                 compared.evaluate_seconds += share;
                 compared.is_done = self.set.is_enough(&compared.tally) || self.set.is_last(n);
@@ -282,28 +269,50 @@ impl<'a> Judge<'a> {
                 }
             });
         }
-        teller.summary.seconds.evaluate += evaluate;
-        Ok(Ok(compared))
+        Ok(comparison.compared)
     }
 
+    /// Counts evaluations of reconstructions.
+    fn evaluated(&self, pairs: usize) {
+        self.counters.add(Stage::Evaluate, Work::Evaluated, pairs);
+    }
+
+    /// The moment profile of a BRDF; `None` if moments are not compared.
+    fn profile(&self, brdf: &dyn Brdf) -> Result<Option<Profile>, ParameterError> {
+        let Some(table) = &self.plan.moments else {
+            return Ok(None);
+        };
+        // The plan has one seed or more, and the table one channel.
+        let (seed, channel) = (self.plan.seeds[0], table.spec.channels[0]);
+        Profile::new(brdf, channel, &table.spec, &*table.estimator, seed).map(Some)
+    }
+}
+
+/// The comparison of a group with its truths.
+struct Comparison<'c> {
+    judge: &'c Evaluator<'c>,
+    members: &'c [Member<'c>],
+    method: &'c Method,
+    /// One for each member.
+    compared: Vec<Compared>,
+}
+
+impl Comparison<'_> {
     /// Reconstructs some members of a group.
-    fn made(
-        &self,
-        method: &Method,
-        members: &[Member<'_>],
-        which: Vec<usize>,
-    ) -> Result<Made, ReconstructError> {
-        let some = || which.iter().map(|&i| &members[i]);
+    fn made(&self, which: Vec<usize>) -> Result<Made, ReconstructError> {
+        let (judge, method) = (self.judge, &*self.method.method);
+        let some = || which.iter().map(|&i| &self.members[i]);
         let all: Vec<&Measurement> = some().map(|m| &m.2.measured).collect();
-        let copies = match (self.plan.needs_brdfs(), all.as_slice()) {
-            (true, [only]) => Copies::One(method.method.reconstruct(only)?),
-            (_, all) => Copies::Stack(Stack::new(&*method.method, all)?),
+        let copies = match (judge.plan.needs_brdfs(), all.as_slice()) {
+            (true, [only]) => Copies::One(method.reconstruct(only)?),
+            (_, all) => Copies::MaterialBatch(MaterialBatch::new(method, all)?),
         };
         let wholes: Option<Vec<&Measurement>> = some().map(|m| m.2.whole.as_ref()).collect();
         // Its reconstruction works if that of fewer readings did.
-        let whole = wholes.and_then(|all| Stack::new(&*method.method, &all).ok());
-        let made = copies.interpolants() + whole.as_ref().map_or(0, Stack::interpolants);
-        self.ledger
+        let whole = wholes.and_then(|all| MaterialBatch::new(method, &all).ok());
+        let made = copies.interpolants() + whole.as_ref().map_or(0, MaterialBatch::interpolants);
+        judge
+            .counters
             .add(Stage::Reconstruct, Work::Reconstructions, made);
         Ok(Made {
             whole,
@@ -313,20 +322,15 @@ impl<'a> Judge<'a> {
     }
 
     /// Adds the pairs of a level to the comparisons that are not done.
-    fn see(
-        &self,
-        n: usize,
-        made: &Made,
-        members: &[Member<'_>],
-        compared: &mut [Compared],
-        go_on: &dyn Fn() -> Result<(), Stop>,
-    ) -> Result<(), Stop> {
-        let level = self.level(n);
+    fn see(&mut self, n: usize, made: &Made, go_on: GoOn<'_>) -> Result<(), Stop> {
+        let (judge, members) = (self.judge, self.members);
+        let level = judge.level(n);
         let place = |i: usize| made.members.binary_search(&i).ok();
         let truth = |(i, compared): (usize, &Compared)| {
-            (!compared.is_done).then(|| self.values(members[i].1, n))
+            (!compared.is_done).then(|| judge.values(members[i].1, n))
         };
-        let truths: Vec<Option<Arc<Values>>> = compared.iter().enumerate().map(truth).collect();
+        let truths: Vec<Option<Arc<Values>>> =
+            self.compared.iter().enumerate().map(truth).collect();
         for replicates in level.chunks(SLAB) {
             let span = level.span(&replicates);
             let pairs = &level.pairs[span.clone()];
@@ -336,8 +340,8 @@ impl<'a> Judge<'a> {
                 .map(|stack| stack.evaluate(pairs, go_on))
                 .transpose()?;
             let lists = values.len() + whole.as_ref().map_or(0, Vec::len);
-            self.evaluated(lists * pairs.len());
-            let all = compared.par_iter_mut().enumerate();
+            judge.evaluated(lists * pairs.len());
+            let all = self.compared.par_iter_mut().enumerate();
             all.for_each(|(i, compared)| {
                 let (Some(truth), Some(at)) = (&truths[i], place(i)) else {
                     return;
@@ -359,63 +363,59 @@ impl<'a> Judge<'a> {
 
     /// Shows a reconstruction, and compares its moments.
     fn examine(
-        &self,
+        &mut self,
         copy: &dyn Brdf,
         only: &Member<'_>,
-        compared: &mut Compared,
-        (schedule, method): (&ScheduleKey<'_>, &Method),
-        teller: &mut Teller<'_, Row>,
+        schedule: &ScheduleKey<'_>,
+        events: &mut EventSink<'_, Row>,
     ) -> Result<(), Stop> {
-        if self.plan.output.slices {
+        let (judge, compared) = (self.judge, &mut self.compared[0]);
+        if judge.plan.output.slices {
             let job = Job {
-                schedule: Some(*schedule),
-                method: Some(method),
-                ..Job::of(only.0)
+                material: only.0,
+                schedule: *schedule,
+                method: self.method,
             };
-            let truth = only.1.brdf.at(&self.ledger, Stage::Pictures);
-            let copy = self.ledger.reconstruction(copy, Stage::Pictures);
+            let truth = only.1.brdf.at(&judge.counters, Stage::Pictures);
+            let copy = judge.counters.reconstruction(copy, Stage::Pictures);
             let event = Event::Reconstructed(&job, &truth, &copy);
-            teller.observer.tell(&event)?;
+            events.observer.observe(&event)?;
         }
         if let Some(of_truth) = &only.1.profile {
-            teller.go_on()?;
-            let copy = self.ledger.reconstruction(copy, Stage::Moments);
-            let (profile, seconds) = timed(|| self.profile(&copy));
+            events.go_on()?;
+            let copy = judge.counters.reconstruction(copy, Stage::Moments);
+            let (profile, seconds) = judge
+                .counters
+                .timed(Stage::Moments, || judge.profile(&copy));
             // The truth went the same way before.
             let profile = profile.map_err(|e| Error::Internal(e.to_string()))?;
             compared.moments = profile.map(|profile| {
                 let errors = MomentErrors::between(of_truth, &profile);
                 (errors, of_truth.unresolved() + profile.unresolved())
             });
-            teller.summary.seconds.moments += seconds;
             compared.moment_seconds = Some(seconds);
         }
         Ok(())
     }
 
-    fn albedos(
-        &self,
-        copies: &Copies,
-        members: &[Member<'_>],
-        compared: &mut [Compared],
-        go_on: &dyn Fn() -> Result<(), Stop>,
-    ) -> Result<(), Stop> {
-        let Some(probe) = &self.probe else {
+    fn albedos(&mut self, copies: &Copies, go_on: GoOn<'_>) -> Result<(), Stop> {
+        let Some(probe) = &self.judge.probe else {
             return Ok(());
         };
         let values = copies.evaluate(probe.pairs(), go_on)?;
-        self.evaluated(values.len() * probe.pairs().len());
-        for ((member, values), compared) in members.iter().zip(&values).zip(compared) {
+        self.judge.evaluated(values.len() * probe.pairs().len());
+        for ((member, values), compared) in self.members.iter().zip(&values).zip(&mut self.compared)
+        {
             let truth = member.1.albedo.as_ref();
             compared.albedo = truth.and_then(|truth| probe.error_and_quadrature(truth, values));
         }
         Ok(())
     }
 
-    fn cover(&self, members: &[Member<'_>], coverage: &[Coverage], compared: &mut [Compared]) {
-        let level = self.level(0);
-        for (member, compared) in members.iter().zip(compared) {
-            let truth = self.values(member.1, 0);
+    fn cover(&mut self, coverage: &[Coverage]) {
+        let level = self.judge.level(0);
+        for (member, compared) in self.members.iter().zip(&mut self.compared) {
+            let truth = self.judge.values(member.1, 0);
             let weights = level.weights.iter();
             let shares = weights.map(|weights| Uncovered::among(coverage, weights, &truth));
             compared.uncovered = shares.collect();
@@ -423,33 +423,30 @@ impl<'a> Judge<'a> {
     }
 
     /// Shares of the first pairs where a reconstruction is as near as its uncertainty says, if they are asked for.
-    fn within(
-        &self,
-        method: &Method,
-        members: &[Member<'_>],
-        compared: &mut [Compared],
-        go_on: &dyn Fn() -> Result<(), Stop>,
-    ) -> Result<(), Stop> {
-        if !self.plan.uncertainty {
+    fn within(&mut self, go_on: GoOn<'_>) -> Result<(), Stop> {
+        let judge = self.judge;
+        if !judge.plan.uncertainty {
             return Ok(());
         }
-        let level = self.level(0);
-        for (member, compared) in members.iter().zip(compared) {
+        let level = judge.level(0);
+        for (member, compared) in self.members.iter().zip(&mut self.compared) {
             go_on()?;
             // Its reconstruction works if that of the readings alone did.
-            let of = Replicated::of(&member.2.measured, &*method.method);
+            let of = Replicated::of(&member.2.measured, &*self.method.method);
             let Some(replicated) = of.ok().flatten() else {
                 continue;
             };
             let at = replicated.at(&level.pairs);
-            self.ledger.add(Stage::Evaluate, Work::Reconstructions, 1);
-            self.evaluated(at.len());
+            judge
+                .counters
+                .add(Stage::Evaluate, Work::Reconstructions, 1);
+            judge.evaluated(at.len());
             let values = Values {
                 luminance: at.iter().map(|at| at.value).collect(),
                 missing: Vec::new(),
             };
             let uncertainty: Vec<f64> = at.iter().map(Uncertain::uncertainty).collect();
-            let truth = self.values(member.1, 0);
+            let truth = judge.values(member.1, 0);
             let share = |weights: &Vec<f64>| {
                 metrics::share_within(|i| weights[i], &truth, &values, &uncertainty)
             };
@@ -459,53 +456,35 @@ impl<'a> Judge<'a> {
     }
 
     /// The errors that reconstructions expect at some of the first pairs, if they are asked for.
-    fn expected(
-        &self,
-        method: &Method,
-        members: &[Member<'_>],
-        compared: &mut [Compared],
-        go_on: &dyn Fn() -> Result<(), Stop>,
-    ) -> Result<(), Stop> {
-        if !self.plan.expected {
+    fn expected(&mut self, go_on: GoOn<'_>) -> Result<(), Stop> {
+        let (judge, method) = (self.judge, &self.method.method);
+        if !judge.plan.expected {
             return Ok(());
         }
-        let level = self.level(0);
-        for (members, compared) in members.chunks(TOGETHER).zip(compared.chunks_mut(TOGETHER)) {
+        let level = judge.level(0);
+        let all = self.compared.chunks_mut(TOGETHER);
+        for (members, compared) in self.members.chunks(TOGETHER).zip(all) {
             go_on()?;
             let both = members.par_iter().zip(compared);
             both.for_each(|(member, compared)| {
                 // As above.
-                let predictive = method.method.predictive(&member.2.measured).ok().flatten();
+                let predictive = method.predictive(&member.2.measured).ok().flatten();
                 let expected = predictive.map(|predictive| Expected::at(&level, &*predictive));
                 let made = usize::from(expected.is_some());
-                self.ledger
+                judge
+                    .counters
                     .add(Stage::Evaluate, Work::Reconstructions, made);
                 compared.expected = expected.unwrap_or_default();
             });
         }
         Ok(())
     }
-
-    /// Counts evaluations of reconstructions.
-    fn evaluated(&self, pairs: usize) {
-        self.ledger.add(Stage::Evaluate, Work::Evaluated, pairs);
-    }
-
-    /// The moment profile of a BRDF; `None` if moments are not compared.
-    fn profile(&self, brdf: &dyn Brdf) -> Result<Option<Profile>, ParameterError> {
-        let Some(table) = &self.plan.moments else {
-            return Ok(None);
-        };
-        // The plan has one seed or more, and the table one channel.
-        let (seed, channel) = (self.plan.seeds[0], table.spec.channels[0]);
-        Profile::new(brdf, channel, &table.spec, &*table.estimator, seed).map(Some)
-    }
 }
 
 /// Reconstructions of a group.
 enum Copies {
     /// Reconstructions of all its materials at once.
-    Stack(Stack),
+    MaterialBatch(MaterialBatch),
     /// Reconstruction of its only material.
     One(Box<dyn Brdf>),
 }
@@ -513,18 +492,14 @@ enum Copies {
 impl Copies {
     fn interpolants(&self) -> usize {
         match self {
-            Copies::Stack(stack) => stack.interpolants(),
+            Copies::MaterialBatch(stack) => stack.interpolants(),
             Copies::One(_) => 1,
         }
     }
 
-    fn evaluate(
-        &self,
-        pairs: &[DirectionPair],
-        go_on: &dyn Fn() -> Result<(), Stop>,
-    ) -> Result<Vec<Values>, Stop> {
+    fn evaluate(&self, pairs: &[DirectionPair], go_on: GoOn<'_>) -> Result<Vec<Values>, Stop> {
         match self {
-            Copies::Stack(stack) => stack.evaluate(pairs, go_on),
+            Copies::MaterialBatch(stack) => stack.evaluate(pairs, go_on),
             Copies::One(brdf) => Ok(vec![evaluate(&**brdf, pairs, go_on)?]),
         }
     }
@@ -538,36 +513,27 @@ impl Compared {
             Some(whole) => Some(whole.errors(at)),
             None => self.nothing_lost.then_some(errors),
         };
-        for (quantity, of) in Errors::QUANTITIES {
-            to.set(quantity.name, of(&errors));
-            let hole = HOLES.iter().find(|(_, less)| *less == quantity.name);
-            if let (Some((hole, _)), Some(whole)) = (hole, &whole) {
-                let more = of(&errors).zip(of(whole)).map(|(e, w)| e - w);
-                to.set(hole.name, more);
-            }
+        to.set_all(&Errors::QUANTITIES, Some(&errors));
+        for (hole, of) in &HOLES {
+            let name = |judged: &&Judged<Errors>| judged.0.name == *of;
+            let (Some((_, of)), Some(whole)) = (Errors::QUANTITIES.iter().find(name), &whole)
+            else {
+                continue;
+            };
+            to.set(hole.name, of(&errors).zip(of(whole)).map(|(e, w)| e - w));
         }
         let standard = self.tally.standard_errors(at);
-        for (quantity, of) in Errors::STANDARD_ERRORS {
-            to.set(quantity.name, of(&standard));
-        }
-        for (quantity, of) in Uncovered::QUANTITIES {
-            to.set(quantity.name, of(&self.uncovered[at]));
-        }
+        to.set_all(&Errors::STANDARD_ERRORS, Some(&standard));
+        to.set_all(&Uncovered::QUANTITIES, Some(&self.uncovered[at]));
         to.set(WITHIN.name, self.within.get(at).copied().flatten());
-        let expected = self.expected.get(at);
-        for (quantity, of) in Expected::QUANTITIES {
-            to.set(quantity.name, expected.and_then(of));
-        }
-        let names = [AlbedoProbe::QUANTITY, AlbedoProbe::QUADRATURE].map(|q| q.name);
-        for (i, name) in names.into_iter().enumerate() {
-            to.set(name, self.albedo.map(|both| both[i]));
-        }
-        if let Some((errors, unresolved)) = &self.moments {
-            for (quantity, of) in MomentErrors::QUANTITIES {
-                to.set(quantity.name, of(errors));
-            }
-            to.set(MomentErrors::UNRESOLVED.name, Some(*unresolved as f64));
-        }
+        to.set_all(&Expected::QUANTITIES, self.expected.get(at));
+        let [error, quadrature] = self.albedo.map_or([None; 2], |both| both.map(Some));
+        to.set(AlbedoProbe::QUANTITY.name, error);
+        to.set(AlbedoProbe::QUADRATURE.name, quadrature);
+        let (errors_of_moments, unresolved) =
+            self.moments.as_ref().map(|(e, n)| (e, *n as f64)).unzip();
+        to.set_all(&MomentErrors::QUANTITIES, errors_of_moments);
+        to.set(MomentErrors::UNRESOLVED.name, unresolved);
         errors
     }
 }

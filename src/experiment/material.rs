@@ -1,0 +1,41 @@
+//! Materials of a plan.
+
+use crate::brdf::{BrdfSpec, Channels, Favours};
+use crate::geometry::Symmetry;
+
+/// A material to be measured.
+#[derive(Debug)]
+pub struct Material {
+    /// Its name in results, unique in its plan.
+    pub name: String,
+    /// Specification it is built from.
+    pub spec: Box<dyn BrdfSpec>,
+    /// Symmetries that its schedules use to fold the coordinates.
+    pub symmetry: Symmetry,
+    /// What is peculiar about its files, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+impl Material {
+    /// Its kind, which it shares with the materials it is compared with.
+    pub fn group(&self) -> String {
+        let resolved = self.spec.resolved();
+        let kind = resolved.get("kind").and_then(toml::Value::as_str);
+        kind.unwrap_or_default().to_owned()
+    }
+
+    /// True if it has values in R, G, B.
+    pub fn is_coloured(&self) -> bool {
+        self.spec.check(&Channels::Rgb).is_ok()
+    }
+
+    /// Truth class of its rows: the coordinates it favours. In 4-D there are too few to tell apart.
+    pub fn truth(&self) -> &'static str {
+        let favours = self.spec.favours();
+        if self.symmetry.isotropic || favours == Favours::SphericalTable {
+            favours.name()
+        } else {
+            "anisotropic"
+        }
+    }
+}

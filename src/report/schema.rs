@@ -1,0 +1,144 @@
+//! Tables for programs: the columns of rows, written as CSV and as JSON.
+
+use super::csv::Csv;
+use crate::experiment::moments::shown;
+use serde::Serialize;
+use serde_json::{Map, Value};
+use std::io::{self, Write};
+
+/// A cell of a table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub(crate) enum Cell {
+    /// A number, in CSV as [`shown`]; `None` where it is undefined.
+    Number(Option<f64>),
+    /// Anything else, and numbers as JSON has them.
+    Value(Value),
+}
+
+impl Cell {
+    /// The cell as a field of CSV; empty where there is no value.
+    pub fn text(self) -> String {
+        match self {
+            Cell::Number(number) => number.map_or(String::new(), shown),
+            Cell::Value(Value::Null) => String::new(),
+            Cell::Value(Value::String(text)) => text,
+            Cell::Value(other) => other.to_string(),
+        }
+    }
+
+    /// The cell in JSON; `null` where there is no finite value.
+    fn json(self) -> Value {
+        match self {
+            Cell::Number(number) => number.into(),
+            Cell::Value(value) => value,
+        }
+    }
+}
+
+impl From<f64> for Cell {
+    fn from(number: f64) -> Self {
+        Cell::Number(Some(number))
+    }
+}
+
+impl From<Option<f64>> for Cell {
+    fn from(number: Option<f64>) -> Self {
+        Cell::Number(number)
+    }
+}
+
+macro_rules! cell_from_value {
+    ($($from:ty),*) => {
+        $(impl From<$from> for Cell {
+            fn from(value: $from) -> Self {
+                Cell::Value(value.into())
+            }
+        })*
+    };
+}
+cell_from_value!(
+    Value,
+    &str,
+    String,
+    Option<&str>,
+    Option<String>,
+    usize,
+    Option<usize>,
+    bool,
+    Option<bool>
+);
+
+/// A [`Schema`] of the columns `name => cell` of a row that a pattern takes apart.
+macro_rules! columns {
+    ($row:pat in $of:ty; $($name:expr => $cell:expr,)*) => {
+        $crate::report::schema::Schema::<$of>::new()
+            $(.column($name, move |row: &$of| {
+                #[allow(unused_variables)]
+                let $row = row;
+                $crate::report::schema::Cell::from($cell)
+            }))*
+    };
+}
+pub(crate) use columns;
+
+/// The cell of a row in a column.
+type Of<R> = Box<dyn Fn(&R) -> Cell>;
+
+/// Columns of a table whose rows are made of `R`: a name and the cell of a row each.
+pub(crate) struct Schema<R>(Vec<(String, Of<R>)>);
+
+impl<R> Schema<R> {
+    /// No columns.
+    pub fn new() -> Self {
+        Self(Vec::new())
+    }
+
+    /// The columns with those of another schema behind them.
+    pub fn and(mut self, others: Self) -> Self {
+        self.0.extend(others.0);
+        self
+    }
+
+    /// The columns with another one behind them.
+    pub fn column(mut self, name: impl Into<String>, of: impl Fn(&R) -> Cell + 'static) -> Self {
+        self.0.push((name.into(), Box::new(of)));
+        self
+    }
+
+    /// Names of the columns.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// The cells of a row.
+    pub fn cells(&self, row: &R) -> impl Iterator<Item = Cell> {
+        self.0.iter().map(|(_, of)| of(row))
+    }
+
+    /// A row as an object with the names of the columns.
+    pub fn object(&self, row: &R) -> Map<String, Value> {
+        let names = self.names().map(String::from);
+        names.zip(self.cells(row).map(Cell::json)).collect()
+    }
+
+    /// Writes rows as CSV below the names of the columns.
+    ///
+    /// # Errors
+    /// Whatever `out` reports.
+    pub fn csv<'r>(
+        &self,
+        rows: impl IntoIterator<Item = &'r R>,
+        out: &mut impl Write,
+    ) -> io::Result<()>
+    where
+        R: 'r,
+    {
+        let mut csv = Csv::new(out);
+        csv.row(self.names())?;
+        for row in rows {
+            csv.row(self.cells(row).map(Cell::text))?;
+        }
+        csv.flush()
+    }
+}
