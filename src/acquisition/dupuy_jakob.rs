@@ -274,10 +274,6 @@ impl Planner for Retro {
         MOST
     }
 
-    fn knows_machines(&self) -> bool {
-        true
-    }
-
     fn next(
         &self,
         task: &Task<'_>,

@@ -364,10 +364,6 @@ impl Planner for Greedy {
         }
     }
 
-    fn knows_machines(&self) -> bool {
-        true
-    }
-
     fn is_enough(&self, task: &Task<'_>, so_far: &Measurement) -> bool {
         let Some(target) = self.aim.target else {
             return false;

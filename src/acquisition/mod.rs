@@ -136,7 +136,7 @@ pub trait Planner: SampleSet {
         usize::MAX
     }
 
-    /// What it knows of other materials; `None`: nothing that is in a file.
+    /// The prior of other materials, where it is in a file.
     fn prior(&self) -> Option<&PriorFile> {
         None
     }
@@ -146,9 +146,9 @@ pub trait Planner: SampleSet {
         None
     }
 
-    /// True if the poses depend on the machine of a task.
-    fn knows_machines(&self) -> bool {
-        false
+    /// True if the poses depend on the instrument of a task: on the poses that it reaches.
+    fn depends_on_instrument(&self) -> bool {
+        true
     }
 
     /// True if a larger budget goes on where a smaller one breaks off: what is asked for depends on the readings so far
@@ -345,6 +345,10 @@ impl Planner for Once {
         poses.drain(..asked);
         poses.truncate(most);
         Ok(poses)
+    }
+
+    fn depends_on_instrument(&self) -> bool {
+        false
     }
 }
 

@@ -203,10 +203,6 @@ impl Planner for Published {
         MOST
     }
 
-    fn knows_machines(&self) -> bool {
-        true
-    }
-
     fn next(
         &self,
         task: &Task<'_>,

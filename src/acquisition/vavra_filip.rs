@@ -232,10 +232,6 @@ impl Planner for Slices {
         MOST
     }
 
-    fn knows_machines(&self) -> bool {
-        true
-    }
-
     fn next(
         &self,
         task: &Task<'_>,

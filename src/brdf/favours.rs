@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 named! {
     /// The coordinates that a BRDF favours by its formula or by how it was tabulated.
     ///
-    /// A lobe that is a function of one coordinate is constant along all other axes: whoever samples
-    /// along that axis needs fewer nodes than whoever does not, and a comparison on such a truth says
+    /// A lobe that is a function of one coordinate is constant along all other axes: sampling
+    /// along that axis needs fewer nodes than any other, and a comparison on such a truth says
     /// as much about the truth as about the parametrization. Terms that all models of a kind share (Fresnel,
     /// shadowing, cosines) vary slowly and are left out of account.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]

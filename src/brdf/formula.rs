@@ -1,6 +1,6 @@
 //! The declaration of a model whose keys are numbers.
 
-/// A model as a config names it: what [`declare!`](crate::registry::declare) needs, then the keys that its label tells, the
+/// A model as a config names it: what [`declare!`](crate::registry::declare) needs, then the keys in its label, the
 /// coordinates that it favours, the BRDF of its keys, and further methods of [`BrdfSpec`](super::BrdfSpec).
 macro_rules! formula {
     (

@@ -39,7 +39,7 @@ impl<'a, F: Fn(&[f64], &[Presence]) + Send + Sync> ObservedBrdf<'a, F> {
         }
     }
 
-    /// The same, without data from when `stopped` is true: whoever looks at many pairs is done soon, with values that are none.
+    /// The same, without data from when `stopped` is true: a loop over many pairs ends soon, its further pairs without data.
     #[must_use]
     pub fn until(mut self, stopped: &'a (dyn Fn() -> bool + Sync)) -> Self {
         self.stopped = Some(stopped);

@@ -277,7 +277,7 @@ fn sections(family: Family) -> Vec<Section> {
     vec![Section::new(name, title, members)]
 }
 
-/// Surfaces with the keys that nobody has to set: examples are small, for tests.
+/// Surfaces with their default size and resolution: the examples of tests are small.
 fn surfaces() -> Vec<Member> {
     let mut all = light_paths::surface::all();
     for entry in &mut all {

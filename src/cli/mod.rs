@@ -379,7 +379,7 @@ fn planned_instrument(plan: &Plan, name: &str) -> Result<PlannedInstrument, Erro
     }
 }
 
-/// The error for a name that the config has not; each of `allowed` is told once.
+/// The error for a name that the config has not; `allowed` is listed without repetitions.
 fn unknown(option: &str, name: &str, allowed: impl IntoIterator<Item = String>) -> Error {
     let names = each_once(allowed);
     let allowed = match names.is_empty() {
@@ -445,7 +445,7 @@ fn one_value<T: Clone + Send + Sync + 'static>(
     })
 }
 
-/// Reads one of the values of an option by its name; one without a meaning is told by its name alone.
+/// Reads one of the values of an option by its name; a value without a description is listed by its name.
 fn choices<T: Copy + Send + Sync>(
     all: &'static [Choice<T>],
 ) -> impl TypedValueParser<Value = &'static Choice<T>> {
@@ -528,7 +528,7 @@ fn text(bytes: Vec<u8>) -> Result<String, Error> {
     String::from_utf8(bytes).map_err(Error::internal)
 }
 
-/// Writes a file, and tells its path.
+/// Writes a file, and notes its path on stderr.
 fn write_file(
     path: &Path,
     body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,

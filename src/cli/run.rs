@@ -75,7 +75,7 @@ pub(super) trait Shown: Experiment {
     /// Errors of the values that the lines need.
     fn table(&self) -> Result<Option<Printed<'_, Self::Record>>, Error>;
 
-    /// Observers beside the progress bar, the file of records and the table, of a run of a part that stops when it is told.
+    /// Observers beside the progress bar, the file of records and the table, of a run, or of a shard, that `stop` ends.
     ///
     /// # Errors
     /// Errors of building what the observers need.

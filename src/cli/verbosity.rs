@@ -1,4 +1,4 @@
-//! What is told on stderr beside errors, and in which colours: `--quiet`, `--verbose`, `--color`.
+//! Notes on stderr beside errors, and their colours: `--quiet`, `--verbose`, `--color`.
 
 use crate::error::{count, printable};
 use crate::measurement::Measurement;

@@ -48,7 +48,7 @@ pub struct AdviceSpec {
 pub struct Advised {
     /// The best first.
     pub choices: Vec<Advice>,
-    /// Materials that tell nothing of them.
+    /// Materials left out of the advice.
     pub left_out: Vec<String>,
     /// Choices that failed, each reason once.
     pub failures: Vec<Failure>,
@@ -228,7 +228,7 @@ impl AdviceSpec {
         Ok(Some(Source::new("gonio advise", text)))
     }
 
-    /// Adds what knows of other materials.
+    /// Adds planners and reconstructions with a prior of other materials.
     fn add_prior(&self, config: &mut Table, planners: bool, prior: &str) {
         let mut add = |key: &str, kind: &str| {
             let keys = [("kind", kind), ("prior", prior)];

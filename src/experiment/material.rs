@@ -29,7 +29,7 @@ impl Material {
         self.spec.check(&Channels::Rgb).is_ok()
     }
 
-    /// Truth class of its rows: the coordinates it favours. In 4-D there are too few to tell apart.
+    /// Truth class of its rows: the coordinates it favours. Anisotropic materials are one class, as they are few.
     pub fn truth(&self) -> &'static str {
         let favours = self.spec.favours();
         if self.symmetry.isotropic || favours == Favours::SphericalTable {

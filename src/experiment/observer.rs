@@ -163,13 +163,13 @@ impl<'o, R> EventSink<'o, R> {
         }
     }
 
-    /// Tells a step that begins; an error if the observer wants to stop.
+    /// Emits the beginning of a step; an error if the observer has cancelled.
     pub fn doing(&mut self, what: &dyn fmt::Display) -> Result<(), Stop> {
         self.go_on()?;
         Ok(self.observer.observe(&Event::Doing(what))?)
     }
 
-    /// Returns an error if the observer wants to stop.
+    /// Returns an error if the observer has cancelled.
     pub fn go_on(&self) -> Result<(), Stop> {
         if self.observer.cancelled() {
             return Err(Stop::Cancelled);
@@ -199,7 +199,7 @@ impl<'o, R> EventSink<'o, R> {
         Ok(())
     }
 
-    /// The value of a result; where so many jobs failed, tells that and returns `None`.
+    /// The value of a result; a failure of `jobs` is emitted, and is `None`.
     pub fn or_failed<T>(
         &mut self,
         job: &str,

@@ -60,7 +60,7 @@ pub struct Plan {
     pub moments: Option<MomentsTable>,
     /// The materials.
     pub materials: Vec<Material>,
-    /// Names that the config wants of a folder that does not have them.
+    /// Names of the config's `only` that its folder of materials does not have.
     pub missing: Vec<String>,
     /// The parametrizations.
     pub parametrizations: Vec<Coordinates>,

@@ -69,7 +69,7 @@ pub struct Head<'a> {
     pub seeds: &'a [u64],
     /// The materials.
     pub materials: &'a [Material],
-    /// Names that the config wants of a folder that does not have them.
+    /// Names of the config's `only` that its folder of materials does not have.
     pub missing: &'a [String],
 }
 

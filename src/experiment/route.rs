@@ -284,7 +284,7 @@ impl Router {
         let set = &*key.sample_set.set;
         let seed = set.is_random().then_some(key.seed);
         let instrument = key.instrument;
-        let instrument = instrument.filter(|i| i.use_of.limits && set.knows_machines());
+        let instrument = instrument.filter(|i| i.use_of.limits && set.depends_on_instrument());
         let name = instrument.map(|i| i.name.clone());
         let asked = (SetKey::of(key), budget, seed, name);
         if let Some(known) = self.schedules.get(&asked, again) {

@@ -13,7 +13,7 @@ pub(super) enum Stop {
     Failed(String),
 }
 
-/// An error if the observer wants to stop.
+/// Asks whether to go on; an error if the observer has cancelled.
 pub(super) type GoOn<'a> = &'a dyn Fn() -> Result<(), Stop>;
 
 impl Stop {

@@ -96,7 +96,7 @@ impl<T> Use<T> {
         })
     }
 
-    /// The text of a file, and the function of its format: what is told by its name alone, else by
+    /// The text of a file, and the function of its format: chosen by the file's extension, else by
     /// its first lines. Text that nothing recognises is CSV.
     ///
     /// # Errors

@@ -189,7 +189,7 @@ part! {
         exposure_min_s: f64, above();
         /// The longest exposure.
         exposure_max_s: f64, above();
-        /// Share of readings that a fault nobody notices multiplies or divides by 1.5 to 5.
+        /// Share of readings that an unreported fault multiplies or divides by 1.5 to 5.
         #[serde(default, skip_serializing_if = "is_zero")]
         outliers: f64, in_closed(0.0, 1.0) => check_exposures;
     }

@@ -1,6 +1,6 @@
 //! Distant light: radiance as a function of the direction it comes from.
 
-/// A lighting as a config names it: what [`declare!`](crate::registry::declare) needs, the keys that its label tells, and the
+/// A lighting as a config names it: what [`declare!`](crate::registry::declare) needs, the keys in its label, and the
 /// lighting of its keys.
 macro_rules! light {
     (

@@ -1,4 +1,4 @@
-//! What Python is told: errors, warnings, and whether to go on.
+//! Errors and warnings raised in Python, and its interrupts.
 
 use gonio::Error;
 use pyo3::exceptions::PyValueError;
@@ -28,13 +28,13 @@ pub fn of_files(e: Error) -> PyErr {
     refused(format!("{e}{reason}"))
 }
 
-/// A sentence for whoever looks, as Python's warnings.
+/// Issues a sentence as a Python warning.
 pub fn warn(py: Python<'_>, sentence: &str) -> PyResult<()> {
     py.import("warnings")?.call_method1("warn", (sentence,))?;
     Ok(())
 }
 
-/// False once Python was told to stop; the reason is kept.
+/// False after an interrupt (Ctrl-C), which is kept to be raised.
 pub fn goes_on(stopped: &mut Option<PyErr>) -> bool {
     let checked = Python::attach(|py| py.check_signals());
     *stopped = stopped.take().or(checked.err());

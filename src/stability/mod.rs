@@ -206,7 +206,7 @@ pub fn run(
         for (f, (name, checks)) in work.iter().enumerate() {
             let run = |(i, check): (usize, &Check)| {
                 if !stopped.load(Ordering::SeqCst) {
-                    // Nothing is left to be told after a stop.
+                    // The receiver is gone after a stop.
                     let _ = ended.send(([f, i], check.run(name)));
                 }
             };

@@ -192,7 +192,7 @@ impl Bench {
         self.command(line).output().unwrap()
     }
 
-    /// What is told on stderr by a command that ends with this exit code.
+    /// The stderr of a command, which must end with this exit code.
     fn ends(&self, line: impl Line, code: i32) -> String {
         let output = self.gonio(&line);
         let stderr = String::from_utf8(output.stderr).unwrap();

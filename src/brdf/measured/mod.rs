@@ -82,7 +82,7 @@ fn open_regular(
     path: &Path,
     no_access: fn(io::Error) -> TableError,
 ) -> Result<(File, u64), TableError> {
-    // Asked by name: a pipe that nobody writes to would not open.
+    // By the name of the file: opening a pipe without a writer would block.
     let meta = std::fs::metadata(path).map_err(no_access)?;
     if !meta.is_file() {
         return Err(TableError::malformed("not a regular file"));

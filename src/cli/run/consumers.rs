@@ -39,7 +39,7 @@ impl<R: Record> Observer<R> for Consumers<'_, R> {
         self.progress.follow(event);
         // What is printed must not run into the bar.
         match event {
-            // Failures are told in any case.
+            // Failures are printed with --quiet too.
             Event::Failed(Failure { job, reason, .. }) => {
                 let line = format!("gonio: {job}: {reason}");
                 self.progress.suspend(|| say(&line));

@@ -116,7 +116,7 @@ pub struct MomentsPlan {
     pub seed: u64,
     /// The materials.
     pub materials: Vec<Material>,
-    /// Names that the config wants of a folder that does not have them.
+    /// Names of the config's `only` that its folder of materials does not have.
     pub missing: Vec<String>,
     /// Moments that are analysed, and their estimator.
     pub moments: MomentsTable,

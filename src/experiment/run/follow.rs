@@ -7,7 +7,7 @@ use super::super::row::Row;
 use super::{Batch, Member, Runner};
 
 impl Runner<'_> {
-    /// A route; tells where there is none that nothing comes of a schedule for some materials.
+    /// A route; where there is none, emits the failure of the schedule's jobs for some materials.
     pub(super) fn or_lost<T>(
         &mut self,
         found: Result<T, Stop>,

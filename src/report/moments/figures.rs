@@ -106,7 +106,7 @@ impl<'a> Curve<'a> {
         }
     }
 
-    /// One of several channels: in its colour where it has one, and green dashed, as not everybody can tell
+    /// One of several channels: in its colour where it has one, and green dashed, for eyes that cannot separate
     /// it from red.
     fn of_channel(profile: &'a Profile) -> Self {
         let color = match profile.channel {

@@ -98,7 +98,7 @@ named! {
         Slices = "slices",
         /// Diagrams of a moment experiment or of relations.
         Figures = "figures",
-        /// Pictures of a report; their names tell what they show.
+        /// Pictures of a report; their names say what they show.
         Pictures = "pictures",
     }
 }

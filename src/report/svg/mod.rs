@@ -385,7 +385,7 @@ impl<'a> Legend<'a> {
             let y = at[1] + ((i % self.lines) as f64 + 0.5) * LEGEND_LINE;
             let ink = palette(entry.color, sheet.colors);
             let key = [[x, y], [x + KEY, y]];
-            // A little wider than in the plot: short strokes are hard to tell apart.
+            // A little wider than in the plot: short strokes look alike.
             match entry.mark.dashes() {
                 Some(dashes) => canvas.dashed(&key, ink, sheet.stroke() + 0.5, dashes),
                 None => canvas.dot([x + 0.5 * KEY, y], 2.8, ink),

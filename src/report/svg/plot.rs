@@ -176,7 +176,7 @@ pub(super) const CYCLE: [[u8; 3]; 7] = [
 
 /// Place of a parametrization in the colour cycle: the same in every diagram.
 pub fn color_of(parametrization: &str) -> usize {
-    /// The two that are compared most are the easiest to tell apart.
+    /// The two that are compared most differ most.
     const FIRST: [&str; 4] = ["half-difference", "hybrid", "spherical", "orthographic"];
     if let Some(place) = FIRST.iter().position(|name| *name == parametrization) {
         return place;

@@ -72,7 +72,7 @@ pub(crate) struct Content {
     n: usize,
     /// Cell after cell, channels together, all [`MISSING`] where there is no data.
     ///
-    /// The file wants all of R before any of G. Holding every value (12 MB in luminance, 35 MB in R, G,
+    /// The file has all of R before any of G. Holding every value (12 MB in luminance, 35 MB in R, G,
     /// B; twice that for 360) costs less than asking the BRDF three times: it may be a reconstruction
     /// that takes microseconds a pair.
     values: Vec<f64>,
@@ -107,7 +107,7 @@ pub(crate) fn tabulate(
 }
 
 impl Content {
-    /// Fills the cells that a pair is in; the others stay as they are. Returns their number.
+    /// Fills those cells without data that have a pair of directions, and returns their number.
     fn fill_gaps(&mut self) -> Result<usize, TableError> {
         let Self {
             grid,
