@@ -35,7 +35,7 @@ pub(crate) fn reason(why: impl std::fmt::Display) -> String {
 /// ```
 /// assert_eq!(gonio::error::printable("a\nb"), "a\u{fffd}b");
 /// ```
-pub fn printable(text: &str) -> Cow<'_, str> {
+pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     match text.contains(char::is_control) {
         true => text.replace(char::is_control, "\u{fffd}").into(),
         false => text.into(),
@@ -71,7 +71,7 @@ pub fn count_are(number: usize, noun: &str) -> String {
 /// assert!(gonio::error::one_of("polar", [&long]).len() < 100);
 /// assert!(gonio::error::one_of("polar", vec!["name"; 5000]).len() < 1300);
 /// ```
-pub fn one_of<S: AsRef<str>>(found: &str, names: impl IntoIterator<Item = S>) -> String {
+pub(crate) fn one_of<S: AsRef<str>>(found: &str, names: impl IntoIterator<Item = S>) -> String {
     let names: Vec<S> = names.into_iter().collect();
     let list: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
     listed(&list) + &meant(found, &list)
@@ -95,7 +95,7 @@ fn listed(names: &[&str]) -> String {
 }
 
 /// Ends a sentence on a name that is not allowed: `; did you mean NAME?`, or nothing if none is near.
-pub fn meant<S: AsRef<str>>(found: &str, names: &[S]) -> String {
+pub(crate) fn meant<S: AsRef<str>>(found: &str, names: &[S]) -> String {
     let plain = |text: &str| text.to_lowercase().replace(['_', ' '], "-");
     // Of a long text only the start can be a name.
     let found: String = plain(found).chars().take(EXCERPT).collect();
@@ -153,7 +153,7 @@ impl ParameterError {
 
     /// The same of a table inside another, with its key spelled from the outer one.
     #[must_use]
-    pub fn within(self, table: &str) -> Self {
+    pub(crate) fn within(self, table: &str) -> Self {
         Self {
             key: format!("{table}.{}", self.key),
             ..self
@@ -162,7 +162,7 @@ impl ParameterError {
 }
 
 /// Checks `lo < value ≤ hi`; NaN and infinities fail, so `hi` may be infinite.
-pub fn in_left_open(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, ParameterError> {
+pub(crate) fn in_left_open(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, ParameterError> {
     if value > lo && value <= hi && value.is_finite() {
         return Ok(value);
     }
@@ -175,7 +175,7 @@ pub fn in_left_open(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, Para
 }
 
 /// Checks `lo ≤ value ≤ hi` (NaN fails).
-pub fn in_closed(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, ParameterError> {
+pub(crate) fn in_closed(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, ParameterError> {
     if value >= lo && value <= hi {
         Ok(value)
     } else {
@@ -188,12 +188,12 @@ pub fn in_closed(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, Paramet
 }
 
 /// Numbers above `lo` up to `hi`.
-pub const fn left_open(lo: f64, hi: f64) -> (Bound<f64>, Bound<f64>) {
+pub(crate) const fn left_open(lo: f64, hi: f64) -> (Bound<f64>, Bound<f64>) {
     (Bound::Excluded(lo), Bound::Included(hi))
 }
 
 /// Checks that a number is in a range, `lo..=hi` or [`left_open`].
-pub fn in_range(
+pub(crate) fn in_range(
     key: &str,
     value: f64,
     range: &impl RangeBounds<f64>,
@@ -210,7 +210,7 @@ pub fn in_range(
 }
 
 /// Checks that a whole number is one of `least..=most`.
-pub fn in_whole(
+pub(crate) fn in_whole(
     key: &str,
     value: usize,
     [least, most]: [usize; 2],
@@ -233,7 +233,7 @@ fn named(path: &Path) -> String {
 }
 
 /// The error behind an error.
-pub type Cause = Box<dyn std::error::Error + Send + Sync>;
+pub(crate) type Cause = Box<dyn std::error::Error + Send + Sync>;
 
 /// Everything that can go wrong, by who must act.
 #[derive(Debug, thiserror::Error)]
@@ -326,12 +326,12 @@ impl Error {
     }
 
     /// An error that should not happen.
-    pub fn internal(e: impl std::fmt::Display) -> Self {
+    pub(crate) fn internal(e: impl std::fmt::Display) -> Self {
         Error::Internal(e.to_string())
     }
 
     /// A config error.
-    pub fn config(place: impl Into<String>, message: impl std::fmt::Display) -> Self {
+    pub(crate) fn config(place: impl Into<String>, message: impl std::fmt::Display) -> Self {
         Error::Config {
             place: place.into(),
             message: message.to_string(),
@@ -339,7 +339,7 @@ impl Error {
     }
 
     /// A plan that an instrument cannot carry out.
-    pub fn infeasible(place: impl Into<String>, message: impl std::fmt::Display) -> Self {
+    pub(crate) fn infeasible(place: impl Into<String>, message: impl std::fmt::Display) -> Self {
         Error::Infeasible {
             place: place.into(),
             message: message.to_string(),

@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 /// Bytes that a config may have: far more than anybody writes.
-pub const CONFIG_LIMIT: u64 = 64 << 20;
+pub(crate) const CONFIG_LIMIT: u64 = 64 << 20;
 
 /// Bytes that a table of poses or readings may have: ten million rows and more.
-pub const TABLE_LIMIT: u64 = 4 << 30;
+pub(crate) const TABLE_LIMIT: u64 = 4 << 30;
 
 /// Bytes that a compressed file may hold, whatever it promises: as many as four channels of 16384 × 8192 pixels.
 pub const UNPACKED_LIMIT: u64 = 2 << 30;
@@ -65,7 +65,7 @@ static USED: Mutex<[BTreeSet<PathBuf>; 2]> = Mutex::new([BTreeSet::new(), BTreeS
 ///
 /// # Errors
 /// If it was read.
-pub fn claim(path: &Path) -> io::Result<()> {
+pub(crate) fn claim(path: &Path) -> io::Result<()> {
     use_once(path, [0, 1])
 }
 
@@ -87,7 +87,7 @@ fn use_once(path: &Path, [other, own]: [usize; 2]) -> io::Result<()> {
 ///
 /// # Errors
 /// Whatever the file system reports, and one sentence for what is no regular file.
-pub fn open(path: &Path) -> io::Result<File> {
+pub(crate) fn open(path: &Path) -> io::Result<File> {
     open_or(path, "a file")
 }
 
@@ -104,7 +104,7 @@ fn open_or(path: &Path, allowed: &str) -> io::Result<File> {
 /// Reads a file of at most `limit` bytes.
 ///
 /// # Errors
-/// As [`open`], and for a longer file.
+/// If it cannot be opened or read, is no file, or is longer.
 pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
@@ -123,7 +123,7 @@ fn too_long(limit: u64) -> io::Error {
 /// given, without the byte-order mark that some programs put in front.
 ///
 /// # Errors
-/// As [`open`], for a longer text, and for the first line that is no UTF-8 or has a zero byte.
+/// If it cannot be opened or read, is no file, is longer, or has a line that is no UTF-8 or has a zero byte.
 pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
     let is_stream = STREAMS.iter().any(|stream| path.starts_with(stream));
     let file = match is_stream {
@@ -250,7 +250,7 @@ pub fn write_atomically(
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Removes the files that are being written: the process ends.
-pub fn remove_unfinished() {
+pub(crate) fn remove_unfinished() {
     let all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
     for part in &*all {
         // A leftover has a temporary name, by which `remove_parts` finds it.
@@ -259,7 +259,7 @@ pub fn remove_unfinished() {
 }
 
 /// Removes from a folder what a crash left of files that were being written.
-pub fn remove_parts(dir: &Path) {
+pub(crate) fn remove_parts(dir: &Path) {
     let [head, tail] = PART;
     for entry in fs::read_dir(dir).into_iter().flatten().flatten() {
         let name = entry.file_name();
@@ -290,7 +290,7 @@ const EXR_BLOCK: usize = 4 << 20;
 /// Headers of an OpenEXR file. Room for a tile is reserved before it is read, so that a large tile of a small picture is
 /// refused.
 #[cfg(any(feature = "pictures", feature = "surfaces"))]
-pub fn exr_headers(path: &Path) -> exr::error::Result<exr::meta::Headers> {
+pub(crate) fn exr_headers(path: &Path) -> exr::error::Result<exr::meta::Headers> {
     use exr::math::Vec2;
     use exr::meta::BlockDescription;
     let headers = exr::meta::MetaData::read_from_file(path, false)?.headers;
@@ -311,7 +311,7 @@ pub fn exr_headers(path: &Path) -> exr::error::Result<exr::meta::Headers> {
 
 /// The first layer that can be read of an OpenEXR file, in its finest resolution.
 #[cfg(any(feature = "pictures", feature = "surfaces"))]
-pub fn exr_layer(path: &Path) -> exr::error::Result<ExrLayer> {
+pub(crate) fn exr_layer(path: &Path) -> exr::error::Result<ExrLayer> {
     exr_layer_of(std::io::BufReader::new(File::open(path)?))
 }
 

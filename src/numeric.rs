@@ -22,25 +22,25 @@ pub const GRAZING_COS: f64 = 1e-7;
 ///
 /// The inverse maps add and subtract numbers of size 1 a handful of times;
 /// 1e-14 is about 45 ulp, and 1e-14 rad is no physical distance.
-pub const HORIZON_SLACK: f64 = 1e-14;
+pub(crate) const HORIZON_SLACK: f64 = 1e-14;
 
 /// Smallest value a reflectance model divides by.
 ///
 /// Several models diverge where a cosine or the half vector vanishes. A denominator of 1e-100 is
 /// further down than any pose, and keeps f and f² below overflow for every allowed parameter, so
 /// that values stay finite without moving any that can be told from the horizon.
-pub const DENOMINATOR_FLOOR: f64 = 1e-100;
+pub(crate) const DENOMINATOR_FLOOR: f64 = 1e-100;
 
 /// Largest size of a reading in a file, sr⁻¹.
 ///
-/// Far above what any model gives (see [`DENOMINATOR_FLOOR`]), and its square, summed over millions
+/// Far above what any model gives (see `DENOMINATOR_FLOOR`), and its square, summed over millions
 /// of readings, is still finite.
 pub const LARGEST_READING: f64 = 1e150;
 
 /// `sqrt(max(x, 0))`: for differences that are non-negative on paper and may
 /// round to a few ulp below 0.
 #[inline]
-pub fn safe_sqrt(x: f64) -> f64 {
+pub(crate) fn safe_sqrt(x: f64) -> f64 {
     x.max(0.0).sqrt()
 }
 
@@ -79,10 +79,10 @@ pub fn luminance(rgb: [f64; 3]) -> f64 {
 }
 
 /// Rec. 709 luminance weights of linear R, G, B.
-pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+pub(crate) const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// CIE 1931 X, Y, Z of linear R, G, B (IEC 61966-2-1), each divided by that of white: grey has X = Y = Z.
-pub const XYZ: DMat3 = DMat3::from_cols(
+pub(crate) const XYZ: DMat3 = DMat3::from_cols(
     DVec3::new(0.4124 / 0.9505, LUMINANCE[0], 0.0193 / 1.089),
     DVec3::new(0.3576 / 0.9505, LUMINANCE[1], 0.1192 / 1.089),
     DVec3::new(0.1805 / 0.9505, LUMINANCE[2], 0.9505 / 1.089),
@@ -95,14 +95,14 @@ pub(crate) fn upper_median(values: &mut [f64]) -> Option<f64> {
 }
 
 /// Numbers that may be infinite in formats that have no infinity: JSON writes `null` for it.
-pub mod infinite_as_null {
+pub(crate) mod infinite_as_null {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     /// Writes a number, or nothing in place of an infinite one.
     ///
     /// # Errors
     /// Errors of the format.
-    pub fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
         value.is_finite().then_some(*value).serialize(serializer)
     }
 
@@ -110,7 +110,7 @@ pub mod infinite_as_null {
     ///
     /// # Errors
     /// Errors of the format.
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
         Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
     }
 }

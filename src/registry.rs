@@ -59,7 +59,7 @@ impl<T: ?Sized> Clone for Entry<T> {
 impl<T: ?Sized> Copy for Entry<T> {}
 
 /// Members that a program adds to a family of the library, for as long as it runs.
-pub struct Joined<T: ?Sized + 'static>(RwLock<Vec<Entry<T>>>);
+pub(crate) struct Joined<T: ?Sized + 'static>(RwLock<Vec<Entry<T>>>);
 
 impl<T: ?Sized> Joined<T> {
     /// No members.
@@ -102,7 +102,7 @@ pub struct ReadError {
 
 impl ReadError {
     /// An error at a place in the text.
-    pub fn at(span: impl Into<Option<Range<usize>>>, message: impl Into<String>) -> Self {
+    pub(crate) fn at(span: impl Into<Option<Range<usize>>>, message: impl Into<String>) -> Self {
         Self {
             message: message.into(),
             span: span.into(),
@@ -122,7 +122,7 @@ pub fn read<T: ?Sized>(
 }
 
 /// Reads the member of one family or another that the table's `kind` names, of the first as one of the second.
-pub fn read_of_two<A: ?Sized, B: ?Sized>(
+pub(crate) fn read_of_two<A: ?Sized, B: ?Sized>(
     what: &str,
     first: &[Entry<A>],
     wrap: fn(Box<A>) -> Box<B>,
@@ -139,7 +139,11 @@ pub fn read_of_two<A: ?Sized, B: ?Sized>(
 }
 
 /// Takes `kind` out of a table: the position in `kinds` of the one it names.
-pub fn take_kind(what: &str, kinds: &[&str], table: &mut Table<'_>) -> Result<usize, ReadError> {
+pub(crate) fn take_kind(
+    what: &str,
+    kinds: &[&str],
+    table: &mut Table<'_>,
+) -> Result<usize, ReadError> {
     let allowed = kinds.join(", ");
     let place = table.span();
     let Some(kind) = remove(table, "kind") else {
@@ -237,7 +241,7 @@ fn each_in(place: &str, value: &mut Value, visit: &mut dyn FnMut(&str, &mut f64)
 }
 
 /// Takes `key` out of the table; it must hold a string.
-pub fn take_string(table: &mut Table<'_>, key: &str) -> Result<Option<String>, ReadError> {
+pub(crate) fn take_string(table: &mut Table<'_>, key: &str) -> Result<Option<String>, ReadError> {
     match remove(table, key) {
         None => Ok(None),
         Some(Item {
@@ -249,7 +253,10 @@ pub fn take_string(table: &mut Table<'_>, key: &str) -> Result<Option<String>, R
 }
 
 /// Takes `key` out of the table; it must hold a table.
-pub fn take_table<'a>(table: &mut Table<'a>, key: &str) -> Result<Option<Table<'a>>, ReadError> {
+pub(crate) fn take_table<'a>(
+    table: &mut Table<'a>,
+    key: &str,
+) -> Result<Option<Table<'a>>, ReadError> {
     let Some(item) = remove(table, key) else {
         return Ok(None);
     };
@@ -257,7 +264,7 @@ pub fn take_table<'a>(table: &mut Table<'a>, key: &str) -> Result<Option<Table<'
 }
 
 /// Takes `key` out of the table and reads it; it must hold a table.
-pub fn take<'a, T>(
+pub(crate) fn take<'a, T>(
     table: &mut Table<'a>,
     key: &str,
     read: impl FnOnce(Table<'a>) -> Result<T, ReadError>,
@@ -267,12 +274,12 @@ pub fn take<'a, T>(
 
 /// Deserializes a key whose table was taken out before, and which is listed with the others in the message about an unknown
 /// one: its default, whatever is there.
-pub fn taken<'de, D: Deserializer<'de>, T: Default>(from: D) -> Result<T, D::Error> {
+pub(crate) fn taken<'de, D: Deserializer<'de>, T: Default>(from: D) -> Result<T, D::Error> {
     IgnoredAny::deserialize(from).map(|_| T::default())
 }
 
 /// Takes `key` out of the table; it must hold an array of tables.
-pub fn take_tables<'a>(
+pub(crate) fn take_tables<'a>(
     table: &mut Table<'a>,
     key: &str,
 ) -> Result<Option<Vec<Table<'a>>>, ReadError> {

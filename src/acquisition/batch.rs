@@ -75,7 +75,7 @@ impl<'a> Request<'a> {
     }
 
     /// The errors that a planner expects of readings, in the task that goes on from others.
-    pub fn forecast(
+    pub(crate) fn forecast(
         &self,
         planner: &dyn Planner,
         from: Option<&Measurement>,

@@ -14,7 +14,7 @@ pub(super) struct Wanted<'a> {
 
 impl Wanted<'_> {
     /// True if there is to be another after those that were chosen.
-    pub fn another(self, chosen: &[usize]) -> bool {
+    pub(crate) fn another(self, chosen: &[usize]) -> bool {
         chosen.len() < self.n && (self.go_on)()
     }
 }

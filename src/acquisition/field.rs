@@ -95,7 +95,7 @@ const HOPEFUL: f64 = 0.75;
 
 impl<'a> Reach<'a> {
     /// After the poses of a measurement.
-    pub fn new(task: &'a Task<'_>, so_far: &Measurement) -> Self {
+    pub(crate) fn new(task: &'a Task<'_>, so_far: &Measurement) -> Self {
         let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
         let refused = all.filter(|(outcome, _)| matches!(outcome, Outcome::Unreachable(_)));
         let refused = refused.filter_map(|(_, pose)| canonical(&*task.form, &pose.pair));
@@ -115,14 +115,14 @@ impl<'a> Reach<'a> {
     }
 
     /// The pose of a pair; `None` if it cannot be taken.
-    pub fn pose(&self, pair: &DirectionPair) -> Option<Pose> {
+    pub(crate) fn pose(&self, pair: &DirectionPair) -> Option<Pose> {
         let [i, o] = [pair.omega_i, pair.omega_o].map(|d| d.cos_theta());
         let pose = (i.min(o) > GRAZING_COS).then(|| canonical(self.form, pair));
         pose.flatten().filter(|pose| self.takes(pose))
     }
 
     /// True where there may be readings.
-    pub fn hopes(&self, poses: &[Pose]) -> Vec<bool> {
+    pub(crate) fn hopes(&self, poses: &[Pose]) -> Vec<bool> {
         let Some(process) = &self.asked else {
             return vec![true; poses.len()];
         };
@@ -132,7 +132,7 @@ impl<'a> Reach<'a> {
     }
 
     /// Those of some poses where there may be readings.
-    pub fn hopeful(&self, mut poses: Vec<Pose>) -> Vec<Pose> {
+    pub(crate) fn hopeful(&self, mut poses: Vec<Pose>) -> Vec<Pose> {
         let mut hopes = self.hopes(&poses).into_iter();
         poses.retain(|_| hopes.next() == Some(true));
         poses
@@ -191,7 +191,7 @@ impl Field {
     /// Candidates for `poses` poses in the coordinates of a task, where errors count up to the elevation `mask`, rad,
     /// and none is near a pose of a measurement that the instrument could not take. `round` tells fields of one
     /// seed apart.
-    pub fn new(
+    pub(crate) fn new(
         task: &Task<'_>,
         mask: f64,
         poses: usize,
@@ -237,7 +237,7 @@ impl Field {
     }
 
     /// The density of errors at the candidates; on the peak, where it vanishes, that around it.
-    pub fn candidate_density(&self) -> Vec<f64> {
+    pub(crate) fn candidate_density(&self) -> Vec<f64> {
         let pairs = self.candidates.iter().map(|pose| &pose.pair);
         let density = |pair| {
             let mut coords = self.own.form.forward(pair);
@@ -248,12 +248,12 @@ impl Field {
     }
 
     /// The pairs of the candidates.
-    pub fn pairs(&self) -> Vec<DirectionPair> {
+    pub(crate) fn pairs(&self) -> Vec<DirectionPair> {
         self.candidates.iter().map(|pose| pose.pair).collect()
     }
 
     /// The candidates of these numbers.
-    pub fn poses(&self, numbers: &[usize]) -> Vec<Pose> {
+    pub(crate) fn poses(&self, numbers: &[usize]) -> Vec<Pose> {
         numbers.iter().map(|&c| self.candidates[c]).collect()
     }
 }

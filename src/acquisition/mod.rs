@@ -213,7 +213,7 @@ pub fn acquire(
 ///
 /// # Errors
 /// As [`Planner::next`].
-pub fn acquire_from(
+pub(crate) fn acquire_from(
     planner: &dyn Planner,
     task: &Task<'_>,
     brdf: &dyn Brdf,
@@ -257,7 +257,7 @@ pub fn nothing(task: &Task<'_>) -> Measurement {
 ///
 /// # Errors
 /// As [`Planner::next`].
-pub fn further(
+pub(crate) fn further(
     planner: &dyn Planner,
     task: &Task<'_>,
     so_far: &Measurement,

@@ -125,7 +125,7 @@ pub(super) fn entries() -> [Entry<dyn Planner>; 5] {
 
 impl Published {
     /// A planner by this criterion, of materials like those of a prior.
-    pub fn new(criterion: Criterion, prior: PriorFile) -> Self {
+    pub(crate) fn new(criterion: Criterion, prior: PriorFile) -> Self {
         Self { criterion, prior }
     }
 

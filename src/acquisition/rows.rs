@@ -25,7 +25,7 @@ const COMPARED: (f64, f64, f64) = (40_000.0, 1000.0, 2.5e9);
 
 impl Rows {
     /// The first `candidates` of them can be chosen.
-    pub fn new(vectors: DMatrix<f64>, candidates: usize) -> Self {
+    pub(crate) fn new(vectors: DMatrix<f64>, candidates: usize) -> Self {
         Self {
             vectors,
             candidates,
@@ -38,7 +38,12 @@ impl Rows {
 
     /// Some candidates and others up to `n` that make det(ridge + Σ q qᵀ) largest, one by one (D-optimal design): each the one of
     /// the largest qᵀ (ridge + Σ q qᵀ)⁻¹ q, by one more than that the determinant grows.
-    pub fn d_optimal(&self, mut chosen: Vec<usize>, ridge: f64, wanted: Wanted<'_>) -> Vec<usize> {
+    pub(crate) fn d_optimal(
+        &self,
+        mut chosen: Vec<usize>,
+        ridge: f64,
+        wanted: Wanted<'_>,
+    ) -> Vec<usize> {
         let all = &self.vectors;
         let mut inverse = DMatrix::identity(all.nrows(), all.nrows()) / ridge;
         let mut gains: Vec<f64> = all
@@ -106,7 +111,7 @@ impl Rows {
     /// `n` candidates by QR with column pivoting of as many functions as there are poses, the first ones, each normalised
     /// over the candidates: each is the one of which the span of those before leaves most (Businger & Golub 1965; Manohar
     /// et al. 2018).
-    pub fn pivots(&self, wanted: Wanted<'_>) -> Vec<usize> {
+    pub(crate) fn pivots(&self, wanted: Wanted<'_>) -> Vec<usize> {
         let modes = self.vectors.nrows().min(wanted.n + self.given().len());
         let mut modes = self.vectors.rows(0, modes).into_owned();
         for mut mode in modes.row_iter_mut() {
@@ -120,7 +125,7 @@ impl Rows {
     /// `n` candidates by simultaneous orthogonal matching pursuit (Tropp et al. 2006; Miandji et al. 2024): each the one
     /// whose values over some materials, of these coefficients, have the largest sum of squared correlations with what
     /// those before leave of the values at all candidates.
-    pub fn pursuit(&self, materials: &DMatrix<f64>, wanted: Wanted<'_>) -> Vec<usize> {
+    pub(crate) fn pursuit(&self, materials: &DMatrix<f64>, wanted: Wanted<'_>) -> Vec<usize> {
         // Products of values over materials are those of q with a root of the sum of their squares.
         let eigen = (materials * materials.transpose()).symmetric_eigen();
         let roots = eigen.eigenvalues.map(|l| l.max(0.0).sqrt());
@@ -142,7 +147,7 @@ impl Rows {
     /// `n` candidates that make the condition number of the matrix of all small (Nielsen et al. 2015): from the pivots,
     /// and from a random start, poses in random order are each exchanged for the best of 16 random candidates if that is
     /// better, a stated number of times ([`COMPARED`]). The better end of the two.
-    pub fn conditioned(&self, seed: u64, wanted: Wanted<'_>) -> Vec<usize> {
+    pub(crate) fn conditioned(&self, seed: u64, wanted: Wanted<'_>) -> Vec<usize> {
         let given = self.independent();
         let mut random = Random::new(seed).stream(0);
         let mut left: Vec<usize> = (0..self.candidates).collect();

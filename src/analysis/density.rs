@@ -45,7 +45,7 @@ pub fn is_within(pair: &DirectionPair, elevation: f64) -> bool {
 impl Density {
     /// The density of a form's own points with both elevations up to `elevation`, rad, in (0, π/2]; `None` if so few points
     /// are within it that averages are not known to a few hundredths.
-    pub fn new(form: Arc<dyn Parametrization>, elevation: f64) -> Option<Self> {
+    pub(crate) fn new(form: Arc<dyn Parametrization>, elevation: f64) -> Option<Self> {
         let random = Random::new(2);
         let disc = |r: f64, phi: f64| r.sqrt() * DVec2::from_angle(TAU * phi);
         let beside = |i: u64| {
@@ -80,7 +80,7 @@ impl Density {
 
     /// ln of the density at a pair, averaged over half a degree about both directions: 0 where it is that of uniform pairs
     /// of directions. `None` out of the elevation.
-    pub fn log(&self, pair: &DirectionPair) -> Option<f64> {
+    pub(crate) fn log(&self, pair: &DirectionPair) -> Option<f64> {
         if !is_within(pair, self.elevation) {
             return None;
         }
@@ -95,7 +95,7 @@ impl Density {
     }
 
     /// [`log`](Self::log) at its own uniform points: poses that follow it have as much in the mean.
-    pub fn of_own(&self) -> Vec<f64> {
+    pub(crate) fn of_own(&self) -> Vec<f64> {
         let own = (0..POINTS).filter_map(|i| self.point(i)).take(OWN);
         let own: Vec<DirectionPair> = own.map(|(pair, _)| pair).collect();
         let logs = own.par_iter().filter_map(|pair| self.log(pair));

@@ -169,7 +169,7 @@ impl Subset {
     ///
     /// # Panics
     /// If the form has four axes.
-    pub fn new(form: Arc<dyn Parametrization>, ranges: [[f64; 2]; 3]) -> Self {
+    pub(crate) fn new(form: Arc<dyn Parametrization>, ranges: [[f64; 2]; 3]) -> Self {
         assert_eq!(
             form.axes().len(),
             3,
@@ -179,7 +179,7 @@ impl Subset {
     }
 
     /// The form whose coordinates bound it.
-    pub fn form(&self) -> &dyn Parametrization {
+    pub(crate) fn form(&self) -> &dyn Parametrization {
         &*self.form
     }
 
@@ -393,7 +393,7 @@ impl Subset {
     }
 
     /// The part of the box that a machine can reach; the sample may be turned about its normal.
-    pub fn reach(&self, machine: &Machine) -> Reach {
+    pub(crate) fn reach(&self, machine: &Machine) -> Reach {
         let (mut all, mut reached) = (0.0, 0.0);
         let mut axes: Vec<(String, Option<[f64; 2]>)> = machine
             .axes()

@@ -4,7 +4,7 @@ use super::{Effort, Ladder, Row, Section, Settings};
 use crate::error::Error;
 
 /// Who is told how far benches are, and may stop them.
-pub trait Listener {
+pub(crate) trait Listener {
     /// False if they shall stop; asked before every pass.
     fn go_on(&self) -> bool;
 
@@ -22,7 +22,7 @@ pub trait Listener {
 }
 
 /// The ladders of a section.
-pub struct Task {
+pub(crate) struct Task {
     /// The section.
     pub section: &'static Section,
     effort: Effort,
@@ -34,7 +34,7 @@ impl Task {
     ///
     /// # Errors
     /// As [`Section::ladders`].
-    pub fn new(
+    pub(crate) fn new(
         section: &'static Section,
         settings: &Settings,
         listener: &mut dyn Listener,
@@ -61,7 +61,7 @@ impl Task {
     }
 
     /// Seconds that it takes, about.
-    pub fn seconds(&self) -> f64 {
+    pub(crate) fn seconds(&self) -> f64 {
         self.ladders.iter().flat_map(|(_, s)| s).sum()
     }
 
@@ -79,7 +79,7 @@ impl Task {
     ///
     /// # Errors
     /// Those of the listener.
-    pub fn run(&self, listener: &mut dyn Listener) -> Result<Vec<Row>, Error> {
+    pub(crate) fn run(&self, listener: &mut dyn Listener) -> Result<Vec<Row>, Error> {
         let mut rows = Vec::new();
         for (ladder, seconds) in &self.ladders {
             let mut is_done = false;

@@ -20,12 +20,12 @@ const MOST: f64 = 15.0;
 
 impl Effort {
     /// What is known well.
-    pub const USUAL: Self = Self {
+    pub(crate) const USUAL: Self = Self {
         enough: 0.05,
         long: 0.2,
     };
     /// What is known soon.
-    pub const QUICK: Self = Self {
+    pub(crate) const QUICK: Self = Self {
         enough: 0.002,
         long: 0.04,
     };
@@ -72,7 +72,7 @@ pub struct Watch(Cell<f64>);
 
 impl Watch {
     /// Does what is not to be timed.
-    pub fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
+    pub(crate) fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let made = work();
         self.0.set(self.0.get() + start.elapsed().as_secs_f64());
@@ -93,7 +93,7 @@ pub struct Judged {
 
 impl Judged {
     /// Of a rung like others.
-    pub fn new(values: Vec<Value>) -> Self {
+    pub(crate) fn new(values: Vec<Value>) -> Self {
         Self {
             values,
             is_last: false,
@@ -124,7 +124,7 @@ pub struct Rung {
 
 impl Rung {
     /// A rung whose passes make something, which is judged once; either may say why it cannot.
-    pub fn new<T>(
+    pub(crate) fn new<T>(
         setting: impl Into<String>,
         work: f64,
         pass: impl Fn(&Watch) -> Result<T, String> + 'static,
@@ -186,7 +186,7 @@ type Pilot = dyn Fn() -> Result<Vec<[f64; 2]>, String>;
 
 impl Ladder {
     /// A choice whose rungs take in proportion to their work.
-    pub fn new(
+    pub(crate) fn new(
         names: impl IntoIterator<Item = impl Into<String>>,
         rungs: impl IntoIterator<Item = Rung>,
     ) -> Self {

@@ -14,7 +14,7 @@ pub struct Machine {
 
 impl Machine {
     /// The one that runs this.
-    pub fn this() -> Self {
+    pub(crate) fn this() -> Self {
         let info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = info.lines().find(|l| l.starts_with("model name"));
         let name = model.and_then(|l| l.split(':').nth(1));
@@ -44,14 +44,14 @@ pub(super) struct Memory {
 
 impl Memory {
     /// What is held now, and from where on the peak counts; `None` where the system does not tell.
-    pub fn watched() -> Option<Self> {
+    pub(crate) fn watched() -> Option<Self> {
         // Resets the peak (proc(5)); where that is not allowed, the peak is at least no less than it was.
         fs::write("/proc/self/clear_refs", "5").ok()?;
         Self::now()
     }
 
     /// What is held, and was at most.
-    pub fn now() -> Option<Self> {
+    pub(crate) fn now() -> Option<Self> {
         let status = fs::read_to_string("/proc/self/status").ok()?;
         let kib = |key: &str| {
             let line = status.lines().find(|l| l.starts_with(key))?;

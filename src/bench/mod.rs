@@ -15,16 +15,16 @@ mod sections;
 mod table;
 mod value;
 
-pub use engine::{Listener, Task};
-pub use figure::svg;
+pub(crate) use engine::{Listener, Task};
+pub(crate) use figure::svg;
 pub use front::front;
 pub use ladder::{Effort, Judged, Ladder, Rung, Times, Watch};
 pub use machine::Machine;
 pub use reach::{Time, reached};
-pub use row::Row;
+pub(crate) use row::Row;
 pub use sections::all;
-pub use table::{Layout, csv, fronts, json};
-pub use value::Value;
+pub(crate) use table::{Layout, csv, fronts, json};
+pub(crate) use value::Value;
 
 use crate::error::Error;
 use std::path::PathBuf;
@@ -142,7 +142,7 @@ impl Section {
     }
 
     /// The number of a row in a column.
-    pub fn number(&self, row: &Row, column: &str) -> Option<f64> {
+    pub(crate) fn number(&self, row: &Row, column: &str) -> Option<f64> {
         match column {
             "seconds" => Some(row.times.median),
             column => row.values.get(self.place(column)?)?.value,

@@ -18,7 +18,7 @@ pub enum Time {
 
 impl Time {
     /// The number.
-    pub fn seconds(self) -> f64 {
+    pub(crate) fn seconds(self) -> f64 {
         let (Time::Between(s) | Time::AtMost(s) | Time::Beyond(s) | Time::MoreThan(s)) = self;
         s
     }

@@ -17,7 +17,7 @@ pub struct Row {
 
 impl Row {
     /// What it is compared within.
-    pub fn case(&self) -> &str {
+    pub(crate) fn case(&self) -> &str {
         self.names.first().map_or("", String::as_str)
     }
 

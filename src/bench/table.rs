@@ -8,7 +8,7 @@ use serde_json::Value as Json;
 use std::io::{self, Write};
 
 /// Widths of the columns of a table for people.
-pub struct Layout {
+pub(crate) struct Layout {
     section: &'static Section,
     names: Vec<usize>,
 }
@@ -23,7 +23,7 @@ fn shown(x: f64) -> String {
 
 impl Layout {
     /// That of the rows that a task makes.
-    pub fn new(task: &Task) -> Self {
+    pub(crate) fn new(task: &Task) -> Self {
         let section = task.section;
         let mut names: Vec<usize> = section.names.iter().map(|n| n.len()).collect();
         for row in task.names() {
@@ -54,7 +54,7 @@ impl Layout {
     }
 
     /// Title and head of the table.
-    pub fn head(&self, machine: &Machine) -> String {
+    pub(crate) fn head(&self, machine: &Machine) -> String {
         let section = self.section;
         let names: Vec<String> = section.columns.iter().map(|c| c.name.into()).collect();
         format!("{}: {}\n{machine}\n\n", section.name, section.summary)
@@ -62,7 +62,7 @@ impl Layout {
     }
 
     /// A row of it.
-    pub fn row(&self, row: &Row) -> String {
+    pub(crate) fn row(&self, row: &Row) -> String {
         let names: Vec<&str> = row.names.iter().map(String::as_str).collect();
         let times = row.times;
         let spread = format!("{:.2e} to {:.2e}, {}", times.min, times.max, times.repeats);
@@ -84,7 +84,7 @@ impl Layout {
 }
 
 /// The choices on each front, cheapest first; empty of a section without fronts.
-pub fn fronts(section: &Section, rows: &[Row]) -> String {
+pub(crate) fn fronts(section: &Section, rows: &[Row]) -> String {
     let mut out = String::new();
     for diagram in section.diagrams.iter().filter(|d| d.has_front) {
         for case in cases(rows) {
@@ -143,7 +143,7 @@ fn schema<'a>(section: &Section) -> Schema<Placed<'a>> {
 ///
 /// # Errors
 /// Those of writing.
-pub fn csv(
+pub(crate) fn csv(
     section: &Section,
     rows: &[Row],
     machine: &Machine,
@@ -160,7 +160,7 @@ pub fn csv(
 }
 
 /// Rows as JSON objects.
-pub fn json(section: &Section, rows: &[Row]) -> Json {
+pub(crate) fn json(section: &Section, rows: &[Row]) -> Json {
     let schema = schema(section);
     placed(section, rows)
         .map(|row| schema.object(&row))

@@ -11,7 +11,7 @@ pub struct Value {
 
 impl Value {
     /// A number that is known.
-    pub fn exact(value: f64) -> Self {
+    pub(crate) fn exact(value: f64) -> Self {
         Self {
             value: Some(value),
             uncertainty: None,
@@ -19,7 +19,7 @@ impl Value {
     }
 
     /// An estimate.
-    pub fn estimated(value: Option<f64>, uncertainty: Option<f64>) -> Self {
+    pub(crate) fn estimated(value: Option<f64>, uncertainty: Option<f64>) -> Self {
         Self { value, uncertainty }
     }
 }

@@ -61,7 +61,10 @@ pub(super) struct Known<'a> {
 }
 
 impl<'a> Known<'a> {
-    pub fn new(measurement: &'a Measurement, predictive: Option<&'a dyn Predictive>) -> Self {
+    pub(crate) fn new(
+        measurement: &'a Measurement,
+        predictive: Option<&'a dyn Predictive>,
+    ) -> Self {
         Self {
             measurement,
             predictive,

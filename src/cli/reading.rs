@@ -79,12 +79,12 @@ fn half_angles(text: &str) -> Result<[f64; 2], ParameterError> {
 
 impl ReadingArgs {
     /// The value that stands for no reading, beside those that always do.
-    pub fn no_reading(&self) -> Option<f64> {
+    pub(crate) fn no_reading(&self) -> Option<f64> {
         self.no_reading
     }
 
     /// Refuses a file in which so many cells stand for no reading, with `--strict`.
-    pub fn refuse_lost(&self, path: &Path, lost: usize) -> Result<(), Error> {
+    pub(crate) fn refuse_lost(&self, path: &Path, lost: usize) -> Result<(), Error> {
         match self.strict && lost > 0 {
             true => {
                 let message = format!(
@@ -103,7 +103,7 @@ impl ReadingArgs {
     }
 
     /// The readings of one material in several files, with notes on them; there is one file or more.
-    pub fn read_all(&self, paths: &[PathBuf], assume: &Assume) -> Result<Readings, Error> {
+    pub(crate) fn read_all(&self, paths: &[PathBuf], assume: &Assume) -> Result<Readings, Error> {
         let assume = Assume {
             conventions: Conventions {
                 columns: self.columns.clone(),

@@ -23,7 +23,7 @@ pub(super) struct ReadingsFile<'a> {
 
 impl<'a> ReadingsFile<'a> {
     /// A file of the format that was chosen, else of that which its extension says.
-    pub fn new(chosen: Option<Format>, path: &'a Path) -> Result<Self, Error> {
+    pub(crate) fn new(chosen: Option<Format>, path: &'a Path) -> Result<Self, Error> {
         let format = format_of(&WRITE_READINGS, chosen, path)?;
         Ok(Self {
             path,
@@ -33,7 +33,7 @@ impl<'a> ReadingsFile<'a> {
     }
 
     /// Refuses a format that has no place for uncertainties.
-    pub fn for_uncertainties(self) -> Result<Self, Error> {
+    pub(crate) fn for_uncertainties(self) -> Result<Self, Error> {
         if self.format.bare_readings {
             let formats = formats::all().into_iter();
             let names = formats.filter(|f| f.write_readings.is_some() && !f.bare_readings);
@@ -49,7 +49,7 @@ impl<'a> ReadingsFile<'a> {
     }
 
     /// Refuses to replace what is there, unless that is wanted.
-    pub fn refuse_existing(&self, force: bool) -> Result<(), Error> {
+    pub(crate) fn refuse_existing(&self, force: bool) -> Result<(), Error> {
         if !self.is_folder() {
             refuse_unwritable(self.path, force)
         } else if self.path.exists() && !force {
@@ -64,7 +64,7 @@ impl<'a> ReadingsFile<'a> {
     }
 
     /// The files that hold the readings.
-    pub fn files(&self) -> Result<Vec<PathBuf>, Error> {
+    pub(crate) fn files(&self) -> Result<Vec<PathBuf>, Error> {
         if !self.is_folder() {
             return Ok(vec![self.path.into()]);
         }
@@ -90,7 +90,7 @@ impl<'a> ReadingsFile<'a> {
     }
 
     /// Writes the readings, and tells what the format has no place for.
-    pub fn write(
+    pub(crate) fn write(
         &self,
         measurement: &Measurement,
         about: &About,

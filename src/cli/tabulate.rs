@@ -89,17 +89,17 @@ impl Tabulate {
 
 impl TableArgs {
     /// The largest error that is allowed.
-    pub fn tolerance(&self) -> Option<f64> {
+    pub(crate) fn tolerance(&self) -> Option<f64> {
         self.tolerance
     }
 
     /// True if nothing asks for another table than the one there is.
-    pub fn keeps(&self) -> bool {
+    pub(crate) fn keeps(&self) -> bool {
         self.tolerance.is_none() && !self.fill
     }
 
     /// Refuses to fill what is no table.
-    pub fn refuse_fill(&self) -> Result<(), Error> {
+    pub(crate) fn refuse_fill(&self) -> Result<(), Error> {
         match self.fill {
             true => Err(Error::config(
                 "--fill",
@@ -136,7 +136,7 @@ impl TableArgs {
 
     /// Writes a table and prints its errors: that of the first size that meets the tolerance. Returns the table as it is read,
     /// `None` of a format that is not; `place` is who chose the BRDF.
-    pub fn write(
+    pub(crate) fn write(
         &self,
         format: Format,
         brdf: &dyn Brdf,

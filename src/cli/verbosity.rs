@@ -48,7 +48,7 @@ pub(super) fn is_verbose() -> bool {
 
 /// Writes a line to stderr. Where nobody reads stderr any more there is nobody to tell, and no
 /// reason to end otherwise than without that line (`eprintln!` would panic).
-pub fn say(line: &str) {
+pub(crate) fn say(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 

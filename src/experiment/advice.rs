@@ -2,7 +2,7 @@
 
 mod choices;
 
-pub use choices::{Advice, AgainstFirst, Spread};
+pub(crate) use choices::{Advice, AgainstFirst, Spread};
 
 use super::moments::MomentsPlan;
 use super::{Allowance, Failure, Metric, Plan, Row, Source};
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// The choices that are compared, as a config.
-pub const ADVICE: &str = include_str!("../../configs/starters/advise.toml");
+pub(crate) const ADVICE: &str = include_str!("../../configs/starters/advise.toml");
 
 /// The coordinates that planners choose their poses in.
 const OF_PLANNERS: &str = "half-difference";
@@ -26,7 +26,7 @@ const KRIGING: &str = "kriging";
 
 /// What is asked.
 #[derive(Debug)]
-pub struct AdviceSpec {
+pub(crate) struct AdviceSpec {
     /// Poses, or minutes on the instrument.
     pub allowance: Allowance,
     /// A preset or a file; `None`: the instrument without flaws.
@@ -45,7 +45,7 @@ pub struct AdviceSpec {
 
 /// The best choices.
 #[derive(Debug)]
-pub struct Advised {
+pub(crate) struct Advised {
     /// The best first.
     pub choices: Vec<Advice>,
     /// Materials left out of the advice.
@@ -72,7 +72,7 @@ impl AdviceSpec {
     ///
     /// # Errors
     /// Materials of several symmetries; no choice that leaves an error; what reading plans and `run` return.
-    pub fn advise(
+    pub(crate) fn advise(
         &self,
         materials: MomentsPlan,
         mut run: impl FnMut(&Plan) -> Result<(Vec<Row>, Vec<Failure>), Error>,

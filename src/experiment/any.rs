@@ -22,7 +22,7 @@ impl AnyPlan {
     /// Reads a config and puts it together.
     ///
     /// # Errors
-    /// As [`Plan::read`], [`MomentsPlan::read`] and [`RelationsPlan::read`].
+    /// As [`Plan::read`].
     pub fn read(source: &Source) -> Result<Self, Error> {
         Ok(match Kind::of(source)? {
             Kind::Acquisition | Kind::Study => Self::Acquisition(Box::new(Plan::read(source)?)),
@@ -32,7 +32,7 @@ impl AnyPlan {
     }
 
     /// Its materials, and how their moments are taken.
-    pub fn into_moments(self) -> MomentsPlan {
+    pub(crate) fn into_moments(self) -> MomentsPlan {
         match self {
             Self::Moments(plan) => *plan,
             Self::Relations(plan) => plan.base,

@@ -30,12 +30,12 @@ pub struct Coordinates {
 
 impl Coordinates {
     /// Name of the parametrization.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         self.spec.kind
     }
 
     /// Name with warps, for lists: `half-difference theta_h:square-root`.
-    pub fn label(&self) -> String {
+    pub(crate) fn label(&self) -> String {
         if self.spec.warps.is_empty() {
             self.name().into()
         } else {
@@ -77,7 +77,7 @@ pub struct PlannedSet {
 
 impl PlannedSet {
     /// True if its poses are chosen batch by batch, from the readings before: each material has its own.
-    pub fn learns(&self) -> bool {
+    pub(crate) fn learns(&self) -> bool {
         self.set.batch(0, MAX_BUDGET).is_some()
     }
 }
@@ -99,7 +99,7 @@ pub struct Method {
 
 impl Method {
     /// Name with coordinates, for lists: `thin-plate in hybrid`.
-    pub fn label(&self) -> String {
+    pub(crate) fn label(&self) -> String {
         if self.coordinates == OWN {
             self.name.clone()
         } else {
@@ -152,7 +152,7 @@ impl Allowance {
     }
 
     /// True if the text of one, in a row, is of a time.
-    pub fn is_time(text: &str) -> bool {
+    pub(crate) fn is_time(text: &str) -> bool {
         text.ends_with(" minute") || text.ends_with(" minutes")
     }
 }

@@ -62,7 +62,7 @@ const KEYS: [&str; 25] = [
 
 /// An experiment as it was written, defaults filled in.
 #[derive(Debug)]
-pub struct Config<'s> {
+pub(crate) struct Config<'s> {
     /// The text, for the places of later errors.
     pub source: &'s Source,
     /// The keys that are no tables.
@@ -114,7 +114,7 @@ pub struct Reach {
 keys! {
     /// The keys of the top level that are no tables.
     #[derive(PartialEq)]
-    pub struct Scalars {
+    pub(crate) struct Scalars {
         /// The question the experiment asks; for people.
         #[serde(skip_serializing_if = "Option::is_none")]
         question: Option<String> = None;

@@ -108,18 +108,18 @@ pub struct Seconds([f64; Stage::ALL.len()]);
 
 impl Seconds {
     /// All, by the names of stages.
-    pub fn by_stage(&self) -> BTreeMap<String, f64> {
+    pub(crate) fn by_stage(&self) -> BTreeMap<String, f64> {
         let of = |stage: Stage| (stage.name().to_owned(), self.of(stage));
         Stage::ALL.into_iter().map(of).collect()
     }
 
     /// Those of a stage.
-    pub fn of(&self, stage: Stage) -> f64 {
+    pub(crate) fn of(&self, stage: Stage) -> f64 {
         self.0[stage as usize]
     }
 
     /// Adds some to those of a stage.
-    pub fn add(&mut self, stage: Stage, seconds: f64) {
+    pub(crate) fn add(&mut self, stage: Stage, seconds: f64) {
         self.0[stage as usize] += seconds;
     }
 }
@@ -214,7 +214,7 @@ impl Counters {
     }
 
     /// A reconstruction whose evaluations are counted.
-    pub fn reconstruction<'a>(&'a self, brdf: &'a dyn Brdf, stage: Stage) -> impl Brdf + 'a {
+    pub(crate) fn reconstruction<'a>(&'a self, brdf: &'a dyn Brdf, stage: Stage) -> impl Brdf + 'a {
         self.watched(brdf, stage, &[Work::Evaluated])
     }
 
@@ -232,7 +232,7 @@ impl Counters {
     }
 }
 
-/// A material that was built. It can be evaluated only [`at`](Self::at) a stage, so that no evaluation is left out.
+/// A material that was built. It can be evaluated only at a [`Stage`], so that no evaluation is left out.
 pub struct Built {
     brdf: Box<dyn Brdf>,
     /// What an evaluation is counted as.
@@ -265,7 +265,7 @@ impl Built {
     }
 
     /// The material, as a stage evaluates it.
-    pub fn at<'a>(&'a self, counters: &'a Counters, stage: Stage) -> impl Brdf + 'a {
+    pub(crate) fn at<'a>(&'a self, counters: &'a Counters, stage: Stage) -> impl Brdf + 'a {
         counters.watched(&*self.brdf, stage, self.works)
     }
 }

@@ -46,7 +46,7 @@ pub(super) struct Truth {
 
 impl Truth {
     /// Writes what it may be off by under a measure, by number.
-    pub fn write(&self, at: usize, to: &mut Quantities) {
+    pub(crate) fn write(&self, at: usize, to: &mut Quantities) {
         to.set_all(&TruthErrors::QUANTITIES, self.errors.get(at));
     }
 }
@@ -104,7 +104,7 @@ struct Made {
 }
 
 impl<'a> Evaluator<'a> {
-    pub fn new(plan: &'a Plan, counters: &Counters) -> Result<Self, Error> {
+    pub(crate) fn new(plan: &'a Plan, counters: &Counters) -> Result<Self, Error> {
         let set = TestSet::new(&plan.measures, &plan.metrics);
         Ok(Self {
             set: set.map_err(|e| Error::config("metrics", e))?,
@@ -116,7 +116,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// Number of pairs at which the values of a material are kept.
-    pub fn pairs(&self) -> usize {
+    pub(crate) fn pairs(&self) -> usize {
         let probe = self.probe.as_ref().map_or(0, |p| p.pairs().len());
         probe + self.set.candidates(0).max(KEPT)
     }
@@ -133,7 +133,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// Evaluates a material at the first test pairs and probes; what is wrong with it is no reason to stop.
-    pub fn truth(&self, brdf: Built, events: &EventSink<'_, Row>) -> Result<Truth, Stop> {
+    pub(crate) fn truth(&self, brdf: Built, events: &EventSink<'_, Row>) -> Result<Truth, Stop> {
         let counters = &self.counters;
         let at = |stage| brdf.at(counters, stage);
         let (profile, _) = counters.timed(Stage::Moments, || self.profile(&at(Stage::Moments)));
@@ -177,7 +177,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The coverage of the counted test pairs by the poses that have a reading.
-    pub fn coverage(&self, measured: &Measurement) -> Vec<Coverage> {
+    pub(crate) fn coverage(&self, measured: &Measurement) -> Vec<Coverage> {
         let (found, _) = self.counters.timed(Stage::Evaluate, || {
             let all = &self.level(0).pairs;
             let pairs: Vec<_> = Uncovered::counted(all.len()).map(|i| all[i]).collect();
@@ -192,7 +192,7 @@ impl<'a> Evaluator<'a> {
 
     /// Reconstructs a group, whose readings have this coverage, and compares each with its truth, at as many pairs
     /// as each needs; or the reason why there is none.
-    pub fn compared(
+    pub(crate) fn compared(
         &self,
         schedule: &ScheduleKey<'_>,
         members: &[Member<'_>],
@@ -507,7 +507,7 @@ impl Copies {
 
 impl Compared {
     /// Writes the numbers under a measure, by number, and returns its errors.
-    pub fn write(&self, at: usize, to: &mut Quantities) -> Errors {
+    pub(crate) fn write(&self, at: usize, to: &mut Quantities) -> Errors {
         let errors = self.tally.errors(at);
         let whole = match &self.whole {
             Some(whole) => Some(whole.errors(at)),

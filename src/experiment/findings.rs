@@ -151,7 +151,7 @@ impl Findings {
     }
 
     /// Findings on the factor, reference and challenger of `spec`.
-    pub fn asked(rows: &[&Row], band: f64, spec: &ReportSpec) -> Self {
+    pub(crate) fn asked(rows: &[&Row], band: f64, spec: &ReportSpec) -> Self {
         let index = Index::new(rows);
         let first = index.choices.list.first();
         let first = first.map(|c| spec.factor.level(c).to_owned());

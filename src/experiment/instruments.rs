@@ -55,7 +55,7 @@ keys! {
 
 impl Use {
     /// The keys of an `[[instrument]]` and what they mean; one of the first three is needed.
-    pub const KEYS: [(&str, &str); 10] = [
+    pub(crate) const KEYS: [(&str, &str); 10] = [
         ("preset", "one of those below"),
         ("file", "an instrument file, relative to the working folder"),
         ("spec", "the keys of such a file, here"),
@@ -188,7 +188,7 @@ impl PlannedInstrument {
     }
 
     /// Every key with its value.
-    pub fn resolved(&self) -> toml::Table {
+    pub(crate) fn resolved(&self) -> toml::Table {
         let mut table = toml::Table::new();
         match &self.preset {
             Some(preset) => table.insert("preset".into(), preset.clone().into()),

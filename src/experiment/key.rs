@@ -36,7 +36,7 @@ pub(super) struct Identity {
 
 impl Identity {
     /// Reads the files of a material.
-    pub fn of(material: &Material) -> Result<Self, Unreadable> {
+    pub(crate) fn of(material: &Material) -> Result<Self, Unreadable> {
         let inputs = hash(&material.spec.tables().files)?;
         let mut part = Part::new();
         part.feed(&material.name);
@@ -54,7 +54,7 @@ impl Identity {
 
 impl Identity {
     /// Checks that the files are still what was hashed: another program may replace them at any time.
-    pub fn holds(&self) -> Result<(), Unreadable> {
+    pub(crate) fn holds(&self) -> Result<(), Unreadable> {
         for input in &self.inputs {
             let now = hash(std::slice::from_ref(&input.path))?;
             if now[0].blake3 != input.blake3 {
@@ -106,7 +106,7 @@ pub(super) fn pathless(spec: &dyn BrdfSpec) -> toml::Table {
 /// A file that could not be read to be hashed.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {source}", path.display())]
-pub struct Unreadable {
+pub(crate) struct Unreadable {
     path: PathBuf,
     source: std::io::Error,
 }
@@ -167,20 +167,20 @@ fn short(hash: &blake3::Hash) -> String {
 pub(super) struct Part(blake3::Hasher);
 
 impl Part {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let mut part = Self(blake3::Hasher::new());
         part.feed(&RESULTS_REVISION.to_string());
         part
     }
 
     /// Feeds a text with its length before it, so that no two lists of texts hash alike.
-    pub fn feed(&mut self, text: &str) {
+    pub(crate) fn feed(&mut self, text: &str) {
         self.0.update(&(text.len() as u64).to_le_bytes());
         self.0.update(text.as_bytes());
     }
 
     /// Feeds the keys of a member, with what its prior holds instead of where that is.
-    pub fn feed_member(&mut self, mut keys: Keys, prior: Option<&PriorFile>) {
+    pub(crate) fn feed_member(&mut self, mut keys: Keys, prior: Option<&PriorFile>) {
         if let Some(prior) = prior {
             keys.remove("prior");
             self.feed(&prior.content());
@@ -189,13 +189,13 @@ impl Part {
     }
 
     /// The hash with one text more.
-    pub fn with(&self, text: &str) -> blake3::Hash {
+    pub(crate) fn with(&self, text: &str) -> blake3::Hash {
         let mut other = Self(self.0.clone());
         other.feed(text);
         other.finish()
     }
 
-    pub fn finish(self) -> blake3::Hash {
+    pub(crate) fn finish(self) -> blake3::Hash {
         self.0.finalize()
     }
 }

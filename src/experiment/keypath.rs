@@ -5,7 +5,7 @@ use std::fmt;
 
 /// A step from a table or array to what it holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Step {
+pub(crate) enum Step {
     /// The value of a key.
     Key(String),
     /// An element of an array, from 0.
@@ -18,19 +18,19 @@ pub struct KeyPath(pub(super) Vec<Step>);
 
 impl KeyPath {
     /// The path of a top-level key.
-    pub fn of(key: &str) -> Self {
+    pub(crate) fn of(key: &str) -> Self {
         Self::default().key(key)
     }
 
     /// The path of a key in the table at this path.
     #[must_use]
-    pub fn key(&self, key: &str) -> Self {
+    pub(crate) fn key(&self, key: &str) -> Self {
         self.then(Step::Key(key.into()))
     }
 
     /// The path of an element of the array at this path.
     #[must_use]
-    pub fn index(&self, index: usize) -> Self {
+    pub(crate) fn index(&self, index: usize) -> Self {
         self.then(Step::Index(index))
     }
 

@@ -28,7 +28,7 @@ impl Kind {
     ///
     /// # Errors
     /// [`Error::Config`] if the text is no TOML or names another kind.
-    pub fn of(source: &Source) -> Result<Self, Error> {
+    pub(crate) fn of(source: &Source) -> Result<Self, Error> {
         let table = source.table()?;
         let Some(value) = table.get_ref().get("experiment") else {
             return Ok(Self::default());
@@ -48,7 +48,7 @@ impl Kind {
     }
 
     /// True of the kinds that analyse profiles of moments instead of reconstructions.
-    pub fn has_profiles(self) -> bool {
+    pub(crate) fn has_profiles(self) -> bool {
         matches!(self, Kind::Moments | Kind::Relations)
     }
 
@@ -69,7 +69,7 @@ impl Kind {
     ///
     /// # Errors
     /// [`Error::Config`].
-    pub fn require(self, source: &Source) -> Result<(), Error> {
+    pub(crate) fn require(self, source: &Source) -> Result<(), Error> {
         let found = Self::of(source)?;
         if found == self {
             return Ok(());

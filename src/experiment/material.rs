@@ -18,19 +18,19 @@ pub struct Material {
 
 impl Material {
     /// Its kind, which it shares with the materials it is compared with.
-    pub fn group(&self) -> String {
+    pub(crate) fn group(&self) -> String {
         let resolved = self.spec.resolved();
         let kind = resolved.get("kind").and_then(toml::Value::as_str);
         kind.unwrap_or_default().to_owned()
     }
 
     /// True if it has values in R, G, B.
-    pub fn is_coloured(&self) -> bool {
+    pub(crate) fn is_coloured(&self) -> bool {
         self.spec.check(&Channels::Rgb).is_ok()
     }
 
     /// Truth class of its rows: the coordinates it favours. Anisotropic materials are one class, as they are few.
-    pub fn truth(&self) -> &'static str {
+    pub(crate) fn truth(&self) -> &'static str {
         let favours = self.spec.favours();
         if self.symmetry.isotropic || favours == Favours::SphericalTable {
             favours.name()

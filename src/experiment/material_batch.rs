@@ -28,7 +28,7 @@ pub(super) struct MaterialBatch {
 
 impl MaterialBatch {
     /// Reconstructs measurements of one schedule with readings at the same poses.
-    pub fn new(
+    pub(crate) fn new(
         method: &dyn Reconstruct,
         measurements: &[&Measurement],
     ) -> Result<Self, ReconstructError> {
@@ -60,12 +60,16 @@ impl MaterialBatch {
     }
 
     /// Interpolants that were built.
-    pub fn interpolants(&self) -> usize {
+    pub(crate) fn interpolants(&self) -> usize {
         self.interpolants.len()
     }
 
     /// Luminance at some pairs, sr⁻¹, one list per material; an error if the run was cancelled.
-    pub fn evaluate(&self, pairs: &[DirectionPair], go_on: GoOn<'_>) -> Result<Vec<Values>, Stop> {
+    pub(crate) fn evaluate(
+        &self,
+        pairs: &[DirectionPair],
+        go_on: GoOn<'_>,
+    ) -> Result<Vec<Values>, Stop> {
         let mut of_materials = Vec::new();
         for interpolant in &self.interpolants {
             of_materials.extend(self.of(&**interpolant, pairs, go_on)?);

@@ -48,7 +48,7 @@ pub struct SymmetryTable {
 
 impl SymmetryTable {
     /// The symmetries to assume of a BRDF that declares `declared`.
-    pub fn over(self, declared: Symmetry) -> Symmetry {
+    pub(crate) fn over(self, declared: Symmetry) -> Symmetry {
         Symmetry {
             isotropic: self.isotropic.unwrap_or(declared.isotropic),
             reciprocal: self.reciprocal.unwrap_or(declared.reciprocal),

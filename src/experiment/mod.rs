@@ -1,6 +1,5 @@
-//! Experiments: what is written ([`Config`]), what it means ([`Plan`]), and doing it
-//! ([`Experiment::run`]), the only place where all stages meet. Nothing here prints or knows a folder:
-//! an [`Observer`] is told what happens.
+//! Experiments: a config, the [`Plan`] read from it, and its run ([`Experiment::run`]), the only place where
+//! all stages meet. Nothing here prints or writes into a folder: an [`Observer`] receives the events of a run.
 //!
 //! ```
 //! use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source};
@@ -90,34 +89,30 @@ mod tuning;
 mod validate;
 mod wording;
 
-pub use advice::{ADVICE, Advice, AdviceSpec, Advised, AgainstFirst, Spread};
+pub(crate) use advice::{ADVICE, Advice, AdviceSpec, AgainstFirst, Spread};
 pub use any::AnyPlan;
 pub use choices::{
     Allowance, Choice, Coordinates, IDEAL, MAX_BUDGET, Material, Method, OWN, PlannedSet,
 };
-pub use config::{Config, Output, Reach, Scalars, Schedules};
 pub use counts::{Built, Counters, Counts, Seconds, Stage, Work};
 pub use findings::{
     Calibrated, Calibration, Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope,
 };
 pub use instruments::{InstrumentTable, PlannedInstrument, Use, load as load_instrument};
 pub use key::{Expected, Input, RESULTS_REVISION, RowKey, asks_the_same, content, material_key};
-pub use keypath::{KeyPath, Step};
+pub(crate) use keypath::KeyPath;
 pub use kind::{Kind, QuantityGroup};
 pub use materials::{MaterialTable, SymmetryTable, all as materials};
 pub use observer::{ByProduct, Event, Failure, Job, Observer, ScheduleKey, Summary};
 pub use of_readings::{ReadingsSpec, keys_of_file};
-pub use pictures::PictureSpec;
 pub use plan::Plan;
-pub use preview::{Preview, preview};
-pub use question::{Factor, ReportSpec};
+pub(crate) use preview::preview;
+pub(crate) use question::{Factor, ReportSpec};
 pub use record::{Experiment, Extent, Head, Known, Record, Shard, ShardError};
-pub use route::{Route, Router};
+pub(crate) use route::Router;
 pub use row::{Quantities, Row, quantities};
 pub use schedules::{Share, Unit};
-pub use schema::{config_schema, instrument_schema};
+pub(crate) use schema::{config_schema, instrument_schema};
 pub use source::Source;
-pub use tables::Named;
-pub use training::{TuningKeys, TuningTable};
-pub use tuning::{Tuned, Tuning, Wanted};
-pub use validate::MAX_MINUTES;
+pub(crate) use tuning::Tuned;
+pub(crate) use validate::MAX_MINUTES;

@@ -24,7 +24,7 @@ pub struct Job<'a> {
     pub method: &'a Method,
 }
 
-/// A schedule as it is asked for; its budget is found by the [`Router`](super::Router).
+/// A schedule as it is asked for; its budget is found for the readings or minutes of the plan.
 #[derive(Clone, Copy)]
 pub struct ScheduleKey<'a> {
     /// Coordinates in which the sample set is uniform.
@@ -101,8 +101,8 @@ pub enum Event<'a, R> {
     Loaded(&'a Material, &'a str, &'a dyn Brdf),
     /// A schedule was made, and the way of its instrument through it, if it has one.
     Planned(&'a ScheduleKey<'a>, &'a Schedule, Option<&'a Itinerary>),
-    /// A material was reconstructed: the job, the truth, the reconstruction. Told only where a plan
-    /// [asks](super::Output) for pictures of slices.
+    /// A material was reconstructed: the job, the truth, the reconstruction. Only where a plan
+    /// asks for pictures of slices.
     Reconstructed(&'a Job<'a>, &'a dyn Brdf, &'a dyn Brdf),
     /// Records were made.
     Made(&'a [R]),
@@ -155,7 +155,7 @@ pub(super) struct EventSink<'o, R> {
 }
 
 impl<'o, R> EventSink<'o, R> {
-    pub fn new(observer: &'o mut dyn Observer<R>) -> Self {
+    pub(crate) fn new(observer: &'o mut dyn Observer<R>) -> Self {
         Self {
             observer,
             summary: Summary::default(),
@@ -164,20 +164,20 @@ impl<'o, R> EventSink<'o, R> {
     }
 
     /// Emits the beginning of a step; an error if the observer has cancelled.
-    pub fn doing(&mut self, what: &dyn fmt::Display) -> Result<(), Stop> {
+    pub(crate) fn doing(&mut self, what: &dyn fmt::Display) -> Result<(), Stop> {
         self.go_on()?;
         Ok(self.observer.observe(&Event::Doing(what))?)
     }
 
     /// Returns an error if the observer has cancelled.
-    pub fn go_on(&self) -> Result<(), Stop> {
+    pub(crate) fn go_on(&self) -> Result<(), Stop> {
         if self.observer.cancelled() {
             return Err(Stop::Cancelled);
         }
         Ok(())
     }
 
-    pub fn made(&mut self, records: &[R]) -> Result<(), Stop> {
+    pub(crate) fn made(&mut self, records: &[R]) -> Result<(), Stop> {
         if records.is_empty() {
             return Ok(());
         }
@@ -185,14 +185,14 @@ impl<'o, R> EventSink<'o, R> {
         Ok(self.observer.observe(&Event::Made(records))?)
     }
 
-    pub fn complete(&mut self, records: &[&R]) -> Result<(), Stop> {
+    pub(crate) fn complete(&mut self, records: &[&R]) -> Result<(), Stop> {
         if records.is_empty() {
             return Ok(());
         }
         Ok(self.observer.observe(&Event::Complete(records))?)
     }
 
-    pub fn failed(&mut self, job: String, reason: String, jobs: usize) -> Result<(), Stop> {
+    pub(crate) fn failed(&mut self, job: String, reason: String, jobs: usize) -> Result<(), Stop> {
         let failure = Failure { job, reason, jobs };
         self.observer.observe(&Event::Failed(&failure))?;
         self.summary.failures.push(failure);
@@ -200,7 +200,7 @@ impl<'o, R> EventSink<'o, R> {
     }
 
     /// The value of a result; a failure of `jobs` is emitted, and is `None`.
-    pub fn or_failed<T>(
+    pub(crate) fn or_failed<T>(
         &mut self,
         job: &str,
         made: Result<T, Stop>,
@@ -216,7 +216,7 @@ impl<'o, R> EventSink<'o, R> {
     }
 
     /// The same of so many jobs of each material.
-    pub fn or_all_failed<'m, T>(
+    pub(crate) fn or_all_failed<'m, T>(
         &mut self,
         made: Result<T, Stop>,
         materials: impl Iterator<Item = &'m Material>,
@@ -237,7 +237,7 @@ impl<'o, R> EventSink<'o, R> {
 
     /// Hashes the files of a material; `None`, and the failure of so many jobs told, if one cannot
     /// be read.
-    pub fn identified(
+    pub(crate) fn identified(
         &mut self,
         material: &Material,
         jobs: usize,
@@ -255,7 +255,7 @@ impl<'o, R> EventSink<'o, R> {
 
     /// Builds a material from the files that were hashed; `None`, and the failure of so many jobs
     /// told, if that cannot be done.
-    pub fn built(
+    pub(crate) fn built(
         &mut self,
         material: &Material,
         identity: &Identity,
@@ -279,19 +279,24 @@ impl<'o, R> EventSink<'o, R> {
     }
 
     /// Tells of a material that was built, whose pictures may be drawn then.
-    pub fn loaded(&mut self, material: &Material, key: &str, brdf: &Built) -> Result<(), Stop> {
+    pub(crate) fn loaded(
+        &mut self,
+        material: &Material,
+        key: &str,
+        brdf: &Built,
+    ) -> Result<(), Stop> {
         let shown = brdf.at(&self.counters, Stage::Pictures);
         let event = Event::Loaded(material, key, &shown);
         let tell = || self.observer.observe(&event);
         Ok(self.counters.timed(Stage::Pictures, tell).0?)
     }
 
-    pub fn advanced(&mut self, work: f64) -> Result<(), Stop> {
+    pub(crate) fn advanced(&mut self, work: f64) -> Result<(), Stop> {
         Ok(self.observer.observe(&Event::Advanced(work))?)
     }
 
     /// The summary of a run that ended, or the error that ended it.
-    pub fn ended(mut self, result: Result<(), Stop>) -> Result<Summary, Error> {
+    pub(crate) fn ended(mut self, result: Result<(), Stop>) -> Result<Summary, Error> {
         self.summary.counts = self.counters.counts();
         self.summary.seconds = self.counters.seconds();
         match result {

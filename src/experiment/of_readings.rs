@@ -88,7 +88,7 @@ pub fn keys_of_file(path: &Path) -> Option<registry::Keys> {
 
 impl ReadingsSpec {
     /// The table of a material that is a file of readings, with every other key at its default.
-    pub fn of(file: PathBuf) -> registry::Keys {
+    pub(crate) fn of(file: PathBuf) -> registry::Keys {
         let mut keys = registry::Keys::new();
         keys.insert("kind".into(), KIND.into());
         keys.insert("file".into(), file.to_string_lossy().into_owned().into());

@@ -78,7 +78,7 @@ impl PictureSpec {
     }
 
     /// Every key with its value.
-    pub fn resolved(&self) -> toml::Table {
+    pub(crate) fn resolved(&self) -> toml::Table {
         let mut table = section(self);
         table.insert("lighting".into(), self.lighting.resolved().into());
         table

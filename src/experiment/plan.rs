@@ -88,7 +88,7 @@ impl Plan {
     /// # Errors
     /// [`Error::Config`] for values that are not allowed or do not fit each other, [`Error::Data`]
     /// for files that cannot be used.
-    pub fn new(config: Config<'_>) -> Result<Self, Error> {
+    pub(crate) fn new(config: Config<'_>) -> Result<Self, Error> {
         let source = config.source;
         let numbers = Numbers::of(&config)?;
         distinct(source, "measures", &config.scalars.measures, |m| m.name())?;
@@ -185,7 +185,7 @@ impl Plan {
     /// Reads a config and puts it together.
     ///
     /// # Errors
-    /// As [`Config::read`] and [`new`](Self::new).
+    /// If the config is no TOML, has a key or value that is not allowed, or its keys contradict each other.
     pub fn read(source: &Source) -> Result<Self, Error> {
         Self::new(Config::read(source)?)
     }
@@ -196,7 +196,7 @@ impl Plan {
     }
 
     /// All allowances: budgets, then readings, then times.
-    pub fn allowances(&self) -> Vec<Allowance> {
+    pub(crate) fn allowances(&self) -> Vec<Allowance> {
         let budgets = self.budgets.iter().copied().map(Allowance::Poses);
         let readings = self.readings.iter().copied().map(Allowance::Readings);
         let minutes = self.minutes.iter().copied().map(Allowance::Minutes);

@@ -10,7 +10,7 @@ use crate::brdf::Brdf;
 use crate::error::Error;
 
 /// A reconstruction that is drawn.
-pub struct Preview {
+pub(crate) struct Preview {
     /// The reconstruction.
     pub brdf: Box<dyn Brdf>,
     /// Name of the method.
@@ -25,7 +25,7 @@ pub struct Preview {
 ///
 /// # Errors
 /// [`Error::Internal`] for coordinates that were checked.
-pub fn preview(
+pub(crate) fn preview(
     plan: &Plan,
     material: &Material,
     brdf: &dyn Brdf,

@@ -31,7 +31,7 @@ named! {
 
 impl Factor {
     /// Its value in a choice.
-    pub fn level(self, choice: &Choice) -> &str {
+    pub(crate) fn level(self, choice: &Choice) -> &str {
         match self {
             Factor::Parametrization => &choice.parametrization,
             Factor::Warp => &choice.warp,

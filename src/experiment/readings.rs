@@ -23,7 +23,7 @@ pub(super) struct Readings {
 
 impl Readings {
     /// Measures a BRDF along a route; the noise depends on the seed.
-    pub fn take(
+    pub(crate) fn take(
         brdf: &dyn Brdf,
         route: &Route,
         seed: u64,
@@ -45,7 +45,7 @@ impl Readings {
     }
 
     /// Counts poses that were asked for, and readings; of both measurements.
-    pub fn count(&self, counters: &Counters) {
+    pub(crate) fn count(&self, counters: &Counters) {
         for measured in std::iter::once(&self.measured).chain(&self.whole) {
             counters.add(Stage::Measure, Work::Poses, measured.outcomes.len());
             counters.add(Stage::Measure, Work::Readings, measured.readings());

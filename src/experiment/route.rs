@@ -28,7 +28,7 @@ const HOPELESS: usize = 4096;
 
 /// A schedule that was found for a [`ScheduleKey`], and how its instrument goes through it.
 #[derive(Clone)]
-pub struct Route {
+pub(crate) struct Route {
     /// Distinct configurations it may have: those that were allowed, or the most whose schedule
     /// has at most the allowed readings or takes at most the allowed minutes.
     pub budget: usize,
@@ -46,7 +46,7 @@ pub struct Route {
 
 impl Route {
     /// The visits of the instrument; `None` of the ideal one.
-    pub fn itinerary(&self) -> Option<&Itinerary> {
+    pub(crate) fn itinerary(&self) -> Option<&Itinerary> {
         self.tour.as_ref().map(|tour| &*tour.itinerary)
     }
 }
@@ -60,7 +60,7 @@ pub(super) struct Tour {
 
 impl Tour {
     /// The readings of a BRDF along the tour; the noise depends on the seed.
-    pub fn measure(
+    pub(crate) fn measure(
         &self,
         brdf: &dyn Brdf,
         schedule: &Arc<Schedule>,
@@ -105,7 +105,7 @@ struct TourKey {
 
 /// Makes routes and keeps what they share.
 #[derive(Default)]
-pub struct Router {
+pub(crate) struct Router {
     /// Where schedules and tours are counted.
     pub(super) counters: Counters,
     /// Budgets found, by set, name of the instrument, allowance and seed.
@@ -126,7 +126,7 @@ pub struct Router {
 
 impl Router {
     /// A router that counts what it makes.
-    pub fn counting(counters: &Counters) -> Self {
+    pub(crate) fn counting(counters: &Counters) -> Self {
         Self {
             counters: counters.clone(),
             ..Self::default()
@@ -137,7 +137,7 @@ impl Router {
     ///
     /// # Errors
     /// [`Error::Infeasible`] if no schedule fits or no pose is reachable.
-    pub fn find(&mut self, key: &ScheduleKey<'_>) -> Result<Route, Error> {
+    pub(crate) fn find(&mut self, key: &ScheduleKey<'_>) -> Result<Route, Error> {
         self.found(key, false)
     }
 
@@ -433,7 +433,7 @@ fn too_few(allowance: Allowance) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::{Config, Plan, Source};
+    use crate::experiment::{Plan, Source, config::Config};
     use search::FIRST;
 
     /// Routes of the only set of a config, twice: for every instrument, allowance and seed.

@@ -268,7 +268,7 @@ impl Row {
 
     /// Seconds of computing behind this row, were it the only one: choosing the poses, measuring (where that is
     /// simulated), reconstructing, evaluating; `None` if the timings of the run are lost.
-    pub fn seconds(&self) -> Option<f64> {
+    pub(crate) fn seconds(&self) -> Option<f64> {
         let measured = self.plan_seconds? + self.measure_seconds?;
         Some(measured + self.reconstruct_seconds? + self.evaluate_seconds?)
     }

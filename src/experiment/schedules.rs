@@ -110,12 +110,12 @@ impl Plan {
     }
 
     /// Number of reconstructions of one material in some units.
-    pub fn jobs_of(&self, units: &[Unit]) -> usize {
+    pub(crate) fn jobs_of(&self, units: &[Unit]) -> usize {
         units.iter().map(|u| self.methods_on(u).len()).sum()
     }
 
     /// Number of reconstructions of a complete run.
-    pub fn jobs(&self) -> usize {
+    pub(crate) fn jobs(&self) -> usize {
         self.jobs_of(&self.units()) * self.materials.len()
     }
 
@@ -125,7 +125,7 @@ impl Plan {
     }
 
     /// A schedule for materials of some symmetries.
-    pub fn schedule_key(&self, unit: &Unit, symmetry: Symmetry) -> ScheduleKey<'_> {
+    pub(crate) fn schedule_key(&self, unit: &Unit, symmetry: Symmetry) -> ScheduleKey<'_> {
         ScheduleKey {
             coordinates: &self.parametrizations[unit.coordinates],
             symmetry,
@@ -212,7 +212,7 @@ pub struct Share {
 
 impl Share {
     /// True if the material at a position is drawn by this part, and by no other.
-    pub fn draws(&self, position: usize) -> bool {
+    pub(crate) fn draws(&self, position: usize) -> bool {
         self.materials.has(position) && self.group.has(position / self.materials.of)
     }
 }

@@ -36,7 +36,7 @@ const MOST_REQUIRED: usize = 24;
 const DEEPEST: usize = 12;
 
 /// Schema of configs.
-pub fn config_schema() -> Json {
+pub(crate) fn config_schema() -> Json {
     let mut asked = Asked::default();
     let kinds = [
         (&[Kind::Acquisition, Kind::Study][..], Kind::Acquisition),
@@ -78,7 +78,7 @@ fn is_merl(member: &&Json) -> bool {
 }
 
 /// Schema of instrument files.
-pub fn instrument_schema() -> Json {
+pub(crate) fn instrument_schema() -> Json {
     let mut asked = Asked::default();
     let root = asked.instrument();
     asked.finish("gonio instrument", root)

@@ -59,17 +59,17 @@ impl Source {
     }
 
     /// The file's name, as the user wrote it.
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
     /// The text as it is in the file.
-    pub fn original(&self) -> &str {
+    pub(crate) fn original(&self) -> &str {
         &self.original
     }
 
     /// The overrides, as the user wrote them.
-    pub fn edits(&self) -> Vec<String> {
+    pub(crate) fn edits(&self) -> Vec<String> {
         let mut labels: Vec<String> = self.edits.iter().map(|e| e.label.clone()).collect();
         labels.dedup();
         labels
@@ -178,7 +178,7 @@ impl Source {
 
     /// File and line of a path, or the option that set it; for a path that is not written anywhere
     /// (its value is a default), the place of the innermost table that is.
-    pub fn place(&self, path: &KeyPath) -> String {
+    pub(crate) fn place(&self, path: &KeyPath) -> String {
         let original = spots(&self.original);
         let mut path = path.clone();
         while !path.0.is_empty() {

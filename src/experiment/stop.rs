@@ -17,7 +17,7 @@ pub(super) enum Stop {
 pub(super) type GoOn<'a> = &'a dyn Fn() -> Result<(), Stop>;
 
 impl Stop {
-    pub fn failed(reason: impl fmt::Display) -> Self {
+    pub(crate) fn failed(reason: impl fmt::Display) -> Self {
         Stop::Failed(reason.to_string())
     }
 }

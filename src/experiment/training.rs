@@ -17,7 +17,7 @@ use std::sync::Arc;
 keys! {
     /// The keys of `[tuning]` that are no materials.
     #[derive(PartialEq)]
-    pub struct TuningKeys {
+    pub(crate) struct TuningKeys {
         /// Distribution of the pairs at which reconstructions are compared with the truth.
         measure: Measure = Measure::Lobe;
         /// Number of these pairs.
@@ -27,7 +27,7 @@ keys! {
 
 /// `[tuning]` of a config.
 #[derive(Debug)]
-pub struct TuningTable {
+pub(crate) struct TuningTable {
     keys: TuningKeys,
     materials: Vec<MaterialTable>,
 }

@@ -103,7 +103,7 @@ pub struct Tuned {
 
 impl Tuned {
     /// Adds the ratios of grids that have none yet.
-    pub fn add(to: &mut Vec<Self>, others: Vec<Self>) {
+    pub(crate) fn add(to: &mut Vec<Self>, others: Vec<Self>) {
         for other in others {
             if to.iter().all(|t| t.grid != other.grid) {
                 to.push(other);
@@ -132,7 +132,7 @@ impl Tuning {
     }
 
     /// The ratios so far, in the order they were found.
-    pub fn found(&self) -> Vec<Tuned> {
+    pub(crate) fn found(&self) -> Vec<Tuned> {
         let found = self.memory.found.lock();
         found.unwrap_or_else(PoisonError::into_inner).clone()
     }

@@ -79,7 +79,7 @@ impl Numbers {
 }
 
 /// The longest time a schedule may be asked to take: a year.
-pub const MAX_MINUTES: f64 = 525_600.0;
+pub(crate) const MAX_MINUTES: f64 = 525_600.0;
 
 pub(super) fn check_metrics(config: &Config<'_>) -> Result<(), Error> {
     let base = KeyPath::of("metrics");

@@ -16,7 +16,7 @@ mod text;
 
 pub use choice::{FormatError, Use, files_in, of_name, of_text};
 pub use readings::{Readings, load_all_readings, load_readings, read_readings};
-pub use sheet::CSV;
+pub(crate) use sheet::CSV;
 pub use tables::MERL;
 
 use crate::brdf::{Brdf, BrdfSpec, measured};
@@ -27,7 +27,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// The material that a table is.
-pub type ReadTable = fn(PathBuf) -> Box<dyn BrdfSpec>;
+pub(crate) type ReadTable = fn(PathBuf) -> Box<dyn BrdfSpec>;
 
 /// How a BRDF is tabulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,25 +43,25 @@ pub struct Tabulation {
 pub type WriteTable = fn(&dyn Brdf, Tabulation, &Path) -> Result<usize, TableError>;
 
 /// Pairs that the table of a BRDF is made of, by its size.
-pub type TablePairs = fn(&dyn Brdf, usize) -> Result<u64, TableError>;
+pub(crate) type TablePairs = fn(&dyn Brdf, usize) -> Result<u64, TableError>;
 
 /// The bytes of a file, and its name in messages.
-pub type AsText = fn(&[u8], &str) -> Result<String, FileError>;
+pub(crate) type AsText = fn(&[u8], &str) -> Result<String, FileError>;
 
 /// Text, its name in messages, and what is taken for granted.
-pub type ReadSchedule = fn(&str, &str, &Assume) -> Result<ScheduleFile, FileError>;
+pub(crate) type ReadSchedule = fn(&str, &str, &Assume) -> Result<ScheduleFile, FileError>;
 
 /// Poses, which of them, and the order of the rows.
 pub type WriteSchedule = fn(&Schedule, Sequence<'_>, &mut dyn Write) -> io::Result<()>;
 
 /// Text, its name in messages, and what is taken for granted; see [`read_readings`].
-pub type ReadReadings = fn(&str, &str, &Assume) -> Result<Readings, FileError>;
+pub(crate) type ReadReadings = fn(&str, &str, &Assume) -> Result<Readings, FileError>;
 
 /// Readings, where they come from, and the order of the rows.
 pub type WriteReadings = fn(&Measurement, &About, Sequence<'_>, &mut dyn Write) -> io::Result<()>;
 
 /// The light that a panorama is.
-pub type ReadEnvironment = fn(PathBuf) -> Box<dyn LightingSpec>;
+pub(crate) type ReadEnvironment = fn(PathBuf) -> Box<dyn LightingSpec>;
 
 /// Formats that tables are read from.
 pub const READ_TABLE: Use<ReadTable> = Use::new("tables", |f| f.read_table);
@@ -82,14 +82,14 @@ pub const READ_READINGS: Use<ReadReadings> = Use::new("readings", |f| f.read_rea
 pub const WRITE_READINGS: Use<WriteReadings> = Use::new("readings", |f| f.write_readings);
 
 /// Formats that anything is written in.
-pub const WRITE: Use<()> = Use::new("tables, readings and schedules", |f| {
+pub(crate) const WRITE: Use<()> = Use::new("tables, readings and schedules", |f| {
     let is_written =
         f.write_table.is_some() || f.write_readings.is_some() || f.write_schedule.is_some();
     is_written.then_some(())
 });
 
 /// Formats that environment maps are read from.
-pub const READ_ENVIRONMENT: Use<ReadEnvironment> =
+pub(crate) const READ_ENVIRONMENT: Use<ReadEnvironment> =
     Use::new("environment maps", |f| f.read_environment);
 
 /// One file format; a use without a function is one that it has not.
@@ -161,7 +161,7 @@ impl Format {
     }
 
     /// The text that the bytes of a file of poses or readings stand for; `None` if they are none.
-    pub fn text_of(&self, bytes: Vec<u8>) -> Option<String> {
+    pub(crate) fn text_of(&self, bytes: Vec<u8>) -> Option<String> {
         match self.as_text {
             Some(as_text) => as_text(&bytes, self.name).ok(),
             None => String::from_utf8(bytes).ok(),

@@ -12,7 +12,7 @@ const READ: ReadEnvironment = |path| {
 };
 
 /// OpenEXR.
-pub const EXR: Format = Format {
+pub(crate) const EXR: Format = Format {
     name: "exr",
     extensions: &["exr"],
     summary: "OpenEXR panorama with R, G, B or Y",
@@ -21,7 +21,7 @@ pub const EXR: Format = Format {
 };
 
 /// Radiance HDR.
-pub const HDR: Format = Format {
+pub(crate) const HDR: Format = Format {
     name: "hdr",
     extensions: &["hdr"],
     summary: "Radiance panorama",

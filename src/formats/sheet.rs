@@ -28,7 +28,7 @@ macro_rules! rows {
 }
 
 /// Comma-separated values.
-pub const CSV: Format = Format {
+pub(crate) const CSV: Format = Format {
     name: "csv",
     extensions: &["csv"],
     summary: "comma-separated values with a commented header",
@@ -37,7 +37,7 @@ pub const CSV: Format = Format {
 };
 
 /// One JSON object a line.
-pub const JSON_LINES: Format = Format {
+pub(crate) const JSON_LINES: Format = Format {
     name: "json-lines",
     extensions: &["jsonl", "ndjson"],
     summary: "one JSON object a line, the first one the header",
@@ -47,7 +47,7 @@ pub const JSON_LINES: Format = Format {
 
 /// Arrays of NumPy.
 #[cfg(feature = "arrays")]
-pub const NPZ: Format = Format {
+pub(crate) const NPZ: Format = Format {
     name: "npz",
     extensions: &["npz"],
     summary: "an array of NumPy a column, and unit vectors of light and sensor",

@@ -24,7 +24,7 @@ pub const MERL: Format = Format {
 };
 
 /// Anisotropic tables over the angles of light and sensor, of the UTIA database.
-pub const UTIA: Format = Format {
+pub(crate) const UTIA: Format = Format {
     name: "utia",
     extensions: &["bin"],
     summary: "anisotropic, over elevations to 75° and azimuths",
@@ -39,7 +39,7 @@ pub const UTIA: Format = Format {
 };
 
 /// Tables that follow the visible normals, isotropic or not, of the RGL database.
-pub const RGL: Format = Format {
+pub(crate) const RGL: Format = Format {
     name: "rgl",
     extensions: &["bsdf"],
     summary: "over visible normals, for Mitsuba and pbrt; R, G, B or wavelengths",
@@ -54,7 +54,7 @@ pub const RGL: Format = Format {
 };
 
 /// Isotropic tensor trees of Radiance, which are fine where the BRDF changes.
-pub const TENSOR_TREE: Format = Format {
+pub(crate) const TENSOR_TREE: Format = Format {
     name: "tensor-tree",
     extensions: &["xml"],
     summary: "isotropic, for the material BSDF of Radiance: TensorTree3, luminance or R, G, B",
@@ -74,7 +74,7 @@ pub const TENSOR_TREE: Format = Format {
 };
 
 /// Isotropic tables about the mirror direction, of OpticStudio (Zemax).
-pub const ZEMAX: Format = Format {
+pub(crate) const ZEMAX: Format = Format {
     name: "zemax",
     extensions: &["zbsdf"],
     summary: "isotropic, about the mirror direction, text of OpticStudio (Zemax); luminance, R, G, B or one wavelength",
@@ -92,7 +92,7 @@ pub const ZEMAX: Format = Format {
 };
 
 /// Isotropic tables over elevations and the angle between azimuths, of the Material Definition Language.
-pub const MDL: Format = Format {
+pub(crate) const MDL: Format = Format {
     name: "mdl",
     extensions: &["mbsdf"],
     summary: "isotropic, over elevations, for MDL (Omniverse, Iray); luminance, R, G, B or one wavelength",

@@ -11,7 +11,7 @@ fn doubts(assume: &Assume) -> bool {
 }
 
 /// Readings in the coordinates that `#PARAM_IN` names, of the ALTA library.
-pub const ALTA: Format = Format {
+pub(crate) const ALTA: Format = Format {
     name: "alta",
     extensions: &["alta"],
     summary: "text of the ALTA library, known by its line #DIM",
@@ -36,7 +36,7 @@ pub const ALTA: Format = Format {
 };
 
 /// Readings over the angles of light and scatter, after ASTM E1392.
-pub const ASTM: Format = Format {
+pub(crate) const ASTM: Format = Format {
     name: "astm",
     extensions: &["astm"],
     summary: "text after ASTM E1392, known by its line VARS; radians",
@@ -53,7 +53,7 @@ pub const ASTM: Format = Format {
 };
 
 /// Readings of one light direction a file, of the gonio-photometers of pab.
-pub const PAB: Format = Format {
+pub(crate) const PAB: Format = Format {
     name: "pab-opto",
     extensions: &["pab"],
     summary: "text of pab-opto, known by its line #format: theta phi, for pabopto2bsdf of Radiance; one light a file",

@@ -17,7 +17,7 @@ pub(crate) struct PairBlock {
 impl PairBlock {
     /// A block of any pairs.
     #[inline(always)]
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             components: [[0.0; BLOCK]; 6],
         }
@@ -48,14 +48,14 @@ impl PairBlock {
 
     /// True if a direction of pair `j` is not above the horizon.
     #[inline(always)]
-    pub fn is_below(&self, j: usize) -> bool {
+    pub(crate) fn is_below(&self, j: usize) -> bool {
         let [_, _, iz, _, _, oz] = &self.components;
         !((iz[j] > 0.0) & (oz[j] > 0.0))
     }
 
     /// ω_i and ω_o of pair `j`.
     #[inline(always)]
-    pub fn vectors(&self, j: usize) -> [DVec3; 2] {
+    pub(crate) fn vectors(&self, j: usize) -> [DVec3; 2] {
         let [ix, iy, iz, ox, oy, oz] = &self.components;
         [
             DVec3::new(ix[j], iy[j], iz[j]),

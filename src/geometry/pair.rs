@@ -21,7 +21,7 @@ impl DirectionPair {
 
     /// A number by which pairs can be sorted by light, then by sensor: azimuth before elevation of the sensor, as arms scan; angles
     /// to nine digits, which are the same in files of other units.
-    pub fn rank(&self) -> [i64; 4] {
+    pub(crate) fn rank(&self) -> [i64; 4] {
         let [i, o] = [self.omega_i, self.omega_o].map(|d| [d.theta(), d.phi()]);
         [i[0], i[1], o[1], o[0]].map(|angle| (angle * 1e9).round() as i64)
     }

@@ -62,7 +62,7 @@ impl Symmetry {
 
     /// The same of a material that is isotropic, or is not.
     #[must_use]
-    pub const fn with_isotropy(self, isotropic: bool) -> Self {
+    pub(crate) const fn with_isotropy(self, isotropic: bool) -> Self {
         Self { isotropic, ..self }
     }
 

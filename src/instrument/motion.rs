@@ -98,11 +98,6 @@ impl Motion {
         &self.rest
     }
 
-    /// Sum of the exposures of one pose, s.
-    pub fn exposure_seconds(&self) -> f64 {
-        self.exposure
-    }
-
     /// The visits of a path in its order, with their times, after those before, where axes and clock go on. Its
     /// numbers are those of poses.
     pub fn timed(&self, schedule: &Schedule, before: Vec<Visit>, path: &[Stop]) -> Vec<Visit> {

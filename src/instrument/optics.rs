@@ -148,7 +148,7 @@ impl Optics {
 
     /// ⟨cos θ_i⟩ over both whole apertures, what is below the horizon counting as 0: the signal of a
     /// perfect diffuser, times π.
-    pub fn cosine(&self, pair: &DirectionPair) -> f64 {
+    pub(crate) fn cosine(&self, pair: &DirectionPair) -> f64 {
         let [light, sensor] = [
             Disk::new(pair.omega_i, self.source),
             Disk::new(pair.omega_o, self.detector),

@@ -34,7 +34,7 @@ named! {
 
 impl Order {
     /// One-line description for lists.
-    pub fn summary(self) -> &'static str {
+    pub(crate) fn summary(self) -> &'static str {
         match self {
             Order::AsGenerated => "as the schedule numbers them",
             Order::Sorted => "back and forth along the quickest axis, in rows of the others",

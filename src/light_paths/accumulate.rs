@@ -10,7 +10,7 @@ use smallvec::smallvec;
 
 /// Paths that are averaged: what each of them gave to the classes.
 #[derive(Clone, Debug)]
-pub struct Bounces {
+pub(crate) struct Bounces {
     sums: [ChannelValues; CLASSES],
     /// Of the path that is followed.
     path: [ChannelValues; CLASSES],
@@ -21,7 +21,7 @@ pub struct Bounces {
 
 impl Bounces {
     /// No paths.
-    pub fn new(channels: usize) -> Self {
+    pub(crate) fn new(channels: usize) -> Self {
         let none = || [(); CLASSES].map(|()| smallvec![0.0; channels]);
         Self {
             sums: none(),
@@ -33,7 +33,7 @@ impl Bounces {
 
     /// Adds what light of `bounces` facets (from 1 on) brings, one value a channel, to the path that is followed.
     #[inline]
-    pub fn add(&mut self, bounces: usize, values: impl Iterator<Item = f64>) {
+    pub(crate) fn add(&mut self, bounces: usize, values: impl Iterator<Item = f64>) {
         let class = &mut self.path[bounces.min(CLASSES) - 1];
         for (sum, value) in class.iter_mut().zip(values) {
             *sum += value;
@@ -41,7 +41,7 @@ impl Bounces {
     }
 
     /// Ends the path; `luminance` is that of the channels. Returns the luminance of each class and of their sum.
-    pub fn end(&mut self, luminance: impl Fn(&[f64]) -> f64) -> [f64; CLASSES + 1] {
+    pub(crate) fn end(&mut self, luminance: impl Fn(&[f64]) -> f64) -> [f64; CLASSES + 1] {
         self.paths += 1;
         let n = self.paths as f64;
         let mut whole = 0.0;
@@ -70,7 +70,7 @@ impl Bounces {
 
     /// Means and standard errors, of paths in the channels `followed`, for a scene in `channels`; an error of one path is
     /// infinite where it brought light.
-    pub fn split(&self, followed: &Channels, channels: &Channels) -> Split {
+    pub(crate) fn split(&self, followed: &Channels, channels: &Channels) -> Split {
         let n = self.paths as f64;
         let error = |[mean, square]: [f64; 2]| match self.paths {
             0 | 1 if mean == 0.0 => 0.0,

@@ -136,7 +136,7 @@ impl FacetsSpec {
     }
 
     /// A piece of a material's label, e.g. `diffuse-0.8`; the usual conductor goes without saying.
-    pub fn label(&self) -> Option<String> {
+    pub(crate) fn label(&self) -> Option<String> {
         match self {
             FacetsSpec::Mirror(fresnel) if *fresnel == FresnelSpec::default() => None,
             FacetsSpec::Mirror(fresnel) => Some(fresnel.label()),

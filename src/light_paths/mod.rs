@@ -28,7 +28,6 @@ mod trace;
 mod transport;
 mod walk;
 
-pub use accumulate::Bounces;
 pub use facets::{DiffuseSpec, FacetsSpec, all as facets, read as read_facets};
 #[cfg(feature = "surfaces")]
 pub use micro::{ENTRY as MICRO_SURFACE, MicroSurface, MicroSurfaceSpec};

@@ -75,7 +75,7 @@ impl Hit {
     }
 
     /// Direction of the ray that came.
-    pub fn direction(&self) -> DVec3 {
+    pub(crate) fn direction(&self) -> DVec3 {
         self.ray.direction
     }
 
@@ -135,13 +135,13 @@ impl Tracer {
     }
 
     /// The heights.
-    pub fn field(&self) -> &HeightField {
+    pub(crate) fn field(&self) -> &HeightField {
         &self.field
     }
 
     /// A point of a triangle: that of x ≥ y of cell (x, y) is number 2 (y n_x + x), the other one the next; `u`, of the unit
     /// square, is spread evenly over it. It goes on as a hit from above does.
-    pub fn on_triangle(&self, triangle: usize, [u, v]: [f64; 2]) -> Hit {
+    pub(crate) fn on_triangle(&self, triangle: usize, [u, v]: [f64; 2]) -> Hit {
         let (index, side) = (triangle / 2, triangle % 2);
         let row = self.field.size()[0];
         let cell = [index % row, index / row];

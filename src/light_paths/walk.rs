@@ -36,13 +36,13 @@ pub(super) struct Walk<D> {
 
 impl<D: Distribution> Walk<D> {
     /// True if nothing that is asked for depends on chance: light of one mirror.
-    pub fn is_exact(&self) -> bool {
+    pub(crate) fn is_exact(&self) -> bool {
         self.last == 1 && matches!(self.facets, Facets::Mirror(_))
     }
 
     /// Follows light from `from` and adds what goes to `to`, both above the horizon; f_r in sr⁻¹ of each number of facets, one
     /// sample of it.
-    pub fn follow(
+    pub(crate) fn follow(
         &self,
         [from, to]: [DVec3; 2],
         random: &mut RandomStream,
@@ -108,7 +108,7 @@ impl<D: Distribution> Walk<D> {
 
     /// Follows light from `from` as it goes: where it leaves and how many facets it met, `None` of what chance ended or what
     /// meets more than are asked for. `weight` is what is left of each channel.
-    pub fn path(
+    pub(crate) fn path(
         &self,
         from: DVec3,
         random: &mut RandomStream,

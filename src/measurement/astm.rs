@@ -50,7 +50,7 @@ fn after<'t>(line: &'t str, key: &str) -> Option<&'t str> {
 }
 
 /// True if a text has the header of such a file.
-pub fn is_astm(text: &str) -> bool {
+pub(crate) fn is_astm(text: &str) -> bool {
     let mut names = text
         .lines()
         .take(HEADER)
@@ -222,7 +222,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
 ///
 /// # Errors
 /// Whatever `out` reports.
-pub fn write(
+pub(crate) fn write(
     measurement: &Measurement,
     about: &About,
     sequence: Sequence<'_>,

@@ -94,7 +94,7 @@ pub(super) struct ValueColumns {
 }
 
 impl ValueColumns {
-    pub fn of(table: &Table, conventions: &Conventions) -> Result<Self, FileError> {
+    pub(crate) fn of(table: &Table, conventions: &Conventions) -> Result<Self, FileError> {
         let find = |family: &str, channels: &Channels| -> Option<Vec<usize>> {
             if let Channels::Wavelengths(w) = channels {
                 let (nm, columns): (Vec<_>, _) =
@@ -180,17 +180,17 @@ impl ValueColumns {
         })
     }
 
-    pub fn has_uncertainties(&self) -> bool {
+    pub(crate) fn has_uncertainties(&self) -> bool {
         self.uncertainties.iter().any(Option::is_some)
     }
 
     /// Values of a row.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.values.len()
     }
 
     /// The channels that a row has values of.
-    pub fn span(&self, table: &Table, row: usize) -> Range<usize> {
+    pub(crate) fn span(&self, table: &Table, row: usize) -> Range<usize> {
         let nm = self.wavelength.and_then(|column| table.number(row, column));
         match (nm, self.channels.wavelengths()) {
             (Some(nm), Some(all)) => {
@@ -217,13 +217,13 @@ impl ValueColumns {
     }
 
     /// The values of a row as they are in the file, without the empty ones.
-    pub fn cells(&self, table: &Table, row: usize) -> impl Iterator<Item = f64> + Clone {
+    pub(crate) fn cells(&self, table: &Table, row: usize) -> impl Iterator<Item = f64> + Clone {
         let columns = self.values.iter();
         columns.filter_map(move |&column| table.number(row, column))
     }
 
     /// Empties the cells of values that are marks; returns how many of which.
-    pub fn clear_marks(&self, table: &mut Table, other: Option<f64>) -> Marks {
+    pub(crate) fn clear_marks(&self, table: &mut Table, other: Option<f64>) -> Marks {
         let rows = 0..table.lines.len();
         let cells = rows.clone().flat_map(|row| self.cells(table, row));
         let found = marks_among(cells, other);
@@ -266,7 +266,7 @@ impl ValueColumns {
     }
 
     /// The columns of those uncertainties, of each type and of both, that some row states.
-    pub fn stated(&self, table: &Table) -> Vec<usize> {
+    pub(crate) fn stated(&self, table: &Table) -> Vec<usize> {
         let states = |column: usize| {
             let mut rows = 0..table.lines.len();
             rows.any(|row| table.number(row, column).is_some_and(|u| u > 0.0))
@@ -278,7 +278,7 @@ impl ValueColumns {
 
     /// The uncertainties of a row of type A and type B; an empty one, which is not known, is 0. `uncertainty`, that of both, is of
     /// type B but for what type A explains of it.
-    pub fn read_uncertainties(
+    pub(crate) fn read_uncertainties(
         &self,
         table: &Table,
         row: usize,

@@ -167,7 +167,7 @@ pub(super) struct Pool {
 
 impl Pool {
     /// So many configurations, none of which was visited.
-    pub fn new(poses: usize, channels: usize) -> Self {
+    pub(crate) fn new(poses: usize, channels: usize) -> Self {
         Self {
             channels,
             outcomes: vec![None; poses],
@@ -178,7 +178,7 @@ impl Pool {
 
     /// Adds an outcome. A reading goes before every reason why there is none, the first reason
     /// before others; every flag stays.
-    pub fn see(&mut self, pose: usize, outcome: Outcome, flags: Flags) {
+    pub(crate) fn see(&mut self, pose: usize, outcome: Outcome, flags: Flags) {
         let before = &mut self.outcomes[pose];
         if before.is_none() || outcome == Outcome::Reading {
             *before = Some(outcome);
@@ -187,29 +187,36 @@ impl Pool {
     }
 
     /// Adds a reading of one channel.
-    pub fn add(&mut self, pose: usize, channel: usize, value: f64, type_a: f64, type_b: f64) {
+    pub(crate) fn add(
+        &mut self,
+        pose: usize,
+        channel: usize,
+        value: f64,
+        type_a: f64,
+        type_b: f64,
+    ) {
         self.means[pose * self.channels + channel].add(value, type_a, type_b);
     }
 
     /// The first channel of a configuration that was read, but not in this channel.
-    pub fn missing(&self, pose: usize) -> Option<usize> {
+    pub(crate) fn missing(&self, pose: usize) -> Option<usize> {
         let read = self.outcomes[pose] == Some(Outcome::Reading);
         let means = &self.means[pose * self.channels..(pose + 1) * self.channels];
         means.iter().position(|m| read && m.count == 0)
     }
 
     /// Takes a configuration for one without a reading.
-    pub fn lose(&mut self, pose: usize) {
+    pub(crate) fn lose(&mut self, pose: usize) {
         self.outcomes[pose] = Some(Outcome::NoData);
     }
 
     /// True if some configuration has a reading.
-    pub fn has_readings(&self) -> bool {
+    pub(crate) fn has_readings(&self) -> bool {
         self.outcomes.contains(&Some(Outcome::Reading))
     }
 
     /// Readings beyond the first of each channel of each configuration.
-    pub fn repeats(&self) -> usize {
+    pub(crate) fn repeats(&self) -> usize {
         let beyond = self.means.iter().map(|m| m.count.saturating_sub(1));
         beyond.map(|n| n as usize).sum()
     }
@@ -238,7 +245,7 @@ impl Pool {
     }
 
     /// The measurement; it has details if `detailed`, or if there are flags or repeats.
-    pub fn measurement(
+    pub(crate) fn measurement(
         self,
         schedule: Arc<Schedule>,
         channels: Channels,
@@ -287,7 +294,7 @@ pub struct Folded {
 
 impl Folded {
     /// Poses that were dropped.
-    pub fn dropped(&self) -> usize {
+    pub(crate) fn dropped(&self) -> usize {
         self.poses + self.repeated
     }
 

@@ -1,7 +1,7 @@
 //! Measurements: readings and outcomes of the poses of a schedule, and their files.
 
 pub mod alta;
-pub mod astm;
+pub(crate) mod astm;
 mod columns;
 mod file;
 mod merge;
@@ -12,11 +12,11 @@ mod retro;
 mod scattered;
 
 pub use file::{About, MeasurementFile, read_measurement, write_measurement};
-pub use merge::Folded;
-pub use negative::Negative;
+pub(crate) use merge::Folded;
+pub(crate) use negative::Negative;
 pub use record::measurement_schema;
 pub use retro::{RetroPeak, retro_peak};
-pub use scattered::Scattered;
+pub(crate) use scattered::Scattered;
 
 use crate::brdf::Channels;
 use crate::numeric::LARGEST_READING;
@@ -66,7 +66,7 @@ impl Flags {
     /// Part of an aperture was below the horizon.
     pub const CLIPPED: Flags = Flags(4);
     /// All other readings contradict it.
-    pub const SUSPECTED: Flags = Flags(8);
+    pub(crate) const SUSPECTED: Flags = Flags(8);
 
     /// Every flag with its name in files.
     pub const ALL: [(Flags, &'static str); 4] = [
@@ -122,7 +122,7 @@ pub struct Place {
 }
 
 /// Largest half-angle of an aperture, and largest error of an axis, degrees: beyond it the directions of a pose mean nothing.
-pub const WIDEST_DEG: f64 = 10.0;
+pub(crate) const WIDEST_DEG: f64 = 10.0;
 
 /// The outcomes of a schedule, in its order.
 #[derive(Clone)]
@@ -182,7 +182,7 @@ impl Measurement {
     }
 
     /// The same with what an earlier measurement has of the first poses of its schedule.
-    pub fn after(mut self, earlier: &Measurement) -> Self {
+    pub(crate) fn after(mut self, earlier: &Measurement) -> Self {
         let (poses, values) = (earlier.outcomes.len(), earlier.values.len());
         self.outcomes[..poses].copy_from_slice(&earlier.outcomes);
         self.values[..values].copy_from_slice(&earlier.values);
@@ -243,7 +243,7 @@ impl Measurement {
 
     /// The same without the readings of some poses.
     #[must_use]
-    pub fn without(mut self, poses: impl IntoIterator<Item = usize>) -> Self {
+    pub(crate) fn without(mut self, poses: impl IntoIterator<Item = usize>) -> Self {
         for pose in poses {
             self.outcomes[pose] = Outcome::NoData;
         }
@@ -252,7 +252,7 @@ impl Measurement {
 
     /// The same with a flag on some poses, and on no others.
     #[must_use]
-    pub fn flagged(mut self, flag: Flags, poses: impl IntoIterator<Item = usize>) -> Self {
+    pub(crate) fn flagged(mut self, flag: Flags, poses: impl IntoIterator<Item = usize>) -> Self {
         let [values, number] = [self.values.len(), self.outcomes.len()];
         let unknown = || Details::unknown(values, number);
         let details = self.details.get_or_insert_with(unknown);

@@ -30,7 +30,7 @@ impl Negative {
     }
 
     /// The sentence that warns of them; `None` if there is none.
-    pub fn warning(&self) -> Option<String> {
+    pub(crate) fn warning(&self) -> Option<String> {
         let Self { rows, first, marks } = *self;
         let mut text = match rows {
             0 => return None,

@@ -54,7 +54,7 @@ fn header(line: &str) -> Option<Vec<&str>> {
 }
 
 /// True if a text begins with such a header.
-pub fn is_pab(text: &str) -> bool {
+pub(crate) fn is_pab(text: &str) -> bool {
     let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
     let mut header = lines.map_while(header);
     header.any(|words| matches!(words[..], ["format", "theta", "phi", _]))
@@ -214,7 +214,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
 
 /// Angles (degrees) of a direction as the text has them: 30 is 29.999999999999996 once it went through a sine, and the normal
 /// has no azimuth.
-pub fn text_angles(direction: Direction) -> [f64; 2] {
+pub(crate) fn text_angles(direction: Direction) -> [f64; 2] {
     let tidy = |angle: f64| (angle.to_degrees() * TIDY).round() / TIDY;
     let theta = tidy(direction.theta());
     let phi = if theta == 0.0 {
@@ -247,7 +247,7 @@ pub fn by_light(measurement: &Measurement, sequence: Sequence<'_>) -> Vec<Vec<u3
 ///
 /// # Errors
 /// Whatever `out` reports, and readings by wavelength.
-pub fn write(
+pub(crate) fn write(
     measurement: &Measurement,
     about: &About,
     sequence: Sequence<'_>,

@@ -33,7 +33,7 @@ pub struct Scattered {
 
 impl Scattered {
     /// Rows that were read.
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.measurement.schedule.poses.len() + self.below_horizon + self.folded.dropped()
     }
 }
@@ -56,7 +56,7 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    pub fn new(name: &'a str) -> Self {
+    pub(crate) fn new(name: &'a str) -> Self {
         Self {
             name,
             about: About {
@@ -68,7 +68,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Takes in a key of the header that is not read.
-    pub fn pass_over(&mut self, key: &str) {
+    pub(crate) fn pass_over(&mut self, key: &str) {
         let key = excerpt(key).into_owned();
         if !self.unread.contains(&key) {
             self.unread.push(key);
@@ -76,7 +76,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Takes in the name of the instrument.
-    pub fn name_instrument(&mut self, instrument: &str) {
+    pub(crate) fn name_instrument(&mut self, instrument: &str) {
         self.about.instrument = Some(instrument.into());
     }
 
@@ -84,7 +84,7 @@ impl<'a> Rows<'a> {
     ///
     /// # Errors
     /// Another name came before, unless materials may be `mixed`.
-    pub fn name_material(
+    pub(crate) fn name_material(
         &mut self,
         line: usize,
         material: &str,
@@ -106,7 +106,7 @@ impl<'a> Rows<'a> {
     ///
     /// # Errors
     /// The line, and the number that is no reading.
-    pub fn push(
+    pub(crate) fn push(
         &mut self,
         line: usize,
         directions: [DVec3; 2],
@@ -142,7 +142,7 @@ impl<'a> Rows<'a> {
     ///
     /// # Errors
     /// There is no row, or `assume` names no coordinates.
-    pub fn measurement(
+    pub(crate) fn measurement(
         self,
         channels: Channels,
         assume: &Assume,

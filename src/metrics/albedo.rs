@@ -110,13 +110,13 @@ impl AlbedoProbe {
     pub const VIEWS_DEG: [f64; 8] = [0.0, 15.0, 30.0, 45.0, 55.0, 65.0, 75.0, 80.0];
 
     /// The quantity that [`error`](Self::error) returns.
-    pub const QUANTITY: Quantity = Quantity::real(
+    pub(crate) const QUANTITY: Quantity = Quantity::real(
         "albedo",
         "mean relative error of the directional albedo at eight theta_o from 0 to 80°, if `quantities` asks for it; the same for every measure",
     );
 
     /// The quantity that [`error_and_quadrature`](Self::error_and_quadrature) returns beside it.
-    pub const QUADRATURE: Quantity = Quantity::real(
+    pub(crate) const QUADRATURE: Quantity = Quantity::real(
         "albedo_se",
         "mean over the views of what albedo differs by with half of the nodes along each axis of its quadrature",
     );

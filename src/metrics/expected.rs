@@ -81,7 +81,7 @@ impl Expected {
     }
 
     /// The errors under each measure of a level of test pairs, by some of these.
-    pub fn at(level: &Level, predictive: &dyn Predictive) -> Vec<Self> {
+    pub(crate) fn at(level: &Level, predictive: &dyn Predictive) -> Vec<Self> {
         let counted: Vec<usize> = Uncovered::counted(level.pairs.len()).collect();
         let pairs: Vec<DirectionPair> = counted.iter().map(|&i| level.pairs[i]).collect();
         let known = predictive.predict(&pairs);

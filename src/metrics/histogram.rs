@@ -21,7 +21,7 @@ impl Histogram {
     const LARGEST: u64 = 0x430c_6bf5_2634_0000 >> Self::SHIFT;
 
     /// Without a weight.
-    pub fn new(columns: usize) -> Self {
+    pub(crate) fn new(columns: usize) -> Self {
         Self {
             columns,
             weights: Vec::new(),
@@ -31,13 +31,13 @@ impl Histogram {
 
     /// The step of a number, counted from 0.
     #[inline(always)]
-    pub fn step(x: f64) -> u64 {
+    pub(crate) fn step(x: f64) -> u64 {
         (x.to_bits() >> Self::SHIFT).clamp(Self::LEAST, Self::LARGEST) - Self::LEAST
     }
 
     /// Adds a weight for each column to a step.
     #[inline]
-    pub fn add(&mut self, step: u64, weights: impl Iterator<Item = f64>) {
+    pub(crate) fn add(&mut self, step: u64, weights: impl Iterator<Item = f64>) {
         if self.weights.is_empty() {
             let steps = (Self::LARGEST - Self::LEAST) as usize + 1;
             self.weights = vec![0.0; steps * self.columns];
@@ -51,7 +51,7 @@ impl Histogram {
     }
 
     /// The number that `above` of the weight in a column of several together is above, linear within a step.
-    pub fn quantile<'a>(
+    pub(crate) fn quantile<'a>(
         all: impl Iterator<Item = &'a Self> + Clone,
         column: usize,
         above: f64,

@@ -36,7 +36,7 @@ mod within;
 pub use albedo::AlbedoProbe;
 pub use errors::Errors;
 pub use expected::Expected;
-pub use of_truth::TruthErrors;
+pub(crate) use of_truth::TruthErrors;
 pub use pairs::{Measure, MetricsSpec, test_pairs};
 pub(crate) use quantity::quantities;
 pub use quantity::{Judged, Quantity};

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 ///
 /// What other surfaces of a kind would change is not in it: that is no noise, but another truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TruthErrors {
+pub(crate) struct TruthErrors {
     /// RMS of u cos over RMS of f cos, u the standard error of f.
     pub nrmse: Option<f64>,
     /// Mean of √(2/π) u/(f + ε).
@@ -25,14 +25,14 @@ pub struct TruthErrors {
 
 impl TruthErrors {
     /// Both errors, in the order of columns; the name of each begins with `truth_`.
-    pub const QUANTITIES: [Judged<TruthErrors>; 2] = quantities! {
+    pub(crate) const QUANTITIES: [Judged<TruthErrors>; 2] = quantities! {
         "truth_nrmse": nrmse,
             "nrmse that the standard error of a truth from random paths makes (at 2000 pairs), at most; empty where none is known";
         "truth_log_relative": log_relative, "the same of log_relative";
     };
 
     /// The errors under each measure of a level of test pairs, by some of these, where the truth has these `values`.
-    pub fn at(level: &Level, truth: &dyn SplitBrdf, values: &Values) -> Vec<Self> {
+    pub(crate) fn at(level: &Level, truth: &dyn SplitBrdf, values: &Values) -> Vec<Self> {
         let counted = Uncovered::counted(level.pairs.len());
         let present: Vec<_> = counted.filter_map(|i| Some((i, values.get(i)?))).collect();
         let error = |&(i, _): &(usize, f64)| truth.split(&level.pairs[i]).transport.sum;

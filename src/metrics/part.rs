@@ -42,7 +42,7 @@ pub(super) enum Part {
 
 impl Part {
     /// A candidate from a point of the unit cube; `None` if there is no such pair.
-    pub fn candidate(self, u: [f64; 4], window: &Window) -> Option<DirectionPair> {
+    pub(crate) fn candidate(self, u: [f64; 4], window: &Window) -> Option<DirectionPair> {
         let cosine = |u: [f64; 2]| cosine_hemisphere([u[0] * window.sin2_mask, u[1]]);
         let omega_o = cosine([u[0], u[1]]);
         // omega_i at the point of the unit disc that the sensor's is taken to.
@@ -77,7 +77,7 @@ impl Part {
     }
 
     /// Density of the candidates inside the mask, sr⁻².
-    pub fn density(self, facts: &Facts, window: &Window) -> f64 {
+    pub(crate) fn density(self, facts: &Facts, window: &Window) -> f64 {
         let cosine = |cos: f64| cos * FRAC_1_PI / window.sin2_mask;
         let [cos_i, cos_o] = facts.cos;
         // Of a point of the disc; a point of omega_i's disc is four of them, and cos θ_i of a steradian.
@@ -112,7 +112,7 @@ pub(super) struct Facts {
 }
 
 impl Facts {
-    pub fn of(pair: &DirectionPair) -> Self {
+    pub(crate) fn of(pair: &DirectionPair) -> Self {
         let (h, k) = pair.half_and_back();
         Self {
             cos: [pair.omega_i.cos_theta(), pair.omega_o.cos_theta()],
@@ -135,7 +135,7 @@ pub(super) struct Window {
 
 impl Window {
     /// Elevations up to a mask, and a smallest angle between light and sensor, degrees.
-    pub fn new(mask_deg: f64, min_separation_deg: f64) -> Self {
+    pub(crate) fn new(mask_deg: f64, min_separation_deg: f64) -> Self {
         let (sin, cos) = mask_deg.to_radians().sin_cos();
         Self {
             // cos 90° is 6e-17 in `f64`; a mask of 90° means the horizon itself.
@@ -146,11 +146,11 @@ impl Window {
     }
 
     /// The share within the mask of half vectors with the density of GGX: tan²θ_h = α² u/(1 − u), solved for u.
-    pub fn share(&self, alpha: f64) -> f64 {
+    pub(crate) fn share(&self, alpha: f64) -> f64 {
         self.sin2_mask / (self.sin2_mask + alpha * alpha * (1.0 - self.sin2_mask))
     }
 
-    pub fn keeps(&self, pair: &DirectionPair) -> bool {
+    pub(crate) fn keeps(&self, pair: &DirectionPair) -> bool {
         pair.omega_i.cos_theta() > self.cos_mask
             && pair.omega_o.cos_theta() > self.cos_mask
             && (self.min_separation == 0.0 || pair.separation() >= self.min_separation)

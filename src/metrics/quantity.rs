@@ -24,7 +24,7 @@ pub(crate) use quantities;
 
 impl Quantity {
     /// A real number.
-    pub const fn real(name: &'static str, summary: &'static str) -> Self {
+    pub(crate) const fn real(name: &'static str, summary: &'static str) -> Self {
         Self {
             name,
             summary,
@@ -33,7 +33,7 @@ impl Quantity {
     }
 
     /// A whole number.
-    pub const fn count(name: &'static str, summary: &'static str) -> Self {
+    pub(crate) const fn count(name: &'static str, summary: &'static str) -> Self {
         Self {
             name,
             summary,

@@ -128,7 +128,7 @@ impl Tally {
 
     /// True if the standard error of every average is a share below `tolerance` of it (of `energy`, of all energy), or
     /// below 1e-6.
-    pub fn has_converged(&self, measure: usize, tolerance: f64) -> bool {
+    pub(crate) fn has_converged(&self, measure: usize, tolerance: f64) -> bool {
         let averages = self.averages(measure, None);
         let standard = self.standard_errors_of_averages(measure);
         let mut both = averages.iter().zip(standard).enumerate();

@@ -61,7 +61,7 @@ pub(super) struct Block {
 impl Block {
     /// Without a pair.
     #[inline(always)]
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let none = [0.0; BLOCK];
         Self {
             f: none,
@@ -75,7 +75,7 @@ impl Block {
 
     /// Takes up a pair at place `j`.
     #[inline(always)]
-    pub fn take(&mut self, j: usize, pair: &Pair, truth: &Values, reconstruction: &Values) {
+    pub(crate) fn take(&mut self, j: usize, pair: &Pair, truth: &Values, reconstruction: &Values) {
         let Some(f) = truth.get(pair.truth) else {
             self.counts[1] += 1;
             return;

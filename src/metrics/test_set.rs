@@ -65,7 +65,7 @@ impl Level {
     ///
     /// # Panics
     /// If there is no such replicate.
-    pub fn add_replicate(
+    pub(crate) fn add_replicate(
         &self,
         r: usize,
         to: &mut Replicate,
@@ -159,7 +159,7 @@ impl TestSet {
     }
 
     /// The measures, in the order of the weights.
-    pub fn measures(&self) -> &[Measure] {
+    pub(crate) fn measures(&self) -> &[Measure] {
         &self.measures
     }
 
@@ -174,7 +174,7 @@ impl TestSet {
     }
 
     /// True if the pairs of another level would be more than `max_pairs`.
-    pub fn is_last(&self, level: usize) -> bool {
+    pub(crate) fn is_last(&self, level: usize) -> bool {
         self.candidates(level + 1) > self.spec.max_pairs
     }
 
@@ -184,13 +184,13 @@ impl TestSet {
     }
 
     /// True if all that is waited for has converged: every measure but parts of others that are asked for too.
-    pub fn is_enough(&self, tally: &Tally) -> bool {
+    pub(crate) fn is_enough(&self, tally: &Tally) -> bool {
         let is_part = |m: &Measure| self.measures.iter().any(|other| m.is_part_of(*other));
         let mut all = self.measures.iter().enumerate();
         all.all(|(at, m)| is_part(m) || self.has_converged(tally, at))
     }
 
-    /// Compares a reconstruction with a truth, level after level until it [is enough](Self::is_enough).
+    /// Compares a reconstruction with a truth, level after level until their number is enough.
     pub fn compare(&self, truth: &dyn Brdf, reconstruction: &dyn Brdf) -> Compared {
         let values = |level: &Level| [truth, reconstruction].map(|b| evaluate(b, &level.pairs));
         let first = self.level(0);

@@ -80,7 +80,7 @@ impl Brdf for HorizonCopy<'_> {
 pub struct Clamping {
     /// Share of the deviation of each component that is explained, at the component's index;
     /// `None` for the energy, for components that vanish by symmetry, where the deviation is next
-    /// to nothing (an RMS below [`Clamping::NOTHING`] of σ, σ², or the larger of 1 and the moment),
+    /// to nothing (an RMS below `Clamping::NOTHING` of σ, σ², or the larger of 1 and the moment),
     /// and if the profile does not start at normal view.
     pub explained: Vec<Option<f64>>,
     /// The last view that counts, rad.
@@ -89,7 +89,7 @@ pub struct Clamping {
 
 impl Clamping {
     /// Deviations below this share of their scale have no course to be explained.
-    pub const NOTHING: f64 = 0.05;
+    pub(crate) const NOTHING: f64 = 0.05;
 
     /// Compares a profile that starts at normal view with that of the moved lobe, over the views
     /// up to `last_view` (rad).

@@ -105,7 +105,7 @@ impl Component {
     }
 
     /// Name of its order.
-    pub fn family(self) -> &'static str {
+    pub(crate) fn family(self) -> &'static str {
         ["energy", "mean", "covariance", "skewness", "kurtosis"][self.order()]
     }
 }
@@ -180,7 +180,7 @@ impl Moments {
     }
 
     /// Average variance (σ_θ² + σ_φ²)/2, rad².
-    pub fn average_variance(&self) -> Option<f64> {
+    pub(crate) fn average_variance(&self) -> Option<f64> {
         let [tt, _, pp] = self.covariance()?;
         Some(0.5 * (tt + pp))
     }

@@ -40,7 +40,7 @@ impl MomentErrors {
     };
 
     /// Number of slices of truth and reconstruction that are not resolved.
-    pub const UNRESOLVED: Quantity = Quantity::count(
+    pub(crate) const UNRESOLVED: Quantity = Quantity::count(
         "moment_unresolved",
         "slices of truth and reconstruction whose moments missed the estimator's tolerance",
     );

@@ -52,7 +52,7 @@ pub struct SliceMoments {
 /// Reason not to trust the uncertainties of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Unresolved {
-    /// Fewer than [`Unresolved::ENOUGH`] effective samples carry the result.
+    /// Fewer than `Unresolved::ENOUGH` effective samples carry the result.
     FewSamples {
         /// (Σ w)² / Σ w².
         effective: f64,
@@ -69,7 +69,7 @@ pub enum Unresolved {
 
 impl Unresolved {
     /// Effective samples from which the uncertainty of a random estimate can be trusted.
-    pub const ENOUGH: f64 = 1000.0;
+    pub(crate) const ENOUGH: f64 = 1000.0;
 }
 
 impl fmt::Display for Unresolved {

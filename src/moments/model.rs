@@ -53,7 +53,7 @@ pub struct SliceNode {
 
 impl SliceNode {
     /// The nodes of a profile: each view whose moments up to order 2 are defined.
-    pub fn of(profile: &Profile) -> Vec<Self> {
+    pub(crate) fn of(profile: &Profile) -> Vec<Self> {
         let node = |(theta_o, slice): (&f64, &super::SliceMoments)| {
             let m = slice.moments;
             let [tt, _, pp] = m.covariance()?;
@@ -87,7 +87,7 @@ pub struct SliceShape {
 impl SliceShape {
     /// ρ(θ, φ), sr⁻¹, angles of [`view_centered`](crate::parametrization::view_centered) (rad).
     #[inline]
-    pub fn value(&self, theta: f64, phi: f64) -> f64 {
+    pub(crate) fn value(&self, theta: f64, phi: f64) -> f64 {
         self.energy * self.theta.density(theta) * self.phi.density(phi)
     }
 }

@@ -42,7 +42,7 @@ keys! {
 
 impl MomentsSpec {
     /// Most views that are allowed.
-    pub const MAX_VIEWS: usize = 100_000;
+    pub(crate) const MAX_VIEWS: usize = 100_000;
 
     /// Checks every key.
     ///
@@ -73,7 +73,7 @@ impl MomentsSpec {
     }
 
     /// Channels that a BRDF must be built for.
-    pub fn needs(&self) -> Channels {
+    pub(crate) fn needs(&self) -> Channels {
         let rgb = self.channels.iter().any(|c| c.needs() == Channels::Rgb);
         if rgb {
             Channels::Rgb
@@ -147,13 +147,13 @@ impl Profile {
     }
 
     /// One component over the views; `None` where it is undefined or was not asked for.
-    pub fn values(&self, component: Component) -> Vec<Option<f64>> {
+    pub(crate) fn values(&self, component: Component) -> Vec<Option<f64>> {
         let value = |s: &SliceMoments| Some(s.moments.get(component)?.value);
         self.slices.iter().map(value).collect()
     }
 
     /// Number of views whose uncertainties are not to be trusted.
-    pub fn unresolved(&self) -> usize {
+    pub(crate) fn unresolved(&self) -> usize {
         self.slices
             .iter()
             .filter(|s| s.unresolved.is_some())

@@ -34,7 +34,7 @@ impl Channel {
     }
 
     /// Channels that a BRDF must have been built for.
-    pub fn needs(self) -> Channels {
+    pub(crate) fn needs(self) -> Channels {
         match self {
             Channel::Luminance => Channels::Luminance,
             _ => Channels::Rgb,
@@ -108,7 +108,7 @@ impl<'a> Slice<'a> {
     }
 
     /// The BRDF.
-    pub fn brdf(&self) -> &'a dyn Brdf {
+    pub(crate) fn brdf(&self) -> &'a dyn Brdf {
         self.brdf
     }
 
@@ -133,17 +133,17 @@ impl<'a> Slice<'a> {
     }
 
     /// View elevation, rad.
-    pub fn theta_o(&self) -> f64 {
+    pub(crate) fn theta_o(&self) -> f64 {
         self.theta_o
     }
 
     /// Its channel.
-    pub fn channel(&self) -> Channel {
+    pub(crate) fn channel(&self) -> Channel {
         self.channel
     }
 
     /// Diffuse part that is subtracted, sr⁻¹.
-    pub fn diffuse(&self) -> f64 {
+    pub(crate) fn diffuse(&self) -> f64 {
         self.diffuse
     }
 
@@ -217,7 +217,7 @@ pub struct Batch {
 
 impl Batch {
     /// Forgets every direction.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.pairs.clear();
     }
 
@@ -229,7 +229,7 @@ impl Batch {
 
     /// Adds light directions.
     #[inline]
-    pub fn extend(&mut self, slice: &Slice<'_>, lights: &[Direction]) {
+    pub(crate) fn extend(&mut self, slice: &Slice<'_>, lights: &[Direction]) {
         let before = self.pairs.len();
         let both = DirectionPair::new(slice.omega_o, slice.omega_o);
         self.pairs.resize(before + lights.len(), both);

@@ -156,12 +156,12 @@ impl Tally {
     }
 
     /// Total weight.
-    pub fn weight(&self) -> f64 {
+    pub(crate) fn weight(&self) -> f64 {
         self.sums[0]
     }
 
     /// Mean; meaningless if the weight is 0.
-    pub fn mean(&self) -> [f64; 2] {
+    pub(crate) fn mean(&self) -> [f64; 2] {
         self.mean
     }
 

@@ -32,12 +32,12 @@ impl From<f64> for Exact {
 
 impl Exact {
     /// π.
-    pub fn pi() -> Self {
+    pub(crate) fn pi() -> Self {
         CONSTANTS.with_borrow_mut(|constants| Self(constants.pi(BITS, NEAREST)))
     }
 
     /// Nearest `f64` but for the last bit; ±∞ beyond its range, 0 below it.
-    pub fn to_f64(&self) -> f64 {
+    pub(crate) fn to_f64(&self) -> f64 {
         if self.0.is_zero() {
             return 0.0;
         }
@@ -58,17 +58,17 @@ impl Exact {
     }
 
     /// True of a number above 0.
-    pub fn is_positive(&self) -> bool {
+    pub(crate) fn is_positive(&self) -> bool {
         self.0.is_positive() && !self.0.is_zero()
     }
 
     /// True of 0.
-    pub fn is_zero(&self) -> bool {
+    pub(crate) fn is_zero(&self) -> bool {
         self.0.is_zero()
     }
 
     /// Square root; 0 of a number below 0.
-    pub fn sqrt(&self) -> Self {
+    pub(crate) fn sqrt(&self) -> Self {
         if self.is_positive() {
             Self(self.0.sqrt(BITS, NEAREST))
         } else {
@@ -77,22 +77,22 @@ impl Exact {
     }
 
     /// Magnitude.
-    pub fn abs(&self) -> Self {
+    pub(crate) fn abs(&self) -> Self {
         Self(self.0.abs())
     }
 
     /// e to this power.
-    pub fn exp(&self) -> Self {
+    pub(crate) fn exp(&self) -> Self {
         CONSTANTS.with_borrow_mut(|c| Self(self.0.exp(BITS, NEAREST, c)))
     }
 
     /// Natural logarithm.
-    pub fn ln(&self) -> Self {
+    pub(crate) fn ln(&self) -> Self {
         CONSTANTS.with_borrow_mut(|c| Self(self.0.ln(BITS, NEAREST, c)))
     }
 
     /// This number, which is not below 0, to a power; 0⁰ = 1.
-    pub fn powf(&self, exponent: &Self) -> Self {
+    pub(crate) fn powf(&self, exponent: &Self) -> Self {
         match (exponent.is_zero(), self.is_positive()) {
             (true, _) => 1.0.into(),
             (_, false) => 0.0.into(),
@@ -101,7 +101,7 @@ impl Exact {
     }
 
     /// Sine and cosine.
-    pub fn sin_cos(&self) -> (Self, Self) {
+    pub(crate) fn sin_cos(&self) -> (Self, Self) {
         CONSTANTS.with_borrow_mut(|c| {
             let sin = self.0.sin(BITS, NEAREST, c);
             (Self(sin), Self(self.0.cos(BITS, NEAREST, c)))
@@ -109,7 +109,7 @@ impl Exact {
     }
 
     /// Angle (rad) of the vector (x, y), in (−π, π]; 0 of no vector.
-    pub fn atan2(y: &Self, x: &Self) -> Self {
+    pub(crate) fn atan2(y: &Self, x: &Self) -> Self {
         if x.is_zero() && y.is_zero() {
             return 0.0.into();
         }
@@ -129,7 +129,7 @@ impl Exact {
     }
 
     /// The error function of a number in [0, 12], by its series.
-    pub fn erf(&self) -> Self {
+    pub(crate) fn erf(&self) -> Self {
         let square = self.clone() * self;
         let mut term = self.clone();
         let mut sum = self.clone();

@@ -163,7 +163,7 @@ pub(crate) struct Tree<const K: usize, M> {
 
 impl<const K: usize, M: Metric<K>> Tree<K, M> {
     /// Of finite points, which are numbered in their order.
-    pub fn new(metric: M, points: &[[f64; K]]) -> Self {
+    pub(crate) fn new(metric: M, points: &[[f64; K]]) -> Self {
         let numbered = points.iter().zip(0..);
         let mut points: Vec<_> = numbered.map(|(&at, number)| Point { at, number }).collect();
         let mut nodes: Vec<Node<K>> = Vec::with_capacity(points.len() / (LEAF / 2));
@@ -219,7 +219,7 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
     }
 
     /// The leaf of each point, by its number.
-    pub fn leaves(&self) -> Vec<u32> {
+    pub(crate) fn leaves(&self) -> Vec<u32> {
         let count: u32 = self.leaves.iter().map(|leaf| leaf.left).sum();
         let mut leaves = vec![0; count as usize];
         for (leaf, number) in self.leaves.iter().zip(0..) {
@@ -231,7 +231,7 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
     }
 
     /// Takes a point out of its leaf.
-    pub fn remove(&mut self, number: u32, leaf: u32) {
+    pub(crate) fn remove(&mut self, number: u32, leaf: u32) {
         let mut child = !(leaf as i32);
         let leaf = &mut self.leaves[leaf as usize];
         let left = &leaf.number[..leaf.left as usize];
@@ -253,7 +253,7 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
 
     /// The number of the nearest point that is left and no farther than a distance, if there is one.
     #[inline]
-    pub fn nearest_one(&self, from: &[f64; K], most: M::Distance) -> Option<u32> {
+    pub(crate) fn nearest_one(&self, from: &[f64; K], most: M::Distance) -> Option<u32> {
         let mut found = None;
         self.search(from, most, |near| {
             found = Some(near.number);
@@ -265,7 +265,7 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
     /// Fills `found` with the nearest points that are left, nearest first: `count` (≥ 1) of them, or as many as lie up to a
     /// distance.
     #[inline]
-    pub fn nearest(
+    pub(crate) fn nearest(
         &self,
         from: &[f64; K],
         count: usize,

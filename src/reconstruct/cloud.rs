@@ -105,24 +105,24 @@ impl Found {
     }
 
     /// Goes over to another cloud.
-    pub fn restart(&mut self) {
+    pub(crate) fn restart(&mut self) {
         self.before = None;
     }
 
     /// Goes on from another search in the same cloud.
-    pub fn follow(&mut self, other: &Found) {
+    pub(crate) fn follow(&mut self, other: &Found) {
         self.before = other.before;
     }
 
     /// Distance of the farthest.
-    pub fn size(&self) -> f64 {
+    pub(crate) fn size(&self) -> f64 {
         self.distance2.iter().copied().fold(0.0, f64::max).sqrt()
     }
 }
 
 impl<const K: usize> Cloud<K> {
     /// Of at least one point, finite; `values` is point-major, and `noise` a relative uncertainty per point, or nothing.
-    pub fn new(
+    pub(crate) fn new(
         points: Vec<[f64; K]>,
         values: Vec<f64>,
         channels: usize,
@@ -150,13 +150,13 @@ impl<const K: usize> Cloud<K> {
 
     /// The values of point `i`.
     #[inline]
-    pub fn value(&self, i: usize) -> &[f64] {
+    pub(crate) fn value(&self, i: usize) -> &[f64] {
         &self.values[i * self.channels..(i + 1) * self.channels]
     }
 
     /// Number of the point nearest to `x`.
     #[inline]
-    pub fn nearest(&self, x: &[f64; K]) -> usize {
+    pub(crate) fn nearest(&self, x: &[f64; K]) -> usize {
         match self.tree.nearest_one(x, f64::INFINITY) {
             Some(number) => number as usize,
             None => unreachable!("a cloud has a point"),
@@ -164,7 +164,7 @@ impl<const K: usize> Cloud<K> {
     }
 
     /// The `k` points nearest to `x`, and more where they are flat.
-    pub fn find(&self, x: &[f64; K], k: NonZeroUsize, found: &mut Found) {
+    pub(crate) fn find(&self, x: &[f64; K], k: NonZeroUsize, found: &mut Found) {
         found.index.clear();
         found.distance2.clear();
         // Points that follow each other lie near each other: the nearest of the one are within reach of the next.
@@ -214,7 +214,7 @@ impl<const K: usize> Cloud<K> {
     }
 
     /// True if the points do not all lie on one side of `x`: their directions from it differ.
-    pub fn surrounds(&self, index: &[usize], x: &[f64; K]) -> bool {
+    pub(crate) fn surrounds(&self, index: &[usize], x: &[f64; K]) -> bool {
         let mut mean = [0.0; K];
         for &i in index {
             let towards: [f64; K] = std::array::from_fn(|d| self.points[i][d] - x[d]);
@@ -227,7 +227,7 @@ impl<const K: usize> Cloud<K> {
     }
 
     /// Distance of point `i` to the next one that is elsewhere, 0 if there is none near.
-    pub fn gap(&self, i: usize) -> f64 {
+    pub(crate) fn gap(&self, i: usize) -> f64 {
         let near = nearest_in(&self.tree, &self.points[i], PER_COPY).into_iter();
         let elsewhere = near
             .map(|near| near.distance)
@@ -236,7 +236,7 @@ impl<const K: usize> Cloud<K> {
     }
 
     /// True if many points lie in sheets, lines or clusters: of a quarter the neighbours do not fill space.
-    pub fn is_in_sheets(&self) -> bool {
+    pub(crate) fn is_in_sheets(&self) -> bool {
         *self.in_sheets.get_or_init(|| {
             let points = &self.points;
             let step = points.len().div_ceil(PROBES);
@@ -251,7 +251,7 @@ impl<const K: usize> Cloud<K> {
     }
 
     /// The same cloud, which is known to lie in sheets.
-    pub fn in_sheets(self) -> Self {
+    pub(crate) fn in_sheets(self) -> Self {
         Self {
             in_sheets: OnceLock::from(true),
             ..self

@@ -23,7 +23,10 @@ impl Coordinates {
     ///
     /// # Errors
     /// If there is no such parametrization, axis or warp.
-    pub fn form(&self, symmetry: Symmetry) -> Result<Arc<dyn Parametrization>, ParameterError> {
+    pub(crate) fn form(
+        &self,
+        symmetry: Symmetry,
+    ) -> Result<Arc<dyn Parametrization>, ParameterError> {
         let Some(entry) = parametrization::find(&self.kind) else {
             let names = parametrization::all();
             let allowed = one_of(&self.kind, names.iter().map(|e| e.kind));
@@ -40,7 +43,7 @@ impl Coordinates {
     }
 
     /// `kind` or `kind+axis:warp`, for labels.
-    pub fn label(&self) -> String {
+    pub(crate) fn label(&self) -> String {
         let mut label = self.kind.clone();
         for (axis, warp) in &self.warp {
             label.push_str(&format!("+{axis}:{}", warp.name()));
@@ -59,7 +62,7 @@ pub(super) struct ReconstructionCoordinates<'a> {
 
 impl<'a> ReconstructionCoordinates<'a> {
     /// Those of a method's keys.
-    pub fn new(coordinates: &'a Option<Coordinates>, stretch: Option<f64>) -> Self {
+    pub(crate) fn new(coordinates: &'a Option<Coordinates>, stretch: Option<f64>) -> Self {
         Self {
             coordinates: coordinates.as_ref(),
             stretch,
@@ -79,7 +82,7 @@ impl<'a> ReconstructionCoordinates<'a> {
     }
 
     /// The parametrization to interpolate in.
-    pub fn resolve(
+    pub(crate) fn resolve(
         &self,
         schedule: &Arc<dyn Parametrization>,
     ) -> Result<Arc<dyn Parametrization>, ReconstructError> {

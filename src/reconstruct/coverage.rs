@@ -52,7 +52,7 @@ pub enum Fill {
 
 impl Fill {
     /// Every choice with its name.
-    pub const ALL: [(Fill, &'static str); 3] = [
+    pub(crate) const ALL: [(Fill, &'static str); 3] = [
         (Fill::None, "none"),
         (Fill::Nearest, "nearest"),
         (Fill::Extrapolate, "extrapolate"),
@@ -166,7 +166,7 @@ impl<'a> Covered<'a> {
     }
 
     /// Forgets what was asked for.
-    pub fn forget(&self) {
+    pub(crate) fn forget(&self) {
         for n in &self.asked {
             n.store(0, Ordering::Relaxed);
         }
@@ -174,7 +174,7 @@ impl<'a> Covered<'a> {
 
     /// Shares of the pairs above the horizon that were asked for since the start, or since
     /// [`forget`](Self::forget), by [`Coverage::ALL`]; 0 before any was.
-    pub fn shares(&self) -> [f64; 3] {
+    pub(crate) fn shares(&self) -> [f64; 3] {
         let asked = self.asked.each_ref().map(|n| n.load(Ordering::Relaxed));
         let all = asked.iter().sum::<u64>().max(1);
         asked.map(|n| n as f64 / all as f64)

@@ -66,7 +66,7 @@ impl<const D: usize> Spline<D> {
     }
 
     /// Sums of the values of this spline, a column of weights for each.
-    pub fn combined(&self, weights: &DMatrix<f64>) -> Self {
+    pub(crate) fn combined(&self, weights: &DMatrix<f64>) -> Self {
         let Padded {
             shape,
             pad,

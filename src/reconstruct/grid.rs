@@ -45,7 +45,7 @@ pub(super) struct Padded<const D: usize> {
 impl<const D: usize> Padded<D> {
     /// Pads readings on a grid; `pad` is at least 2, so that every place of the box
     /// sees two nodes in each direction.
-    pub fn new(
+    pub(crate) fn new(
         method: &'static str,
         readings: &Readings<'_>,
         transform: Transform,
@@ -165,7 +165,7 @@ impl<const D: usize> Padded<D> {
     }
 
     /// Distance in `values` between neighbours along each axis.
-    pub fn strides(&self) -> [usize; D] {
+    pub(crate) fn strides(&self) -> [usize; D] {
         let mut strides = [self.channels; D];
         for d in (0..D - 1).rev() {
             strides[d] = strides[d + 1] * self.shape[d + 1];
@@ -186,7 +186,7 @@ impl<const D: usize> Padded<D> {
     }
 
     /// The values with `pad` nodes past each end, fewer than now.
-    pub fn cropped(&self, pad: usize) -> Self {
+    pub(crate) fn cropped(&self, pad: usize) -> Self {
         let cut = self.pad - pad;
         let shape: [usize; D] = std::array::from_fn(|d| self.shape[d] - 2 * cut);
         let strides = self.strides();
@@ -221,7 +221,7 @@ pub(super) struct Cells<const D: usize> {
 
 impl<const D: usize> Cells<D> {
     /// For `taps` nodes along each axis, half of them on either side of a point.
-    pub fn new(table: Padded<D>, taps: usize) -> Self {
+    pub(crate) fn new(table: Padded<D>, taps: usize) -> Self {
         Self {
             strides: table.strides(),
             shift: (table.pad + 1 - taps / 2) as f64,
@@ -233,7 +233,7 @@ impl<const D: usize> Cells<D> {
     /// Where the values of the first node around a point are, and the point's distance along each axis from the last
     /// node before it.
     #[inline(always)]
-    pub fn around(&self, x: &[f64; D]) -> (usize, [f64; D]) {
+    pub(crate) fn around(&self, x: &[f64; D]) -> (usize, [f64; D]) {
         let mut base = 0;
         let mut t = [0.0; D];
         for d in 0..D {
@@ -389,7 +389,7 @@ const BATCH: usize = 128;
 
 impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
     /// The interpolant of `rule` on the grid of readings.
-    pub fn new(rule: R, readings: &Readings<'_>, transform: Transform) -> Self {
+    pub(crate) fn new(rule: R, readings: &Readings<'_>, transform: Transform) -> Self {
         let schedule = readings.schedule;
         let axis = |d: usize| match &schedule.lattice {
             Some(lattice) => lattice.axes[d],
@@ -405,7 +405,7 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
     }
 
     /// The same lattice with another rule, of `width` values per node.
-    pub fn with<S: Rule<D>>(&self, rule: S, width: usize) -> GridInterpolant<S, D> {
+    pub(crate) fn with<S: Rule<D>>(&self, rule: S, width: usize) -> GridInterpolant<S, D> {
         GridInterpolant {
             rule,
             parametrization: Arc::clone(&self.parametrization),
@@ -416,7 +416,7 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
     }
 
     /// The rule.
-    pub fn rule(&self) -> &R {
+    pub(crate) fn rule(&self) -> &R {
         &self.rule
     }
 
@@ -428,7 +428,7 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
     }
 
     /// Writes the transformed values at pairs, also of those below the horizon.
-    pub fn transformed_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+    pub(crate) fn transformed_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
         self.batch(pairs, out, None);
     }
 

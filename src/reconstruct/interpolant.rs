@@ -34,7 +34,11 @@ pub struct Readings<'a> {
 
 impl<'a> Readings<'a> {
     /// Those of a measurement.
-    pub fn of(measurement: &'a Measurement, present: &'a [bool], noise: Option<&'a [f64]>) -> Self {
+    pub(crate) fn of(
+        measurement: &'a Measurement,
+        present: &'a [bool],
+        noise: Option<&'a [f64]>,
+    ) -> Self {
         Self {
             schedule: &measurement.schedule,
             width: measurement.channels.count(),
@@ -64,7 +68,7 @@ impl<'a> Readings<'a> {
     }
 
     /// Number of poses with a reading.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.present.iter().filter(|p| **p).count()
     }
 }

@@ -103,7 +103,12 @@ impl<const K: usize> ScatteredRule<K> for Shepard {
 
 impl Shepard {
     /// The weighted mean of the neighbours that were found.
-    pub fn mean<const K: usize>(power: f64, cloud: &Cloud<K>, found: &Found, out: &mut [f64]) {
+    pub(crate) fn mean<const K: usize>(
+        power: f64,
+        cloud: &Cloud<K>,
+        found: &Found,
+        out: &mut [f64],
+    ) {
         out.fill(0.0);
         let mut total = 0.0;
         let nearest = found.distance2[0];

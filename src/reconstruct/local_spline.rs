@@ -173,7 +173,7 @@ impl<const K: usize> ScatteredRule<K> for Local {
 }
 
 impl Local {
-    pub fn new(neighbours: NonZeroUsize, values: Values) -> Self {
+    pub(crate) fn new(neighbours: NonZeroUsize, values: Values) -> Self {
         Self {
             neighbours,
             above: values.rise(LARGEST_FACTOR),

@@ -137,7 +137,7 @@ impl Embedding {
 
 impl<const K: usize> Embedded<K> {
     /// The readings in the given coordinates.
-    pub fn new(
+    pub(crate) fn new(
         method: &'static str,
         readings: &Readings<'_>,
         coordinates: &ReconstructionCoordinates,
@@ -240,21 +240,21 @@ impl<const K: usize> Embedded<K> {
 
     /// True if the readings lie in sheets, lines or clusters. The steps of a coarse grid differ from axis to axis,
     /// which makes no sheets of it in its own coordinates.
-    pub fn is_in_sheets(&self, readings: &Readings<'_>) -> bool {
+    pub(crate) fn is_in_sheets(&self, readings: &Readings<'_>) -> bool {
         let parametrization = &self.embedding.parametrization;
         let own = Arc::ptr_eq(parametrization, &readings.schedule.parametrization);
         !(own && readings.schedule.lattice.is_some()) && self.cloud.is_in_sheets()
     }
 
     /// The neighbours of a pair; true if they surround it.
-    pub fn find(&self, pair: &DirectionPair, k: NonZeroUsize, found: &mut Found) -> bool {
+    pub(crate) fn find(&self, pair: &DirectionPair, k: NonZeroUsize, found: &mut Found) -> bool {
         let x = self.place(pair);
         self.cloud.find(&x, k, found);
         found.reach != Reach::Flat && self.cloud.surrounds(&found.index, &x)
     }
 
     /// The value of the reading nearest to a pair.
-    pub fn nearest(&self, pair: &DirectionPair) -> &[f64] {
+    pub(crate) fn nearest(&self, pair: &DirectionPair) -> &[f64] {
         self.cloud.value(self.cloud.nearest(&self.place(pair)))
     }
 }

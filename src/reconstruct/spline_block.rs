@@ -61,7 +61,7 @@ impl<const K: usize> Block<K> {
     }
 
     /// Takes up query `x`, with what was found about it.
-    pub fn take(&mut self, slot: usize, cloud: &Cloud<K>, x: &[f64; K], found: &mut Found) {
+    pub(crate) fn take(&mut self, slot: usize, cloud: &Cloud<K>, x: &[f64; K], found: &mut Found) {
         let lane = self.taken;
         let n = found.index.len();
         self.order.resize(n, [0; LANES]);
@@ -83,7 +83,7 @@ impl<const K: usize> Block<K> {
     }
 
     /// The weights of one query, by number in what was found.
-    pub fn weights(&self, lane: usize, out: &mut Vec<f64>) {
+    pub(crate) fn weights(&self, lane: usize, out: &mut Vec<f64>) {
         out.clear();
         out.resize(self.order.len(), 0.0);
         for (to, weight) in self.order.iter().zip(&self.weights) {

@@ -33,7 +33,7 @@ impl Values {
     }
 
     /// The transform with its epsilon (sr⁻¹).
-    pub fn with(self, epsilon: f64) -> Transform {
+    pub(crate) fn with(self, epsilon: f64) -> Transform {
         match self {
             Values::Linear => Transform::Linear,
             Values::Log => Transform::Log { epsilon },
@@ -96,7 +96,7 @@ impl Transform {
 
     /// [`inverse`](Self::inverse) of many, one after the other in vector instructions.
     #[inline(always)]
-    pub fn inverse_all(self, values: &mut [f64]) {
+    pub(crate) fn inverse_all(self, values: &mut [f64]) {
         match self {
             Transform::Linear => values.iter_mut().for_each(|y| *y = self.inverse(*y)),
             Transform::Log { .. } => values.iter_mut().for_each(|y| *y = self.inverse(*y)),

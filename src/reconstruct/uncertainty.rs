@@ -52,7 +52,7 @@ impl Uncertain {
     }
 
     /// An uncertainty as a share of the value; infinite where that is black and yet uncertain.
-    pub fn share(&self, uncertainty: f64) -> f64 {
+    pub(crate) fn share(&self, uncertainty: f64) -> f64 {
         match uncertainty {
             0.0 => 0.0,
             u => u / self.value,
@@ -121,7 +121,7 @@ impl Replicated {
     ///
     /// # Panics
     /// If there is another number of flags.
-    pub fn of_some(
+    pub(crate) fn of_some(
         measurement: &Measurement,
         present: &[bool],
         method: &dyn Reconstruct,
@@ -194,7 +194,7 @@ impl Replicated {
     }
 
     /// Every channel and its uncertainties at the poses of a schedule, as readings; none where no reading is near.
-    pub fn readings(&self, schedule: Arc<Schedule>, cover: &Cover) -> Measurement {
+    pub(crate) fn readings(&self, schedule: Arc<Schedule>, cover: &Cover) -> Measurement {
         let pairs: Vec<DirectionPair> = schedule.poses.iter().map(|pose| pose.pair).collect();
         let all = self.channels_at(&pairs);
         let outcome = |coverage| match coverage {
@@ -248,7 +248,7 @@ impl Replicated {
     }
 
     /// Standard uncertainties of the luminance at many pairs, sr⁻¹, in parallel.
-    pub fn uncertainties(&self, pairs: &[DirectionPair]) -> Vec<f64> {
+    pub(crate) fn uncertainties(&self, pairs: &[DirectionPair]) -> Vec<f64> {
         self.at(pairs).iter().map(Uncertain::uncertainty).collect()
     }
 }

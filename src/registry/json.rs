@@ -30,7 +30,7 @@ impl From<serde_json::Error> for ReadError {
 
 impl Table<'_> {
     /// Its place in a text, which is not known.
-    pub fn span(&self) -> Option<Range<usize>> {
+    pub(crate) fn span(&self) -> Option<Range<usize>> {
         None
     }
 }

@@ -8,7 +8,7 @@ use std::io::{self, Write};
 pub(crate) struct Csv<W: Write>(csv::Writer<W>);
 
 impl<W: Write> Csv<W> {
-    pub fn new(out: W) -> Self {
+    pub(crate) fn new(out: W) -> Self {
         Self(csv::Writer::from_writer(out))
     }
 
@@ -16,7 +16,10 @@ impl<W: Write> Csv<W> {
     ///
     /// # Errors
     /// Errors of the writer.
-    pub fn row<T: AsRef<str>>(&mut self, cells: impl IntoIterator<Item = T>) -> io::Result<()> {
+    pub(crate) fn row<T: AsRef<str>>(
+        &mut self,
+        cells: impl IntoIterator<Item = T>,
+    ) -> io::Result<()> {
         for cell in cells {
             let cell = cell.as_ref();
             let is_formula = cell.starts_with(['=', '+', '-', '@']) && cell.parse::<f64>().is_err();
@@ -32,7 +35,7 @@ impl<W: Write> Csv<W> {
     ///
     /// # Errors
     /// Errors of the writer.
-    pub fn values(&mut self, object: &Map<String, Value>) -> io::Result<()> {
+    pub(crate) fn values(&mut self, object: &Map<String, Value>) -> io::Result<()> {
         self.row(object.values().map(|value| match value {
             Value::Null => String::new(),
             Value::String(text) => text.clone(),
@@ -44,7 +47,7 @@ impl<W: Write> Csv<W> {
     ///
     /// # Errors
     /// Errors of the writer.
-    pub fn flush(&mut self) -> io::Result<()> {
+    pub(crate) fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
     }
 }

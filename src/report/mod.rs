@@ -35,7 +35,7 @@ pub use run::{
 };
 
 #[cfg(all(feature = "stability", feature = "pictures"))]
-pub use stability::stability_html;
+pub(crate) use stability::stability_html;
 #[cfg(feature = "stability")]
 pub use stability::{broken, stability_table};
 

@@ -18,7 +18,7 @@ pub(crate) enum Cell {
 
 impl Cell {
     /// The cell as a field of CSV; empty where there is no value.
-    pub fn text(self) -> String {
+    pub(crate) fn text(self) -> String {
         match self {
             Cell::Number(number) => number.map_or(String::new(), shown),
             Cell::Value(Value::Null) => String::new(),
@@ -90,34 +90,38 @@ pub(crate) struct Schema<R>(Vec<(String, Of<R>)>);
 
 impl<R> Schema<R> {
     /// No columns.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(Vec::new())
     }
 
     /// The columns with those of another schema behind them.
-    pub fn and(mut self, others: Self) -> Self {
+    pub(crate) fn and(mut self, others: Self) -> Self {
         self.0.extend(others.0);
         self
     }
 
     /// The columns with another one behind them.
-    pub fn column(mut self, name: impl Into<String>, of: impl Fn(&R) -> Cell + 'static) -> Self {
+    pub(crate) fn column(
+        mut self,
+        name: impl Into<String>,
+        of: impl Fn(&R) -> Cell + 'static,
+    ) -> Self {
         self.0.push((name.into(), Box::new(of)));
         self
     }
 
     /// Names of the columns.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.0.iter().map(|(name, _)| name.as_str())
     }
 
     /// The cells of a row.
-    pub fn cells(&self, row: &R) -> impl Iterator<Item = Cell> {
+    pub(crate) fn cells(&self, row: &R) -> impl Iterator<Item = Cell> {
         self.0.iter().map(|(_, of)| of(row))
     }
 
     /// A row as an object with the names of the columns.
-    pub fn object(&self, row: &R) -> Map<String, Value> {
+    pub(crate) fn object(&self, row: &R) -> Map<String, Value> {
         let names = self.names().map(String::from);
         names.zip(self.cells(row).map(Cell::json)).collect()
     }
@@ -126,7 +130,7 @@ impl<R> Schema<R> {
     ///
     /// # Errors
     /// Whatever `out` reports.
-    pub fn csv<'r>(
+    pub(crate) fn csv<'r>(
         &self,
         rows: impl IntoIterator<Item = &'r R>,
         out: &mut impl Write,

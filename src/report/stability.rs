@@ -70,7 +70,7 @@ pub fn broken(findings: &[Finding]) -> impl Iterator<Item = &Finding> {
 
 /// A page that needs no other: what does not hold first, then a table for each family.
 #[cfg(feature = "pictures")]
-pub fn stability_html(findings: &[Finding]) -> String {
+pub(crate) fn stability_html(findings: &[Finding]) -> String {
     let broken: Vec<&Finding> = broken(findings).collect();
     let body = page! {
         main {

@@ -119,7 +119,7 @@ pub(crate) struct PoseRows<'a> {
 
 impl<'a> PoseRows<'a> {
     /// Rows of the poses that a sequence visits, then, if `all`, of those that it cannot.
-    pub fn new(schedule: &'a Schedule, sequence: Sequence<'a>, all: bool) -> Self {
+    pub(crate) fn new(schedule: &'a Schedule, sequence: Sequence<'a>, all: bool) -> Self {
         let axes = coordinate_axes(schedule.parametrization.axes());
         Self {
             schedule,
@@ -131,7 +131,7 @@ impl<'a> PoseRows<'a> {
     }
 
     /// The same rows without coordinates and symmetries, which nothing said.
-    pub fn without_coordinates(self) -> Self {
+    pub(crate) fn without_coordinates(self) -> Self {
         Self {
             is_bare: true,
             axes: Vec::new(),
@@ -140,7 +140,7 @@ impl<'a> PoseRows<'a> {
     }
 
     /// Number of rows.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self.sequence {
             Sequence::Generated => self.schedule.poses.len(),
             Sequence::Order(order) => order.len(),
@@ -150,7 +150,7 @@ impl<'a> PoseRows<'a> {
     }
 
     /// Number of the pose of a row.
-    pub fn pose(&self, row: usize) -> usize {
+    pub(crate) fn pose(&self, row: usize) -> usize {
         match self.sequence {
             Sequence::Generated => row,
             Sequence::Order(order) => order[row] as usize,
@@ -162,7 +162,7 @@ impl<'a> PoseRows<'a> {
     }
 
     /// The columns.
-    pub fn columns(&self) -> Vec<Column<'_>> {
+    pub(crate) fn columns(&self) -> Vec<Column<'_>> {
         let pose = |row: usize| &self.schedule.poses[self.pose(row)];
         let number = "number of the pose in its schedule, from 0";
         let mut columns = vec![Column::new("index", number, |row| self.pose(row) as f64)];
@@ -222,7 +222,7 @@ impl<'a> PoseRows<'a> {
     }
 
     /// Facts from which a program can restore the schedule.
-    pub fn facts(&self) -> Map<String, Value> {
+    pub(crate) fn facts(&self) -> Map<String, Value> {
         let schedule = self.schedule;
         let p = &schedule.parametrization;
         let mut facts = Map::new();

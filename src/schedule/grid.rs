@@ -330,7 +330,7 @@ impl Distinct {
     const SHIFT: f64 = 0.618_033_988_749_894_9;
 
     /// An empty table for coordinates along these axes.
-    pub fn new(axes: &[Axis]) -> Self {
+    pub(crate) fn new(axes: &[Axis]) -> Self {
         let mut scale = [(0.0, 0.0, false); 4];
         for (s, axis) in scale.iter_mut().zip(axes) {
             let periodic = axis.kind == AxisKind::Periodic;
@@ -343,7 +343,7 @@ impl Distinct {
     }
 
     /// The number under which this configuration came first: `next` if it is new.
-    pub fn first(&mut self, coords: &Coords, next: u32) -> u32 {
+    pub(crate) fn first(&mut self, coords: &Coords, next: u32) -> u32 {
         let key = self.key(coords);
         *self.seen.entry(key).or_insert(next)
     }

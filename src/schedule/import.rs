@@ -201,12 +201,12 @@ pub(crate) struct Again {
 
 impl Again {
     /// True for two poses under one index.
-    pub fn is_another_pose(&self) -> bool {
+    pub(crate) fn is_another_pose(&self) -> bool {
         self.by_index
     }
 
     /// The error for a pose that is there twice.
-    pub fn refuse(&self, table: &Table) -> FileError {
+    pub(crate) fn refuse(&self, table: &Table) -> FileError {
         let first = table.lines[self.first];
         let message = if self.by_index {
             format!("this index is that of line {first}; allowed: every index once")
@@ -251,7 +251,7 @@ impl Rows {
     }
 
     /// For each row the first row of its pose: of its index, or else of its directions.
-    pub fn again(&self) -> impl Iterator<Item = Again> {
+    pub(crate) fn again(&self) -> impl Iterator<Item = Again> {
         let mut first = same_poses(&self.pairs);
         let mut by_index = vec![false; first.len()];
         if let Some(index) = &self.index {
@@ -273,7 +273,7 @@ impl Rows {
 
     /// The schedule of the rows in `kept` (each pose once, in the order of the file), and the number
     /// that each of them has in it.
-    pub fn schedule(
+    pub(crate) fn schedule(
         &self,
         table: &Table,
         kept: &[usize],

@@ -24,7 +24,7 @@ pub enum Unreachable {
 
 impl Unreachable {
     /// Names of the reasons, as files and reports write them.
-    pub const NAMES: [&str; 5] = [
+    pub(crate) const NAMES: [&str; 5] = [
         "light-elevation",
         "sensor-elevation",
         "occluded",
@@ -46,7 +46,7 @@ impl Unreachable {
 
     /// The reason as rows of files write it: the name, and the number of its axis or pair behind a
     /// colon.
-    pub fn label(self) -> String {
+    pub(crate) fn label(self) -> String {
         let name = self.name();
         match self {
             Self::AxisRange(number) | Self::Collision(number) => format!("{name}:{number}"),
@@ -54,7 +54,7 @@ impl Unreachable {
         }
     }
 
-    /// The reason of a text written by [`label`](Self::label).
+    /// The reason of a text written by `label`.
     pub fn of_label(label: &str) -> Option<Self> {
         let (name, number) = match label.split_once(':') {
             Some((name, number)) => (name, Some(number.parse().ok()?)),
@@ -112,7 +112,7 @@ impl Itinerary {
     }
 
     /// Share of the poses that can be measured, in [0, 1]; 1 if there are none.
-    pub fn reachable(&self) -> f64 {
+    pub(crate) fn reachable(&self) -> f64 {
         let all = self.visits.len() + self.unreachable.len();
         if all == 0 {
             return 1.0;
@@ -121,7 +121,7 @@ impl Itinerary {
     }
 
     /// Number of poses each reason keeps out, `reason:count` joined by `;`; empty if none does.
-    pub fn reasons_text(&self) -> String {
+    pub(crate) fn reasons_text(&self) -> String {
         let counts = Unreachable::NAMES.into_iter().zip(self.reasons());
         let counts = counts.filter(|(_, n)| *n > 0);
         let parts: Vec<_> = counts.map(|(name, n)| format!("{name}:{n}")).collect();
@@ -129,7 +129,7 @@ impl Itinerary {
     }
 
     /// Number of poses that each reason keeps out, in the order of [`Unreachable::NAMES`].
-    pub fn reasons(&self) -> [usize; Unreachable::NAMES.len()] {
+    pub(crate) fn reasons(&self) -> [usize; Unreachable::NAMES.len()] {
         Unreachable::NAMES.map(|name| {
             let same = |(_, reason): &&(u32, Unreachable)| reason.name() == name;
             self.unreachable.iter().filter(same).count()

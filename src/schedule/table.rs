@@ -45,7 +45,7 @@ pub struct FileError {
 
 impl FileError {
     /// An error about one line of a file.
-    pub fn at(name: &str, line: usize, message: impl Into<String>) -> Self {
+    pub(crate) fn at(name: &str, line: usize, message: impl Into<String>) -> Self {
         Self {
             line: Some(line),
             ..Self::whole(name, message)
@@ -53,7 +53,7 @@ impl FileError {
     }
 
     /// An error about a whole file.
-    pub fn whole(name: &str, message: impl Into<String>) -> Self {
+    pub(crate) fn whole(name: &str, message: impl Into<String>) -> Self {
         Self {
             name: name.into(),
             line: None,

@@ -153,7 +153,7 @@ impl Check {
     }
 
     /// Runs the check.
-    pub fn run(&self, family: &'static str) -> Finding {
+    pub(crate) fn run(&self, family: &'static str) -> Finding {
         let start = Instant::now();
         let mut watch = Watch::default();
         (self.run)(&mut watch);

@@ -112,7 +112,7 @@ impl Paired {
 
     /// The comparison of B with A.
     #[must_use]
-    pub fn inverted(&self) -> Self {
+    pub(crate) fn inverted(&self) -> Self {
         Self {
             ratio: 1.0 / self.ratio,
             interval: self.interval.map(|[low, high]| [1.0 / high, 1.0 / low]),

@@ -85,7 +85,7 @@ impl CrossValidation<'_> {
 
     /// Methods by their first error of [`Errors::QUANTITIES`](crate::metrics::Errors::QUANTITIES) under the
     /// first measure (`nrmse`, `cosine`), the smallest first, but [`Kriging`] if it is within a standard error of that; those that
-    /// cannot take the readings are left out. `done` is told after each of [`tasks`](Self::tasks).
+    /// cannot take the readings are left out. `done` is called after each task.
     ///
     /// # Errors
     /// That of the first method if none can.

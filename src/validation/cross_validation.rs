@@ -53,7 +53,7 @@ impl<'a> CrossValidation<'a> {
     }
 
     /// True if readings can choose their method, without what it takes to do so.
-    pub fn is_possible(measurement: &Measurement) -> bool {
+    pub(crate) fn is_possible(measurement: &Measurement) -> bool {
         Self::groups(measurement, None, &[]).is_ok()
     }
 
@@ -78,22 +78,22 @@ impl<'a> CrossValidation<'a> {
     }
 
     /// The readings.
-    pub fn measurement(&self) -> &Measurement {
+    pub(crate) fn measurement(&self) -> &Measurement {
         self.measurement
     }
 
     /// Number of reconstructions that [`scores`](Self::scores) makes of this many methods.
-    pub fn tasks(&self, methods: usize) -> usize {
+    pub(crate) fn tasks(&self, methods: usize) -> usize {
         methods * self.groups.count
     }
 
     /// Number of readings that take part.
-    pub fn readings(&self) -> usize {
+    pub(crate) fn readings(&self) -> usize {
         self.poses.len()
     }
 
-    /// The errors of methods, each at all readings that were left out once. `done` is told after each of
-    /// [`tasks`](Self::tasks).
+    /// The errors of methods, each at all readings that were left out once. `done` is called after each
+    /// task.
     pub fn scores(
         &self,
         methods: &[Arc<dyn Reconstruct>],

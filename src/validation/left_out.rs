@@ -82,7 +82,7 @@ pub(super) struct Groups {
 
 impl Groups {
     /// Groups of the readings of some poses: whole sheets if `sheets` says so, or where they lie in sheets.
-    pub fn new(
+    pub(crate) fn new(
         measurement: &Measurement,
         poses: &[usize],
         sheets: Option<bool>,
@@ -158,7 +158,7 @@ impl Groups {
     }
 
     /// The poses that judge, each with its group, of those that these groups were made of.
-    pub fn judges(&self, poses: &[usize]) -> Vec<(usize, usize)> {
+    pub(crate) fn judges(&self, poses: &[usize]) -> Vec<(usize, usize)> {
         let of = poses.iter().zip(&self.of);
         of.filter_map(|(&pose, &group)| Some((pose, group?)))
             .collect()
@@ -166,7 +166,7 @@ impl Groups {
 
     /// One flag per reading: true if it may be used to predict `group`. What stands at the place of a
     /// reading of the group may not, in whatever sheet it is.
-    pub fn kept(&self, group: usize) -> Vec<bool> {
+    pub(crate) fn kept(&self, group: usize) -> Vec<bool> {
         let places = self.place.iter().max().map_or(0, |n| n + 1);
         let mut open = vec![true; places];
         for (&place, &of) in self.place.iter().zip(&self.of) {

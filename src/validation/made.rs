@@ -49,7 +49,7 @@ impl Reconstruction {
     }
 
     /// What the method says of its errors; `None` of one that does not, and of more than [`TOLD`] readings.
-    pub fn predictive(&self) -> Option<Box<dyn Predictive>> {
+    pub(crate) fn predictive(&self) -> Option<Box<dyn Predictive>> {
         let few = (1..=TOLD).contains(&self.measurement.readings());
         few.then(|| self.method.predictive(&self.measurement).ok().flatten())?
     }
@@ -76,7 +76,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// As [`Replicated::of`] and [`Cover::of`].
-    pub fn uncertain_readings(&self) -> Result<Option<Measurement>, ReconstructError> {
+    pub(crate) fn uncertain_readings(&self) -> Result<Option<Measurement>, ReconstructError> {
         let Some(replicated) = self.replicated()? else {
             return Ok(None);
         };
@@ -90,7 +90,11 @@ impl Reconstruction {
     ///
     /// # Errors
     /// As [`Replicated::of`] and [`Cover::of`].
-    pub fn against(&self, truth: &dyn Brdf, set: &TestSet) -> Result<Against, ReconstructError> {
+    pub(crate) fn against(
+        &self,
+        truth: &dyn Brdf,
+        set: &TestSet,
+    ) -> Result<Against, ReconstructError> {
         let (cover, replicated) = (self.cover()?, self.replicated()?);
         let compared = set.compare(truth, &*self.brdf);
         let (first, [f, g]) = (&compared.first, &compared.values);

@@ -28,12 +28,12 @@ pub struct Scores(pub [[Estimate; Errors::QUANTITIES.len()]; Measure::USUAL.len(
 
 impl Scores {
     /// The first error of the first measure that is defined: what methods are ranked by.
-    pub fn rank(&self) -> Option<f64> {
+    pub(crate) fn rank(&self) -> Option<f64> {
         self.ranked_by()?.value
     }
 
     /// [`rank`](Self::rank) with its standard error.
-    pub fn ranked_by(&self) -> Option<&Estimate> {
+    pub(crate) fn ranked_by(&self) -> Option<&Estimate> {
         self.0.iter().flatten().find(|e| e.value.is_some())
     }
 }

@@ -21,7 +21,7 @@ const STRIDE: usize = 4;
 const STEPS: f64 = 200.0;
 
 /// Share of its class that a box holds at least; a smaller one is pure by chance.
-pub const LEAST: f64 = 0.01;
+pub(crate) const LEAST: f64 = 0.01;
 
 /// A box, and what it holds by paths that had no part in its choice.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ pub struct BestBox {
 impl BestBox {
     /// True if so much of its light is of the class by those that chose it, and, within three standard errors, by those that tell. Light
     /// in single directions may lie on a face, where the digits that are printed decide.
-    pub fn is_pure(&self, purity: f64) -> bool {
+    pub(crate) fn is_pure(&self, purity: f64) -> bool {
         let told = self.capture.inside[self.class];
         self.chosen_by >= purity && told.value + 3.0 * told.error >= purity
     }

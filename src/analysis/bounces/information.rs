@@ -39,7 +39,7 @@ impl Information {
     }
 
     /// The two axes that tell most.
-    pub fn best_pair(&self) -> ([usize; 2], Estimate) {
+    pub(crate) fn best_pair(&self) -> ([usize; 2], Estimate) {
         best(self.pairs.iter().copied()).unwrap_or(([0, 1], self.all))
     }
 }

@@ -9,7 +9,7 @@ mod information;
 mod map;
 mod sample;
 
-pub use boxes::{BestBox, LEAST as LEAST_CAPTURE};
+pub(crate) use boxes::{BestBox, LEAST as LEAST_CAPTURE};
 pub use information::Information;
 pub use map::{CELLS as MAP_CELLS, Map};
 pub use sample::{Capture, LightShares, PathSample, Spread};

@@ -123,7 +123,7 @@ impl PathSample {
     }
 
     /// Pairs of the paths that left.
-    pub fn pairs(&self) -> &[DirectionPair] {
+    pub(crate) fn pairs(&self) -> &[DirectionPair] {
         &self.pairs
     }
 
@@ -175,7 +175,7 @@ impl PathSample {
     }
 
     /// True if a path left with light.
-    pub fn has_light(&self) -> bool {
+    pub(crate) fn has_light(&self) -> bool {
         !self.light.is_empty()
     }
 

@@ -67,7 +67,7 @@ pub(super) struct Pairs {
 
 impl Pairs {
     /// About so many, cosine-distributed.
-    pub fn new(pairs: usize) -> Result<Rc<Self>, Error> {
+    pub(crate) fn new(pairs: usize) -> Result<Rc<Self>, Error> {
         let spec = MetricsSpec {
             pairs,
             ..MetricsSpec::default()
@@ -79,18 +79,18 @@ impl Pairs {
     }
 
     /// Values of a BRDF there.
-    pub fn at(&self, brdf: &dyn Brdf) -> Values {
+    pub(crate) fn at(&self, brdf: &dyn Brdf) -> Values {
         metrics::evaluate(brdf, &self.level.pairs)
     }
 
     /// Their number.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.level.pairs.len()
     }
 }
 
 impl Truth {
-    pub fn new(brdf: Rc<dyn Brdf>, set: &Rc<Pairs>) -> Rc<Self> {
+    pub(crate) fn new(brdf: Rc<dyn Brdf>, set: &Rc<Pairs>) -> Rc<Self> {
         Rc::new(Self {
             values: set.at(&*brdf),
             brdf,
@@ -99,12 +99,12 @@ impl Truth {
     }
 
     /// The test pairs.
-    pub fn pairs(&self) -> &Pairs {
+    pub(crate) fn pairs(&self) -> &Pairs {
         &self.set
     }
 
     /// The errors of values at the pairs, and then other numbers.
-    pub fn judged(&self, values: &Values, others: &[f64]) -> Judged {
+    pub(crate) fn judged(&self, values: &Values, others: &[f64]) -> Judged {
         let mut tally = self.set.set.tally();
         self.set.level.add_to(&mut tally, &self.values, values);
         let (errors, standard) = (tally.errors(0), tally.standard_errors(0));

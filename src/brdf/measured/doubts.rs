@@ -32,7 +32,7 @@ pub(super) struct Doubts {
 
 impl Doubts {
     /// Counts a number that stands for no reading.
-    pub fn see(&mut self, value: f64) {
+    pub(crate) fn see(&mut self, value: f64) {
         self.marks.see(&match value.abs() < 1e16 {
             true => value.to_string(),
             false => format!("{value:e}"),
@@ -41,7 +41,7 @@ impl Doubts {
 
     /// Makes NaN of numbers that stand for no reading, `no_reading` among them, and of what is infinite, and counts these and
     /// values below 0. NaN is counted unless there was a text in its place, which has been counted.
-    pub fn take<T>(values: &mut [T], texts: Marks, no_reading: Option<f64>) -> Self
+    pub(crate) fn take<T>(values: &mut [T], texts: Marks, no_reading: Option<f64>) -> Self
     where
         T: Copy + Into<f64> + From<f32>,
     {
@@ -71,18 +71,18 @@ impl Doubts {
     }
 
     /// Adds those of further values of the table.
-    pub fn add(&mut self, more: Self) {
+    pub(crate) fn add(&mut self, more: Self) {
         self.marks.add(more.marks);
         self.negative += more.negative;
     }
 
     /// Doubts zeros among values, of which none is one that was below 0.
-    pub fn look_for_zeros(&mut self, values: impl Iterator<Item = f64>) {
+    pub(crate) fn look_for_zeros(&mut self, values: impl Iterator<Item = f64>) {
         self.zeros = zeros_among(values);
     }
 
     /// The sentences about them.
-    pub fn remarks(&self) -> Vec<String> {
+    pub(crate) fn remarks(&self) -> Vec<String> {
         let negative = (self.negative > 0).then(|| {
             let values = count_are(self.negative, "value");
             format!("{values} below 0: taken as 0")

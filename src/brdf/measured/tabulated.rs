@@ -80,7 +80,7 @@ impl TabulatedSpec {
     }
 
     /// A UTIA table of `of`.
-    pub fn utia(of: Box<dyn BrdfSpec>) -> Self {
+    pub(crate) fn utia(of: Box<dyn BrdfSpec>) -> Self {
         let keys = Keys {
             format: TableFormat::Utia,
             ..Keys::default()

@@ -128,7 +128,7 @@ impl FresnelSpec {
     }
 
     /// A piece of a material's label, e.g. `dielectric-1.5`.
-    pub fn label(&self) -> String {
+    pub(crate) fn label(&self) -> String {
         match self {
             FresnelSpec::Conductor(s) => format!("{}-{}-{}", CONDUCTOR.kind, s.eta, s.kappa),
             FresnelSpec::Dielectric(s) => format!("{}-{}", DIELECTRIC.kind, s.ior),
@@ -138,7 +138,7 @@ impl FresnelSpec {
     }
 
     /// How many different values there are to work out: 1 if grey, else one a colour or wavelength.
-    pub fn distinct(&self, channels: &Channels) -> usize {
+    pub(crate) fn distinct(&self, channels: &Channels) -> usize {
         match self {
             FresnelSpec::Conductor(s) => s.eta.distinct(channels).max(s.kappa.distinct(channels)),
             FresnelSpec::Dielectric(s) => s.ior.distinct(channels),
@@ -179,7 +179,7 @@ enum Law {
 
 impl Fresnel {
     /// The term of a checked `spec`.
-    pub fn new(spec: &FresnelSpec, channels: &Channels) -> Self {
+    pub(crate) fn new(spec: &FresnelSpec, channels: &Channels) -> Self {
         Self(match spec {
             FresnelSpec::Conductor(s) => {
                 let squares = planes([&s.eta, &s.kappa], channels)
@@ -200,7 +200,7 @@ impl Fresnel {
 
     /// Writes `factor · F(cos_d)` for each channel of each factor and cosine.
     #[inline(always)]
-    pub fn scale(&self, cos_d: &[f64], factors: &[f64], out: &mut [f64]) {
+    pub(crate) fn scale(&self, cos_d: &[f64], factors: &[f64], out: &mut [f64]) {
         match &self.0 {
             Law::Conductor(indices) => each(indices, cos_d, factors, out, conductor),
             Law::Dielectric(excess) => each(excess, cos_d, factors, out, dielectric),

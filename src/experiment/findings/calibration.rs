@@ -22,7 +22,7 @@ pub struct Calibration {
 
 impl Calibration {
     /// True if both are of the same error under the same measure.
-    pub fn is_of_same_error(&self, other: &Self) -> bool {
+    pub(crate) fn is_of_same_error(&self, other: &Self) -> bool {
         self.metric == other.metric && self.measure == other.measure
     }
 }

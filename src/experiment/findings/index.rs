@@ -13,14 +13,14 @@ pub(super) struct Names<T> {
 }
 
 impl<T: Clone + Eq + std::hash::Hash> Names<T> {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             list: Vec::new(),
             places: HashMap::new(),
         }
     }
 
-    pub fn place(&mut self, name: T) -> usize {
+    pub(crate) fn place(&mut self, name: T) -> usize {
         let next = self.list.len();
         let list = &mut self.list;
         *self.places.entry(name.clone()).or_insert_with(|| {
@@ -46,7 +46,7 @@ pub(super) struct Index<'a> {
 }
 
 impl<'a> Index<'a> {
-    pub fn new(rows: &[&'a Row]) -> Self {
+    pub(crate) fn new(rows: &[&'a Row]) -> Self {
         let mut index = Self {
             choices: Names::new(),
             allowances: Names::new(),
@@ -105,7 +105,7 @@ impl<'a> Index<'a> {
 
     /// True if two choices are warped alike: at the same place of the warps of their
     /// parametrizations, or past the end of those of the other and the other at its end.
-    pub fn alike(&self, a: usize, b: usize) -> bool {
+    pub(crate) fn alike(&self, a: usize, b: usize) -> bool {
         let (x, y) = (self.warp[a], self.warp[b]);
         let last = |c: usize| {
             let name = &self.choices.list[c].parametrization;
@@ -117,7 +117,7 @@ impl<'a> Index<'a> {
     }
 
     /// Positions of the materials of a truth class; `None`: of all materials.
-    pub fn of_truth(&self, truth: Option<usize>) -> Vec<usize> {
+    pub(crate) fn of_truth(&self, truth: Option<usize>) -> Vec<usize> {
         let all = 0..self.materials.list.len();
         all.filter(|&m| truth.is_none_or(|t| self.truth_of[m] == t))
             .collect()
@@ -125,7 +125,7 @@ impl<'a> Index<'a> {
 
     /// The materials that tell choices apart, and the others with the reason: rounding would decide
     /// a mean over what a choice reconstructs exactly.
-    pub fn telling(
+    pub(crate) fn telling(
         &self,
         metric: Metric,
         measure: usize,
@@ -155,7 +155,7 @@ impl<'a> Index<'a> {
     }
 
     /// A value by choice, allowance and position in `materials`.
-    pub fn each<T>(
+    pub(crate) fn each<T>(
         &self,
         measure: usize,
         materials: &[usize],
@@ -173,14 +173,14 @@ impl<'a> Index<'a> {
     }
 
     /// The arithmetic mean over seeds of a number of the rows; 0 of none.
-    pub fn average(&self, at: [usize; 4], of: impl Fn(&Row) -> f64) -> f64 {
+    pub(crate) fn average(&self, at: [usize; 4], of: impl Fn(&Row) -> f64) -> f64 {
         let rows = self.rows.get(&at).map_or(&[][..], Vec::as_slice);
         rows.iter().map(|r| of(r)).sum::<f64>() / rows.len().max(1) as f64
     }
 
     /// The mean over seeds of something of the rows; `None` where there is none or it is not
     /// defined.
-    pub fn mean(&self, at: [usize; 4], of: impl Fn(&Row) -> Option<f64>) -> Option<f64> {
+    pub(crate) fn mean(&self, at: [usize; 4], of: impl Fn(&Row) -> Option<f64>) -> Option<f64> {
         let rows = self.rows.get(&at)?;
         let values: Option<Vec<f64>> = rows.iter().map(|r| of(r)).collect();
         geometric_mean(&values?)

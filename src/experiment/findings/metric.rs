@@ -40,7 +40,7 @@ impl Metric {
     }
 
     /// The error of the truth that is in it, [`crate::metrics::TruthErrors`].
-    pub fn of_truth(self, row: &Row) -> Option<f64> {
+    pub(crate) fn of_truth(self, row: &Row) -> Option<f64> {
         row.value(match self {
             Metric::Nrmse => "truth_nrmse",
             Metric::LogRelative => "truth_log_relative",

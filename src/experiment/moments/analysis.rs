@@ -42,7 +42,12 @@ pub struct ProfileFits {
 
 impl ProfileFits {
     /// Fits one profile of a material; `tolerance` is the relative accuracy of its energies.
-    pub fn new(of: &MaterialProfiles, index: usize, range: ViewRange, tolerance: f64) -> Self {
+    pub(crate) fn new(
+        of: &MaterialProfiles,
+        index: usize,
+        range: ViewRange,
+        tolerance: f64,
+    ) -> Self {
         let profile = &of.profiles[index];
         let views = &profile.views;
         let variances = [TT, PP].map(|c| profile.values(c));
@@ -86,12 +91,12 @@ impl ProfileFits {
     }
 
     /// Slope µ̃ of the mean; `None` if its fit failed.
-    pub fn slope(&self) -> Option<f64> {
+    pub(crate) fn slope(&self) -> Option<f64> {
         Some(self.mean.as_ref().ok()?.slope)
     }
 
     /// Average variance σ̃², rad²; `None` if its fit failed.
-    pub fn average_variance(&self) -> Option<f64> {
+    pub(crate) fn average_variance(&self) -> Option<f64> {
         Some(self.variance.as_ref().ok()?.variance)
     }
 }
@@ -101,7 +106,7 @@ const TT: Component = Component { n: 2, m: 0 };
 const PP: Component = Component { n: 0, m: 2 };
 
 /// Two flags: true if θ_0 is within half a degree of the first fitted view; if θ_1 is the last one.
-pub fn at_bound(fit: &EnergyFit, range: ViewRange) -> [bool; 2] {
+pub(crate) fn at_bound(fit: &EnergyFit, range: ViewRange) -> [bool; 2] {
     match fit.knots() {
         Some([lower, _]) => [
             lower < range.ends()[0] + 0.5_f64.to_radians(),
@@ -127,7 +132,7 @@ pub struct Spread {
 impl Spread {
     /// The spread in another unit: every value times `factor`.
     #[must_use]
-    pub fn scaled(self, factor: f64) -> Self {
+    pub(crate) fn scaled(self, factor: f64) -> Self {
         Self {
             mean: self.mean * factor,
             deviation: self.deviation.map(|d| d * factor),
@@ -137,7 +142,7 @@ impl Spread {
     }
 
     /// Mean and spread of some values; `None` if there are none.
-    pub fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+    pub(crate) fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
         let values: Vec<f64> = values.collect();
         let n = values.len();
         if n == 0 {
@@ -200,7 +205,7 @@ pub struct Group {
 impl Group {
     /// Analyses materials of a group; `fits` are those of its profiles, in order, and `tolerance`
     /// is the relative accuracy of their energies.
-    pub fn new(
+    pub(crate) fn new(
         name: String,
         members: &[&MaterialProfiles],
         fits: Vec<ProfileFits>,
@@ -252,13 +257,13 @@ impl Group {
     }
 
     /// The fits of the first channel, one per material.
-    pub fn first_channel(&self) -> impl Iterator<Item = &ProfileFits> {
+    pub(crate) fn first_channel(&self) -> impl Iterator<Item = &ProfileFits> {
         let channel = self.fits.first().map(|f| f.channel);
         self.fits.iter().filter(move |f| Some(f.channel) == channel)
     }
 
     /// Mean and spread of a number of the first channel over the materials.
-    pub fn spread(&self, of: impl Fn(&ProfileFits) -> Option<f64>) -> Option<Spread> {
+    pub(crate) fn spread(&self, of: impl Fn(&ProfileFits) -> Option<f64>) -> Option<Spread> {
         Spread::of(self.first_channel().filter_map(of))
     }
 }

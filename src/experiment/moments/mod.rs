@@ -9,8 +9,8 @@ mod plan;
 mod profiles;
 mod spec;
 
-pub use analysis::{CorrelationRow, Group, ProfileFits, Spread, at_bound};
-pub use plan::{AnalysisSpec, MomentsPlan, PublishedNumbers};
+pub(crate) use analysis::{CorrelationRow, Group, ProfileFits, Spread, at_bound};
+pub(crate) use plan::{AnalysisSpec, MomentsPlan, PublishedNumbers};
 pub(super) use plan::{read_keys, read_tables};
 pub use profiles::{MaterialProfiles, ProfileRow, degrees, shown};
-pub use spec::MomentsTable;
+pub(crate) use spec::MomentsTable;

@@ -102,7 +102,7 @@ impl AnalysisSpec {
     ///
     /// # Errors
     /// Names the key that is out of range.
-    pub fn range(&self) -> Result<ViewRange, ParameterError> {
+    pub(crate) fn range(&self) -> Result<ViewRange, ParameterError> {
         ViewRange::from_degrees(self.min_view_deg, self.max_view_deg)
     }
 }
@@ -195,12 +195,12 @@ impl MomentsPlan {
     }
 
     /// Channels that the materials are built for.
-    pub fn channels(&self) -> Channels {
+    pub(crate) fn channels(&self) -> Channels {
         self.seen_in(self.moments.spec.needs())
     }
 
     /// The wavelengths of the scene, if it has any; else `otherwise`.
-    pub fn seen_in(&self, otherwise: Channels) -> Channels {
+    pub(crate) fn seen_in(&self, otherwise: Channels) -> Channels {
         match &self.wavelengths {
             Some(wavelengths) => Channels::Wavelengths(wavelengths.clone()),
             None => otherwise,
@@ -208,7 +208,7 @@ impl MomentsPlan {
     }
 
     /// The groups of materials, in the order of their first member.
-    pub fn groups(&self) -> Vec<String> {
+    pub(crate) fn groups(&self) -> Vec<String> {
         each_once(self.materials.iter().map(Material::group))
     }
 }

@@ -103,7 +103,7 @@ impl Acquisition<'_> {
     }
 
     /// The poses that a BRDF leads to, and the tour through them.
-    pub fn route(
+    pub(crate) fn route(
         &self,
         brdf: &dyn Brdf,
         course: &mut Course,

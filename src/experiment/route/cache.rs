@@ -30,14 +30,14 @@ impl<K, T> Default for Cache<K, T> {
 
 impl<K: Eq + Hash, T> Cache<K, T> {
     /// The value kept for a key, and the seconds that its making took.
-    pub fn get(&mut self, key: &K, again: bool) -> Option<(Arc<T>, f64)> {
+    pub(crate) fn get(&mut self, key: &K, again: bool) -> Option<(Arc<T>, f64)> {
         let kept = self.0.get_mut(key)?;
         kept.again |= again;
         Some((Arc::clone(&kept.made), kept.seconds))
     }
 
     /// Returns a new value, and keeps it if there is room.
-    pub fn keep(&mut self, key: K, new: CacheEntry<T>) -> (Arc<T>, f64) {
+    pub(crate) fn keep(&mut self, key: K, new: CacheEntry<T>) -> (Arc<T>, f64) {
         let made = (Arc::clone(&new.made), new.seconds);
         let held: usize = self.0.values().map(|kept| kept.poses).sum();
         if held + new.poses <= CACHED_POSES {
@@ -47,7 +47,7 @@ impl<K: Eq + Hash, T> Cache<K, T> {
     }
 
     /// Drops all that no later material asks for.
-    pub fn drop_unasked(&mut self) {
+    pub(crate) fn drop_unasked(&mut self) {
         self.0.retain(|_, kept| kept.again);
     }
 }

@@ -238,7 +238,7 @@ impl Errors {
 impl Session<'_> {
     /// Measures the poses of the itinerary; `None` if `go_on`, which is asked every few hundred
     /// poses, returned false.
-    pub fn measure_while(
+    pub(crate) fn measure_while(
         &self,
         brdf: &dyn Brdf,
         schedule: &Arc<Schedule>,

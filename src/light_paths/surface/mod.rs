@@ -6,7 +6,7 @@ mod spectral;
 mod statistics;
 
 pub use height_map::HeightMapSpec;
-pub use statistics::{Optics, Statistics};
+pub(crate) use statistics::{Optics, Statistics};
 
 use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_whole};

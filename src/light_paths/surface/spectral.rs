@@ -27,7 +27,7 @@ use std::sync::Arc;
     untagged,
     expecting = "rms_slope: allowed is a number or two numbers [along x, along y]"
 )]
-pub enum Slope {
+pub(crate) enum Slope {
     /// The same along both.
     Isotropic(f64),
     /// Along x and along y.

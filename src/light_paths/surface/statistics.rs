@@ -6,7 +6,7 @@ use std::fmt;
 
 /// Numbers of one period; lengths in cells.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Statistics {
+pub(crate) struct Statistics {
     /// Cells along x and y.
     pub size: [usize; 2],
     /// Root mean square of the height about its mean.
@@ -33,7 +33,7 @@ const LINES: usize = 64;
 
 impl Statistics {
     /// Of a period of `field`.
-    pub fn new(field: &HeightField) -> Self {
+    pub(crate) fn new(field: &HeightField) -> Self {
         let size = field.size();
         let heights: Vec<f64> = field.heights().collect();
         let n = heights.len() as f64;
@@ -113,7 +113,7 @@ pub struct Optics {
 
 impl Statistics {
     /// Of a surface with cells of `pitch`, in light of `wavelength`, in one unit.
-    pub fn optics(&self, pitch: f64, wavelength: f64) -> Optics {
+    pub(crate) fn optics(&self, pitch: f64, wavelength: f64) -> Optics {
         let in_waves = |lengths: [Option<f64>; 2]| {
             let smallest = lengths.into_iter().flatten().reduce(f64::min);
             smallest.map(|cells| cells * pitch / wavelength)

@@ -56,12 +56,12 @@ impl ViewRange {
     }
 
     /// First and last elevation, rad.
-    pub fn ends(self) -> [f64; 2] {
+    pub(crate) fn ends(self) -> [f64; 2] {
         self.ends
     }
 
     /// True for the elevations (rad) that are fitted.
-    pub fn contains(self, theta: f64) -> bool {
+    pub(crate) fn contains(self, theta: f64) -> bool {
         let [lo, hi] = self.ends;
         (lo - Self::SLACK..=hi + Self::SLACK).contains(&theta)
     }

@@ -42,7 +42,7 @@ pub(super) struct Solved {
 
 impl Solved {
     /// Sum of the squared residuals.
-    pub fn cost(&self) -> f64 {
+    pub(crate) fn cost(&self) -> f64 {
         self.residuals.norm_squared()
     }
 }

@@ -53,7 +53,7 @@ impl Parameter {
     }
 
     /// x at t, and dx/dt.
-    pub fn value(&self, t: f64) -> [f64; 2] {
+    pub(crate) fn value(&self, t: f64) -> [f64; 2] {
         let [a, b] = self.ends;
         let share = 1.0 / (1.0 + (-t).exp());
         let (w, slope) = (a + (b - a) * share, (b - a) * share * (1.0 - share));
@@ -69,7 +69,7 @@ impl Parameters {
     ///
     /// # Errors
     /// If the model is none of luminance, if there is no such number, and if none is left.
-    pub fn new(model: &dyn BrdfSpec, fixed: &[String]) -> Result<Self, ParameterError> {
+    pub(crate) fn new(model: &dyn BrdfSpec, fixed: &[String]) -> Result<Self, ParameterError> {
         let refused = |e: &dyn std::fmt::Display| {
             let allowed = format!("an analytic material ({e})");
             ParameterError::new("model", model.label(), allowed)
@@ -115,18 +115,18 @@ impl Parameters {
     }
 
     /// The free numbers.
-    pub fn free(&self) -> &[Parameter] {
+    pub(crate) fn free(&self) -> &[Parameter] {
         &self.free
     }
 
     /// Where the model is.
-    pub fn start(&self) -> DVector<f64> {
+    pub(crate) fn start(&self) -> DVector<f64> {
         let places = self.free.iter().map(|p| p.place(p.scaled(p.start)));
         DVector::from_iterator(self.free.len(), places)
     }
 
     /// Another place, from uniform numbers in [0, 1).
-    pub fn around(&self, mut uniform: impl FnMut() -> f64) -> DVector<f64> {
+    pub(crate) fn around(&self, mut uniform: impl FnMut() -> f64) -> DVector<f64> {
         let places = self.free.iter().map(|p| {
             let width = match p.logarithmic {
                 true => SPREAD,
@@ -138,14 +138,14 @@ impl Parameters {
     }
 
     /// The model at a place; `None` where its numbers do not go together.
-    pub fn model(&self, place: &DVector<f64>) -> Option<Box<dyn Brdf>> {
+    pub(crate) fn model(&self, place: &DVector<f64>) -> Option<Box<dyn Brdf>> {
         let numbers = self.free.iter().zip(place.iter());
         let numbers: Vec<_> = numbers.map(|(p, &t)| (p.at, p.value(t)[0])).collect();
         with(&self.keys, &numbers)?.build(Channels::Luminance).ok()
     }
 
     /// A symmetry that the model lacks somewhere; `None` if it has all that are needed.
-    pub fn lacks(&self, needed: Symmetry) -> Option<&'static str> {
+    pub(crate) fn lacks(&self, needed: Symmetry) -> Option<&'static str> {
         // Numbers that happen to be equal are no symmetry.
         let mut next = 0.0;
         let elsewhere = self.around(|| {

@@ -46,7 +46,7 @@ pub(super) struct Found {
 }
 
 impl<'a> Problem<'a> {
-    pub fn new(
+    pub(crate) fn new(
         parameters: &'a Parameters,
         pairs: &'a [DirectionPair],
         logs: &'a [f64],
@@ -64,7 +64,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The best of searches from the model and from `starts` − 1 other places.
-    pub fn solve(&self, starts: usize) -> Found {
+    pub(crate) fn solve(&self, starts: usize) -> Found {
         let random = Random::new(SEED);
         let search = |s: usize| {
             let mut problem = self.clone();
@@ -160,7 +160,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 
 impl Found {
     /// The numbers with their standard errors, a sentence each; `several`: of which value they are.
-    pub fn remarks(&self, parameters: &Parameters, several: Option<usize>) -> Vec<String> {
+    pub(crate) fn remarks(&self, parameters: &Parameters, several: Option<usize>) -> Vec<String> {
         let of = several.map_or(String::new(), |c| format!("value {c}: "));
         let said = |(i, p): (usize, &Parameter)| {
             let [x, slope] = p.value(self.place[i]);

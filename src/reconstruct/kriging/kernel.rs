@@ -106,7 +106,7 @@ pub(super) struct Kernel {
 impl Kernel {
     /// Fitted to 82 materials of the MERL database (R, G, B and luminance of tables made from published
     /// neural fits) by their likelihood; terms of a, b, c and d are chosen like those of v and u3.
-    pub fn new(symmetry: Symmetry) -> Self {
+    pub(crate) fn new(symmetry: Symmetry) -> Self {
         let term = |amplitude: f64, lengths: &[(usize, f64)]| Term {
             amplitude,
             lengths: lengths.to_vec(),
@@ -139,7 +139,7 @@ impl Kernel {
     }
 
     /// The kernel about a prior: of what its functions leave, `scale` times the amplitudes.
-    pub fn about(mut self, scale: f64, level: f64, share: f64) -> Self {
+    pub(crate) fn about(mut self, scale: f64, level: f64, share: f64) -> Self {
         for term in &mut self.terms {
             term.amplitude *= scale;
         }
@@ -151,7 +151,7 @@ impl Kernel {
     }
 
     /// The logarithms of all amplitudes and lengths, term by term, then that of the share, if there is one.
-    pub fn logs(&self) -> Vec<f64> {
+    pub(crate) fn logs(&self) -> Vec<f64> {
         let of = |t: &Term| {
             let lengths = t.lengths.iter().map(|(_, l)| l.ln());
             std::iter::once(t.amplitude.ln())
@@ -163,7 +163,7 @@ impl Kernel {
     }
 
     /// The same kernel with other amplitudes, lengths and share, as [`logs`](Self::logs) lists them.
-    pub fn with_logs(&self, logs: &[f64]) -> Self {
+    pub(crate) fn with_logs(&self, logs: &[f64]) -> Self {
         let mut logs = logs.iter().map(|x| x.exp());
         let mut next = || logs.next().unwrap_or(1.0);
         let terms = self.terms.iter().map(|t| Term {
@@ -180,12 +180,12 @@ impl Kernel {
     }
 
     /// The variance of ln f that the terms add up to.
-    pub fn amplitude(&self) -> f64 {
+    pub(crate) fn amplitude(&self) -> f64 {
         self.terms.iter().map(|t| t.amplitude).sum()
     }
 
     /// The terms as weights 3/l² of all columns.
-    pub fn flat(&self) -> Vec<Flat> {
+    pub(crate) fn flat(&self) -> Vec<Flat> {
         let weight = |(c, l): &(usize, f64)| (*c, 3.0 / (l * l));
         let of = |t: &Term| Flat {
             amplitude: t.amplitude,

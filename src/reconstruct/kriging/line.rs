@@ -18,7 +18,7 @@ pub(super) struct Line {
 
 impl Line {
     /// The sums of readings with weights, a column per set.
-    pub fn new(
+    pub(crate) fn new(
         (amplitude, column, rate): (f64, usize, f64),
         readings: &[Columns],
         weights: &DMatrix<f64>,
@@ -60,7 +60,7 @@ impl Line {
 
     /// Adds the sum of each set at a pair to `out`.
     #[inline(always)]
-    pub fn add(&self, pair: &Columns, out: &mut [f64]) {
+    pub(crate) fn add(&self, pair: &Columns, out: &mut [f64]) {
         let x = pair[self.column];
         let width = out.len();
         let above = self.xs.partition_point(|y| *y <= x);

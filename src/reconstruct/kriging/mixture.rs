@@ -20,7 +20,10 @@ impl Mixture {
     ///
     /// # Errors
     /// If there are none or too many, or their covariances are singular.
-    pub fn of(kriging: &Kriging, measurement: &Measurement) -> Result<Self, ReconstructError> {
+    pub(crate) fn of(
+        kriging: &Kriging,
+        measurement: &Measurement,
+    ) -> Result<Self, ReconstructError> {
         admit(super::KIND, measurement.readings(), super::MOST)?;
         let (accounts, suspects) = Posterior::all(kriging, measurement)?;
         Ok(Self { accounts, suspects })
@@ -28,7 +31,11 @@ impl Mixture {
 
     /// What is known at pairs once there are readings at others too, each as it is expected; `None` if the covariances
     /// of these are singular.
-    pub fn with(&self, pairs: &[DirectionPair], read: &[DirectionPair]) -> Option<Vec<LogNormal>> {
+    pub(crate) fn with(
+        &self,
+        pairs: &[DirectionPair],
+        read: &[DirectionPair],
+    ) -> Option<Vec<LogNormal>> {
         let mut known = vec![LogNormal::default(); pairs.len()];
         for (share, process) in &self.accounts {
             let read = process.places(read);

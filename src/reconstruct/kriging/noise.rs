@@ -15,7 +15,7 @@ pub(super) struct Noise {
 impl Noise {
     /// The floor is the least uncertainty of the readings; what the share explains is the rest, in the median. `unsaid` is the variance of
     /// ln f of readings that state none.
-    pub fn of(readings: &Readings<'_>, unsaid: f64) -> Self {
+    pub(crate) fn of(readings: &Readings<'_>, unsaid: f64) -> Self {
         let Some(uncertainties) = readings.noise else {
             return Self {
                 relative: unsaid.sqrt(),
@@ -37,7 +37,7 @@ impl Noise {
     }
 
     /// The variance of ln(f + ε), where that is `log`.
-    pub fn variance(&self, log: f64) -> f64 {
+    pub(crate) fn variance(&self, log: f64) -> f64 {
         let f = log.exp();
         NUGGET + self.relative.powi(2) + (self.floor / f.max(EPSILON)).powi(2)
     }

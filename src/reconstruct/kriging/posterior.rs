@@ -56,7 +56,7 @@ const TASK: usize = 128;
 
 impl Places {
     /// The place with this number.
-    pub fn only(&self, i: usize) -> Self {
+    pub(crate) fn only(&self, i: usize) -> Self {
         Self {
             sites: self.sites.select(&[i]),
             solved: self.solved.columns(i, 1).into_owned(),
@@ -76,7 +76,10 @@ impl Posterior {
     ///
     /// # Errors
     /// If their covariances are singular.
-    pub fn of(kriging: &Kriging, measurement: &Measurement) -> Result<Self, ReconstructError> {
+    pub(crate) fn of(
+        kriging: &Kriging,
+        measurement: &Measurement,
+    ) -> Result<Self, ReconstructError> {
         let all = Self::all(kriging, measurement)?.0.into_iter();
         let likeliest = all.max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, process)) = likeliest else {
@@ -153,7 +156,7 @@ impl Posterior {
     }
 
     /// The process without a reading.
-    pub fn before(symmetry: Symmetry, prior: Option<&Arc<Prior>>) -> Self {
+    pub(crate) fn before(symmetry: Symmetry, prior: Option<&Arc<Prior>>) -> Self {
         let prior = prior.filter(|_| Prior::suits(symmetry)).cloned();
         let kernel = Kernel::new(symmetry);
         let kernel = match &prior {
@@ -221,7 +224,7 @@ impl Posterior {
     }
 
     /// Errors of ln(f + ε) at places that further readings do not average out.
-    pub fn shared(&self, places: &Places) -> Vec<f64> {
+    pub(crate) fn shared(&self, places: &Places) -> Vec<f64> {
         let (least, beyond) = &self.shared;
         let at = places.solved.column_iter().map(|v| v.dot(beyond));
         at.map(|e| least + e.max(0.0)).collect()
@@ -229,7 +232,7 @@ impl Posterior {
 
     /// The process as it would be with readings at some pairs more, each as it is expected: variances fall, means and
     /// scale stay. `can_be_read`: false where there were none to be had. `None` if the covariances are singular.
-    pub fn supposing(self, pairs: &[DirectionPair], can_be_read: bool) -> Option<Self> {
+    pub(crate) fn supposing(self, pairs: &[DirectionPair], can_be_read: bool) -> Option<Self> {
         if pairs.is_empty() {
             return Some(self);
         }
@@ -254,12 +257,12 @@ impl Posterior {
     }
 
     /// The prior it is about.
-    pub fn prior(&self) -> Option<&Prior> {
+    pub(crate) fn prior(&self) -> Option<&Prior> {
         self.known.as_ref().map(|known| &*known.prior)
     }
 
     /// What all variances are to be multiplied by.
-    pub fn scale(&self) -> f64 {
+    pub(crate) fn scale(&self) -> f64 {
         self.scale
     }
 
@@ -270,7 +273,7 @@ impl Posterior {
     }
 
     /// Pairs, with what the readings say of them.
-    pub fn places(&self, pairs: &[DirectionPair]) -> Places {
+    pub(crate) fn places(&self, pairs: &[DirectionPair]) -> Places {
         let known = self.known.as_ref();
         let mut sites = Sites::new(pairs, self.symmetry, known.map(|k| k.prior.at(pairs)));
         let mut spread = DMatrix::zeros(0, sites.len());
@@ -298,13 +301,13 @@ impl Posterior {
     }
 
     /// ln(f + ε) at places.
-    pub fn means(&self, places: &Places) -> Vec<f64> {
+    pub(crate) fn means(&self, places: &Places) -> Vec<f64> {
         let told = places.solved.column_iter().map(|v| v.dot(&self.solved));
         told.zip(&places.sites.mean).map(|(t, m)| m + t).collect()
     }
 
     /// Variances of ln(f + ε) at places, without the scale.
-    pub fn variances(&self, places: &Places) -> Vec<f64> {
+    pub(crate) fn variances(&self, places: &Places) -> Vec<f64> {
         let before = self.covariance.variances(&places.sites).into_iter();
         let squares = places.solved.column_iter().map(|v| v.norm_squared());
         let spread = places.spread.column_iter().map(|v| v.norm_squared());
@@ -313,7 +316,7 @@ impl Posterior {
     }
 
     /// Variances at places once there are readings at others too, without the scale; `None` if these are singular.
-    pub fn variances_with(&self, places: &Places, read: &Places) -> Option<Vec<f64>> {
+    pub(crate) fn variances_with(&self, places: &Places, read: &Places) -> Option<Vec<f64>> {
         if read.sites.len() == 0 {
             return Some(self.variances(places));
         }
@@ -332,7 +335,7 @@ impl Posterior {
     }
 
     /// Covariances of ln(f + ε) between two lists, without the scale: a column per place of the second.
-    pub fn covariances(&self, of: &Places, with: &Places) -> DMatrix<f64> {
+    pub(crate) fn covariances(&self, of: &Places, with: &Places) -> DMatrix<f64> {
         let size = [of.sites.len(), with.sites.len()];
         let rows = of.sites.rows();
         // For one column the transpose would cost more than the product.
@@ -365,7 +368,7 @@ impl Posterior {
     }
 
     /// The mean of those squares of the readings near each place.
-    pub fn surprise(&self, places: &Places) -> Vec<f64> {
+    pub(crate) fn surprise(&self, places: &Places) -> Vec<f64> {
         let squares = self.left_out();
         let near = |x: &Columns| {
             let [mut sum, mut weights] = [0.0, 1e-300];
@@ -381,7 +384,7 @@ impl Posterior {
     }
 
     /// How likely there is a reading to be had at each place: the share of those near, and of one besides.
-    pub fn readable(&self, places: &Places) -> Vec<f64> {
+    pub(crate) fn readable(&self, places: &Places) -> Vec<f64> {
         if self.read.iter().all(|read| *read) {
             return vec![1.0; places.sites.len()];
         }

@@ -42,7 +42,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    pub fn new(account: &Account, sites: &Sites, solved: &Solved) -> Self {
+    pub(crate) fn new(account: &Account, sites: &Sites, solved: &Solved) -> Self {
         let Solved { weights, levels } = solved;
         let columns = &sites.columns;
         let width = levels.len();
@@ -79,7 +79,7 @@ impl Part {
     }
 
     /// Writes ln(f + ε) of pairs.
-    pub fn eval(&self, pairs: &[DirectionPair], columns: &[Columns], out: &mut [f64]) {
+    pub(crate) fn eval(&self, pairs: &[DirectionPair], columns: &[Columns], out: &mut [f64]) {
         Arch::new().dispatch(Means(self, columns, out));
         for out in out.chunks_exact_mut(self.levels.len()) {
             out.iter_mut().zip(&self.levels).for_each(|(z, l)| *z += l);

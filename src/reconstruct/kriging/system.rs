@@ -20,7 +20,7 @@ pub(super) struct Sites {
 
 impl Sites {
     /// Pairs of a material of this symmetry, with the mean and the functions of a prior there, if there is one.
-    pub fn new(
+    pub(crate) fn new(
         pairs: &[DirectionPair],
         symmetry: Symmetry,
         known: Option<(Vec<f64>, DMatrix<f64>)>,
@@ -34,12 +34,12 @@ impl Sites {
         }
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.columns.len()
     }
 
     /// Some of them.
-    pub fn select(&self, which: &[usize]) -> Self {
+    pub(crate) fn select(&self, which: &[usize]) -> Self {
         Self {
             columns: which.iter().map(|&i| self.columns[i]).collect(),
             mean: which.iter().map(|&i| self.mean[i]).collect(),
@@ -48,7 +48,7 @@ impl Sites {
     }
 
     /// These, and then others.
-    pub fn and(mut self, others: &Self) -> Self {
+    pub(crate) fn and(mut self, others: &Self) -> Self {
         let (own, rows) = (self.len(), self.functions.nrows());
         self.columns.extend(&others.columns);
         self.mean.extend(&others.mean);
@@ -60,7 +60,7 @@ impl Sites {
     }
 
     /// The form in which covariances with others are computed.
-    pub fn rows(&self) -> Rows {
+    pub(crate) fn rows(&self) -> Rows {
         Rows {
             blocks: kernel::blocks(&self.columns),
             functions: self.functions.transpose(),
@@ -84,7 +84,7 @@ pub(super) struct Covariance {
 }
 
 impl Covariance {
-    pub fn new(kernel: &Kernel) -> Self {
+    pub(crate) fn new(kernel: &Kernel) -> Self {
         Self {
             terms: kernel.flat(),
             level: kernel.level,
@@ -94,7 +94,7 @@ impl Covariance {
     }
 
     /// The covariances of some sites with rows, a column per site.
-    pub fn between(&self, rows: &Rows, sites: &Sites, of: Range<usize>) -> DMatrix<f64> {
+    pub(crate) fn between(&self, rows: &Rows, sites: &Sites, of: Range<usize>) -> DMatrix<f64> {
         self.filled(rows, sites, of, false)
     }
 
@@ -120,7 +120,7 @@ impl Covariance {
     }
 
     /// The variance at each site.
-    pub fn variances(&self, sites: &Sites) -> Vec<f64> {
+    pub(crate) fn variances(&self, sites: &Sites) -> Vec<f64> {
         let plain = self.level + self.amplitude;
         let functions = sites.functions.column_iter();
         functions
@@ -129,7 +129,7 @@ impl Covariance {
     }
 
     /// Cholesky's factor of the covariances of readings; `None` if they are singular.
-    pub fn factor(&self, data: &Data) -> Option<DMatrix<f64>> {
+    pub(crate) fn factor(&self, data: &Data) -> Option<DMatrix<f64>> {
         let rows = data.sites.rows();
         let n = data.sites.len();
         let mut k = by_columns([n, n], TASK, |of| self.filled(&rows, &data.sites, of, true));
@@ -250,19 +250,19 @@ pub(super) struct Solved {
 
 impl Data {
     /// Takes coefficients of the functions as known, a column for each value.
-    pub fn centre(&mut self, coefficients: &DMatrix<f64>) {
+    pub(crate) fn centre(&mut self, coefficients: &DMatrix<f64>) {
         self.values -= self.sites.functions.tr_mul(coefficients);
     }
 
     /// The weights of the readings. Without a prior nothing is known of the level beforehand (ordinary kriging): where
     /// all readings are one value, so is the process. `None` if the covariances are singular.
-    pub fn solve(&self, kernel: &Kernel) -> Option<Solved> {
+    pub(crate) fn solve(&self, kernel: &Kernel) -> Option<Solved> {
         let factor = self.ordinary(kernel).factor(self)?;
         Some(self.solve_by(kernel, &factor))
     }
 
     /// The covariances of [`solve`](Self::solve).
-    pub fn ordinary(&self, kernel: &Kernel) -> Covariance {
+    pub(crate) fn ordinary(&self, kernel: &Kernel) -> Covariance {
         Covariance {
             level: if kernel.share > 0.0 {
                 kernel.level
@@ -274,7 +274,7 @@ impl Data {
     }
 
     /// [`solve`](Self::solve) by the factor of its covariances.
-    pub fn solve_by(&self, kernel: &Kernel, factor: &DMatrix<f64>) -> Solved {
+    pub(crate) fn solve_by(&self, kernel: &Kernel, factor: &DMatrix<f64>) -> Solved {
         let mut weights = self.values.clone();
         if kernel.share > 0.0 {
             back(factor, &mut weights);
@@ -297,7 +297,7 @@ impl Data {
 
     /// −ln of the density of the values of each group, predicted from all others, summed over groups (Rasmussen & Williams 2006, eq.
     /// 5.11, for groups); the scale of variances is known to as many readings as in [`likelihood`](Self::likelihood).
-    pub fn left_out(&self, kernel: &Kernel, groups: &[Vec<usize>]) -> Option<f64> {
+    pub(crate) fn left_out(&self, kernel: &Kernel, groups: &[Vec<usize>]) -> Option<f64> {
         let factor = Covariance::new(kernel).factor(self)?;
         let n = self.sites.len();
         let mut inverse = DMatrix::identity(n, n);
@@ -324,14 +324,14 @@ impl Data {
     }
 
     /// The same readings with a variance more each.
-    pub fn noisier(mut self, variance: f64) -> Self {
+    pub(crate) fn noisier(mut self, variance: f64) -> Self {
         self.noise.iter_mut().for_each(|noise| *noise += variance);
         self
     }
 
     /// −ln of the likelihood of the values, their mean, and its derivatives by [`Kernel::logs`] and by a variance that all readings
     /// have more: values are t-distributed, as a scale of all variances that is known to six readings makes them.
-    pub fn likelihood(&self, kernel: &Kernel) -> Option<Likelihood> {
+    pub(crate) fn likelihood(&self, kernel: &Kernel) -> Option<Likelihood> {
         let factor = Covariance::new(kernel).factor(self)?;
         let n = self.sites.len();
         let mut weights = self.values.clone();

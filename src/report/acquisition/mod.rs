@@ -20,7 +20,7 @@ pub use findings::study_text;
 #[cfg(feature = "pictures")]
 pub use html::{MaterialPictures, Picture, html as study_html, study_curves, study_timings};
 #[cfg(all(feature = "pictures", feature = "stability"))]
-pub use html::{frame, table as html_table};
+pub(crate) use html::{frame, table as html_table};
 pub use instruments::instruments;
 #[cfg(feature = "parquet")]
 pub use parquet::results_parquet;

@@ -86,7 +86,7 @@ impl<'a> Studio<'a> {
     ///
     /// # Errors
     /// [`Error::Config`] if it cannot be built.
-    pub fn new(plan: &'a Plan, shard: Option<Shard>) -> Result<Self, Error> {
+    pub(crate) fn new(plan: &'a Plan, shard: Option<Shard>) -> Result<Self, Error> {
         let spec = &plan.pictures.lighting;
         let lighting = spec
             .build()
@@ -117,7 +117,7 @@ impl<'a> Studio<'a> {
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub fn general(&self, folder: &mut RunFolder<Row>) -> Result<(), Error> {
+    pub(crate) fn general(&self, folder: &mut RunFolder<Row>) -> Result<(), Error> {
         if !self.share.draws(0) {
             return Ok(());
         }
@@ -133,7 +133,7 @@ impl<'a> Studio<'a> {
 
     /// The pictures of a report that are there: of the study, and of its materials. `keys` are those
     /// of the materials; one without a key has none.
-    pub fn gathered(
+    pub(crate) fn gathered(
         &self,
         folder: &RunFolder<Row>,
         keys: &[Option<String>],
@@ -194,7 +194,7 @@ impl<'a> Studio<'a> {
 
     /// True if a picture of the material at a position is missing, and another part of the run does
     /// not draw it.
-    pub fn wants(
+    pub(crate) fn wants(
         &self,
         folder: &RunFolder<Row>,
         position: usize,
@@ -218,7 +218,7 @@ impl<'a> Studio<'a> {
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub fn material(
+    pub(crate) fn material(
         &mut self,
         folder: &mut RunFolder<Row>,
         material: &Material,

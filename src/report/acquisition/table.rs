@@ -57,7 +57,7 @@ pub struct Table {
 
 impl Table {
     /// The table of a plan.
-    pub fn new(plan: &Plan) -> Self {
+    pub(crate) fn new(plan: &Plan) -> Self {
         let labels: Vec<String> = plan.methods.iter().map(|m| m.label()).collect();
         let long = labels.iter().any(|label| count(label) > HEADING);
         let headings = labels.iter().enumerate().map(|(i, label)| match long {
@@ -88,7 +88,7 @@ impl Table {
     }
 
     /// The lines above the first row.
-    pub fn head(&self) -> String {
+    pub(crate) fn head(&self) -> String {
         let mut out = String::new();
         if self.headings != self.labels {
             for (heading, label) in self.headings.iter().zip(&self.labels) {
@@ -113,7 +113,7 @@ impl Table {
 
     /// The lines of the rows of one schedule, one per material. Times of a line add up its
     /// reconstructions; `evaluate` is the mean of the measures.
-    pub fn lines(&self, rows: &[&Row]) -> String {
+    pub(crate) fn lines(&self, rows: &[&Row]) -> String {
         let materials = rows.chunk_by(|a, b| a.material == b.material);
         materials.map(|rows| self.line(rows)).collect()
     }

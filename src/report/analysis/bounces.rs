@@ -92,7 +92,7 @@ pub(super) fn errors_are(sample: &PathSample) -> String {
 impl<'a> BouncesReport<'a> {
     /// Follows so many paths of a material, and analyses `parametrizations`; boxes are those of `class` with such a share of its
     /// light (`purity`, in (0, 1]). `doing` is told what comes next. `None` of a material that no light leaves.
-    pub fn new(
+    pub(crate) fn new(
         material: &'a str,
         brdf: &dyn SplitBrdf,
         paths: usize,
@@ -122,7 +122,7 @@ impl<'a> BouncesReport<'a> {
     }
 
     /// What a picture of it says: shares, and what coordinates tell, without the boxes.
-    pub fn caption(&self) -> String {
+    pub(crate) fn caption(&self) -> String {
         let told = self.charts.iter().map(|chart| {
             let (pair, bits) = chart.information.best_pair();
             let [a, b] = pair.map(|i| chart.axes[i].symbol);
@@ -149,7 +149,7 @@ impl<'a> BouncesReport<'a> {
     }
 
     /// The report as text.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut out = format!(
             "{}: {} followed, {} left; {}\n\n",
             self.material,
@@ -254,7 +254,7 @@ impl<'a> BouncesReport<'a> {
     }
 
     /// The report as one JSON object; angles in degrees.
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         let charts = self
             .charts
             .iter()

@@ -145,7 +145,7 @@ const SEED: u64 = 1;
 
 impl AlignmentRow {
     /// A row per weight, function and parametrization, from the rows of all materials in all of them.
-    pub fn of(rows: &[SharesRow]) -> Vec<Self> {
+    pub(crate) fn of(rows: &[SharesRow]) -> Vec<Self> {
         let bootstrap = Bootstrap::new(SEED);
         let all = || rows.iter().filter(|r| r.phi_deg.is_none());
         let mut found = Vec::new();

@@ -36,7 +36,7 @@ fn ranges(axes: &[Axis], ranges: &[[f64; 2]; 3]) -> String {
 
 impl SubsetReport<'_> {
     /// The report as text.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let form = self.subset.form();
         let mut out = format!(
             "{}: {}\n",
@@ -117,7 +117,7 @@ impl SubsetReport<'_> {
     }
 
     /// The report as one JSON object; angles in degrees.
-    pub fn json(&self) -> serde_json::Value {
+    pub(crate) fn json(&self) -> serde_json::Value {
         let boxed = |axes: &[Axis], ranges: &[[f64; 2]; 3]| -> serde_json::Value {
             let parts = axes.iter().zip(ranges);
             let parts =
@@ -172,7 +172,7 @@ impl SubsetReport<'_> {
 
     /// A panel of the elevations, and one of the first two axes of each parametrization: the pairs
     /// of the set before `all`, pairs from everywhere.
-    pub fn panels(&self, all: &[DirectionPair]) -> Vec<Panel> {
+    pub(crate) fn panels(&self, all: &[DirectionPair]) -> Vec<Panel> {
         // Enough to show an area, few enough for a file of some hundred kilobytes.
         const SHOWN: u64 = 700;
         let members = self.subset.members(SHOWN, 0);

@@ -54,10 +54,10 @@ pub(super) struct Swatch<'a> {
 }
 
 impl<'a> Swatch<'a> {
-    pub const OUTSIDE: Self = Swatch::new(OUTSIDE, "below the horizon");
-    pub const NO_DATA: Self = Swatch::new(NO_DATA[0], "no data").striped(NO_DATA[1]);
+    pub(crate) const OUTSIDE: Self = Swatch::new(OUTSIDE, "below the horizon");
+    pub(crate) const NO_DATA: Self = Swatch::new(NO_DATA[0], "no data").striped(NO_DATA[1]);
 
-    pub const fn new(ink: Ink, name: &'a str) -> Self {
+    pub(crate) const fn new(ink: Ink, name: &'a str) -> Self {
         Self {
             ink,
             stripes: None,
@@ -65,7 +65,7 @@ impl<'a> Swatch<'a> {
         }
     }
 
-    pub const fn striped(mut self, ink: Ink) -> Self {
+    pub(crate) const fn striped(mut self, ink: Ink) -> Self {
         self.stripes = Some(ink);
         self
     }

@@ -132,7 +132,7 @@ impl Comparison {
     }
 
     /// Width and height of the PNG.
-    pub fn size(&self) -> [usize; 2] {
+    pub(crate) fn size(&self) -> [usize; 2] {
         let side = self.truth.resolution;
         [3 * side + 2 * GAP, side]
     }

@@ -22,7 +22,7 @@ pub(super) struct Distribution {
 impl Distribution {
     /// `weights` is the probability of each cell, not normalised, ring after ring; each ≥ 0. If
     /// all are 0, directions are even.
-    pub fn new(edges: Vec<f64>, sectors: usize, mut weights: Vec<f64>) -> Self {
+    pub(crate) fn new(edges: Vec<f64>, sectors: usize, mut weights: Vec<f64>) -> Self {
         let count = edges.len() - 1;
         debug_assert_eq!(weights.len(), count * sectors);
         let angle = |ring: usize| (edges[ring + 1] - edges[ring]) * TAU / sectors as f64;
@@ -51,7 +51,7 @@ impl Distribution {
     }
 
     /// A direction from two numbers in `[0, 1)`, and its density.
-    pub fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
+    pub(crate) fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
         let (ring, s) = self.rings.picked(u);
         let (sector, t) = self.in_ring[ring].picked(v);
         let c = self.edges[ring] + s * (self.edges[ring + 1] - self.edges[ring]);
@@ -64,7 +64,7 @@ impl Distribution {
     }
 
     /// Density of [`sample`](Self::sample) at a unit vector, sr⁻¹.
-    pub fn pdf(&self, d: DVec3) -> f64 {
+    pub(crate) fn pdf(&self, d: DVec3) -> f64 {
         let sin2 = d.x * d.x + d.y * d.y;
         let c = if d.z > 0.0 {
             sin2 / (1.0 + d.z)

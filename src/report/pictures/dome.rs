@@ -27,7 +27,7 @@ pub(super) struct Dome {
 }
 
 impl Dome {
-    pub fn new(from: From, theta_o: f64) -> Self {
+    pub(crate) fn new(from: From, theta_o: f64) -> Self {
         let (s, c) = theta_o.sin_cos();
         let x = match from {
             From::Mirror => -s,
@@ -44,7 +44,7 @@ impl Dome {
     }
 
     /// The pair with the light at each pixel, `None` beside the hemisphere.
-    pub fn pairs(&self, side: usize) -> Vec<Option<DirectionPair>> {
+    pub(crate) fn pairs(&self, side: usize) -> Vec<Option<DirectionPair>> {
         let pair = |p: [f64; 2]| {
             let [x, y] = p.map(|t| 2.0 * t - 1.0);
             let z2 = 1.0 - x * x - y * y;
@@ -63,7 +63,7 @@ impl Dome {
 
     /// Outline, the part of the rim that is seen, and the directions that matter: a dot for the
     /// mirror direction, a circle for the sensor, a cross for the normal.
-    pub fn outline(&self, canvas: &mut Canvas, plot: &Plot) {
+    pub(crate) fn outline(&self, canvas: &mut Canvas, plot: &Plot) {
         const STEPS: usize = 240;
         let circle = |a: DVec3, b: DVec3| {
             let at = move |i: usize| {

@@ -19,7 +19,7 @@ pub struct FlatSlice {
 
 impl FlatSlice {
     /// Largest resolution.
-    pub const MAX_RESOLUTION: usize = 4096;
+    pub(crate) const MAX_RESOLUTION: usize = 4096;
 
     /// Looks at `resolution` × `resolution` directions; clamped to [1, 4096].
     pub fn new(slice: &Slice<'_>, resolution: usize) -> Self {
@@ -40,7 +40,7 @@ impl FlatSlice {
     }
 
     /// Values, sr⁻¹, row after row from φ = 90° downwards; `None` without data.
-    pub fn values(&self) -> &[Option<f64>] {
+    pub(crate) fn values(&self) -> &[Option<f64>] {
         &self.values
     }
 
@@ -69,7 +69,7 @@ impl FlatSlice {
     ///
     /// # Errors
     /// Whatever `out` reports.
-    pub fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
+    pub(crate) fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "theta_deg,phi_deg,value")?;
         for (i, value) in self.values.iter().enumerate() {
             let (row, column) = (i / self.resolution, i % self.resolution);
@@ -128,7 +128,7 @@ pub enum Radius {
 
 impl Radius {
     /// The formula, as captions print it.
-    pub fn caption(self) -> &'static str {
+    pub(crate) fn caption(self) -> &'static str {
         match self {
             Radius::Linear => "ρ / max",
             Radius::CubeRoot => "cube root of ρ / max",

@@ -25,4 +25,4 @@ pub use render::{SpherePair, render_sphere, render_spheres};
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 pub use slices::BrdfSlices;
 pub use sphere::{FilterEllipse, SphereImage, sphere_svg};
-pub use uncertainty::{Relative, uncertainty_svg};
+pub(crate) use uncertainty::{Relative, uncertainty_svg};

@@ -36,7 +36,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    pub fn of(entry: &Entry<ParametrizationSpec>) -> Self {
+    pub(crate) fn of(entry: &Entry<ParametrizationSpec>) -> Self {
         let form = entry.form(Symmetry::FULL);
         let [x, y, _] = form.axes() else {
             unreachable!("isotropic forms have three axes");
@@ -53,13 +53,13 @@ impl Plane {
     }
 
     /// Coordinates of a point of the square, both parts in [0, 1].
-    pub fn coords(&self, [u, v]: [f64; 2], phi: f64) -> Coords {
+    pub(crate) fn coords(&self, [u, v]: [f64; 2], phi: f64) -> Coords {
         let along = |axis: &Axis, t: f64| axis.range[0] + t * axis.length();
         [along(&self.x, u), along(&self.y, v), phi, 0.0]
     }
 
     /// The parametrization itself.
-    pub fn form(&self) -> &dyn Parametrization {
+    pub(crate) fn form(&self) -> &dyn Parametrization {
         &*self.form
     }
 
@@ -105,12 +105,12 @@ pub(super) struct Plot {
 }
 
 impl Plot {
-    pub const fn new(at: [f64; 2], side: f64) -> Self {
+    pub(crate) const fn new(at: [f64; 2], side: f64) -> Self {
         Self { at, side }
     }
 
     /// Position, pixels, of a point of the unit square; the second coordinate upwards.
-    pub fn place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         [
             self.at[0] + u * self.side,
             self.at[1] + (1.0 - v) * self.side,
@@ -118,7 +118,7 @@ impl Plot {
     }
 
     /// Square pixels, row after row from the top, all over the plot.
-    pub fn raster(&self, canvas: &mut Canvas, pixels: &[[u8; 3]]) -> Result<(), Error> {
+    pub(crate) fn raster(&self, canvas: &mut Canvas, pixels: &[[u8; 3]]) -> Result<(), Error> {
         let columns = pixels.len().isqrt();
         let png = encoded(pixels, columns)?;
         canvas.image(self.at, [self.side; 2], &png);
@@ -126,7 +126,7 @@ impl Plot {
     }
 
     /// Lines where values at the pixels' centres are `level`.
-    pub fn isolines(
+    pub(crate) fn isolines(
         &self,
         canvas: &mut Canvas,
         values: &[Option<f64>],
@@ -146,13 +146,13 @@ impl Plot {
     }
 
     /// A line through points of the unit square.
-    pub fn line(&self, canvas: &mut Canvas, points: &[[f64; 2]], ink: Ink, width: f64) {
+    pub(crate) fn line(&self, canvas: &mut Canvas, points: &[[f64; 2]], ink: Ink, width: f64) {
         let points: Vec<_> = points.iter().map(|p| self.place(*p)).collect();
         canvas.line(&points, ink, width);
     }
 
     /// Draws [`OUTSIDE`] over coordinates that are not physical, their edge, frame, ticks and axis names.
-    pub fn axes(&self, canvas: &mut Canvas, plane: &Plane, phi: Option<f64>) {
+    pub(crate) fn axes(&self, canvas: &mut Canvas, plane: &Plane, phi: Option<f64>) {
         if let Some(phi) = phi {
             let edge: Vec<_> = plane.edge(phi).iter().map(|p| self.place(*p)).collect();
             let edge = thinned(&edge);
@@ -182,7 +182,7 @@ impl Plot {
     }
 
     /// Draws a tick at a place in [0, 1] below the plot, or left of it, with a text.
-    pub fn tick(&self, canvas: &mut Canvas, horizontal: bool, t: f64, text: &str) {
+    pub(crate) fn tick(&self, canvas: &mut Canvas, horizontal: bool, t: f64, text: &str) {
         if horizontal {
             let [x, y] = self.place([t, 0.0]);
             canvas.line(&[[x, y], [x, y + 4.0]], FRAME, 0.8);
@@ -195,7 +195,7 @@ impl Plot {
     }
 
     /// Writes the name of an axis below the plot, or upwards, so far left of it.
-    pub fn label(&self, canvas: &mut Canvas, horizontal: bool, text: &str, left: f64) {
+    pub(crate) fn label(&self, canvas: &mut Canvas, horizontal: bool, text: &str, left: f64) {
         let how = Lettering::new(LABEL, Align::Middle);
         if horizontal {
             let [x, y] = self.place([0.5, 0.0]);
@@ -207,7 +207,7 @@ impl Plot {
     }
 
     /// Draws the frame.
-    pub fn frame(&self, canvas: &mut Canvas) {
+    pub(crate) fn frame(&self, canvas: &mut Canvas) {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
         self.line(canvas, &corners, FRAME, 0.8);
     }

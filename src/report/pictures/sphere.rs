@@ -63,7 +63,7 @@ pub(super) struct Frame {
 
 impl Frame {
     /// At a place of the unit disk, x to the right and y up.
-    pub fn at(x: f64, y: f64) -> Self {
+    pub(crate) fn at(x: f64, y: f64) -> Self {
         let sin = x.hypot(y);
         let cos = (1.0 - sin * sin).max(0.0).sqrt();
         // In the middle every tangent is right.
@@ -82,12 +82,12 @@ impl Frame {
         }
     }
 
-    pub fn camera(&self, local: DVec3) -> DVec3 {
+    pub(crate) fn camera(&self, local: DVec3) -> DVec3 {
         local.x * self.t + local.y * self.b + local.z * self.n
     }
 
     /// From the camera's frame to the local one; the inverse of [`camera`](Self::camera).
-    pub fn local(&self, v: DVec3) -> DVec3 {
+    pub(crate) fn local(&self, v: DVec3) -> DVec3 {
         DVec3::new(v.dot(self.t), v.dot(self.b), v.dot(self.n))
     }
 }
@@ -129,7 +129,7 @@ impl SphereImage {
     ///
     /// # Errors
     /// Whatever `out` reports.
-    pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
+    pub(crate) fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
         let size = (self.resolution, self.resolution);
         let limit = f64::from(f32::MAX);
         let pixel = |p: exr::math::Vec2<usize>| {
@@ -177,7 +177,7 @@ pub struct FilterEllipse {
 
 impl FilterEllipse {
     /// The ellipse of a slice's moments at `theta_o`; `None` if it has no mean or no covariance.
-    pub fn new(theta_o: f64, azimuth: f64, moments: &Moments) -> Option<Self> {
+    pub(crate) fn new(theta_o: f64, azimuth: f64, moments: &Moments) -> Option<Self> {
         Some(Self {
             theta_o,
             azimuth,

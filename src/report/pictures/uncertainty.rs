@@ -30,7 +30,7 @@ const KNOWN: Ink = [0x56, 0xb4, 0xe9];
 
 /// Relative standard uncertainties (k = 1) of a reconstruction.
 #[derive(Clone, Copy)]
-pub struct Relative<'a> {
+pub(crate) struct Relative<'a> {
     /// u/f at pairs; infinite where the reconstruction is black and yet uncertain.
     pub at: &'a dyn Fn(&[DirectionPair]) -> Vec<f64>,
     /// What they are of, in the legend: `those of its readings`.
@@ -44,7 +44,7 @@ pub struct Relative<'a> {
 ///
 /// # Errors
 /// [`Error::Internal`] if drawing fails, which it should not.
-pub fn uncertainty_svg(
+pub(crate) fn uncertainty_svg(
     title: &str,
     relative: Option<Relative<'_>>,
     cover: &Cover,

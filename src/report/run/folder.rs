@@ -184,7 +184,7 @@ impl<R: Record> RunFolder<R> {
     ///
     /// # Errors
     /// [`Error::Internal`] for a config that cannot be written.
-    pub fn next(parent: &Path, stem: &str, resolved: &Table) -> Result<PathBuf, Error> {
+    pub(crate) fn next(parent: &Path, stem: &str, resolved: &Table) -> Result<PathBuf, Error> {
         let config = config_text(resolved)?;
         let mut names =
             std::iter::once(stem.to_owned()).chain((2..).map(|n| format!("{stem}-{n}")));
@@ -196,13 +196,13 @@ impl<R: Record> RunFolder<R> {
     }
 
     /// True if a whole run is here, and not a part of one.
-    pub fn is_whole(dir: &Path) -> bool {
+    pub(crate) fn is_whole(dir: &Path) -> bool {
         let manifest = manifest(dir);
         manifest["gonio"].is_string() && manifest["shard"].is_null()
     }
 
     /// What was made for the files here.
-    pub fn counters(&self) -> &Counters {
+    pub(crate) fn counters(&self) -> &Counters {
         &self.counters
     }
 
@@ -223,7 +223,7 @@ impl<R: Record> RunFolder<R> {
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub fn write_rows(&mut self, rows: &[R]) -> Result<(), Error> {
+    pub(crate) fn write_rows(&mut self, rows: &[R]) -> Result<(), Error> {
         if rows.is_empty() {
             return Ok(());
         }
@@ -236,7 +236,7 @@ impl<R: Record> RunFolder<R> {
     }
 
     /// The records of some keys, in their order; those of other configs come after them.
-    pub fn sorted(&self, keys: &[RowKey]) -> (Vec<&R>, Vec<&R>) {
+    pub(crate) fn sorted(&self, keys: &[RowKey]) -> (Vec<&R>, Vec<&R>) {
         sorted(&self.rows, keys)
     }
 
@@ -244,7 +244,7 @@ impl<R: Record> RunFolder<R> {
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub fn write_file(
+    pub(crate) fn write_file(
         &mut self,
         name: &'static str,
         body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -260,7 +260,7 @@ impl<R: Record> RunFolder<R> {
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub fn write_below(
+    pub(crate) fn write_below(
         &mut self,
         below: Below,
         name: &str,
@@ -289,7 +289,7 @@ impl<R: Record> RunFolder<R> {
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub fn write_picture(
+    pub(crate) fn write_picture(
         &mut self,
         name: &str,
         body: impl FnOnce() -> Result<Vec<u8>, Error>,
@@ -307,7 +307,7 @@ impl<R: Record> RunFolder<R> {
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub fn copy_below(&mut self, from: &Path) -> Result<(), Error> {
+    pub(crate) fn copy_below(&mut self, from: &Path) -> Result<(), Error> {
         for below in Below::ALL {
             let Ok(entries) = fs::read_dir(from.join(below.name())) else {
                 // It has none of them.
@@ -326,23 +326,23 @@ impl<R: Record> RunFolder<R> {
     }
 
     /// True if a file is in one of the folders below and need not be drawn again.
-    pub fn has(&self, below: Below, name: &str) -> bool {
+    pub(crate) fn has(&self, below: Below, name: &str) -> bool {
         let drawn = self.files.contains(&format!("{}/{name}", below.name()));
         drawn || (!self.redraw && self.dir.join(below.name()).join(name).exists())
     }
 
     /// The bytes of a file in one of the folders below, if it is there.
-    pub fn below(&self, below: Below, name: &str) -> Option<Vec<u8>> {
+    pub(crate) fn below(&self, below: Below, name: &str) -> Option<Vec<u8>> {
         fs::read(self.dir.join(below.name()).join(name)).ok()
     }
 
     /// True if it held a run of the same config before, which goes on.
-    pub fn goes_on(&self) -> bool {
+    pub(crate) fn goes_on(&self) -> bool {
         self.is_same
     }
 
     /// True if nothing was changed since the folder was opened: a finished run is still one.
-    pub fn is_untouched(&self) -> bool {
+    pub(crate) fn is_untouched(&self) -> bool {
         self.is_same && self.files.is_empty() && self.dir.join(MANIFEST).exists()
     }
 
@@ -350,7 +350,7 @@ impl<R: Record> RunFolder<R> {
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub fn finish(
+    pub(crate) fn finish(
         mut self,
         keys: &[RowKey],
         mut manifest: Manifest,

@@ -85,7 +85,7 @@ impl MadeFrom {
     }
 
     /// Adds those of another part; config and overrides are those of the first.
-    pub fn extend(&mut self, other: Self) {
+    pub(crate) fn extend(&mut self, other: Self) {
         if self.inputs.is_empty() {
             self.inputs.extend(other.inputs.first().cloned());
             self.options = other.options;
@@ -115,7 +115,7 @@ impl MadeFrom {
     }
 
     /// True if every part of a run came to its end: what is missing could not be done.
-    pub fn are_all(&self) -> bool {
+    pub(crate) fn are_all(&self) -> bool {
         let parts = self.ended.first().map_or(0, |part| part.of);
         parts > 0 && self.ended.iter().filter(|part| part.of == parts).count() == parts
     }
@@ -144,7 +144,7 @@ pub struct Manifest {
 
 impl Manifest {
     /// The manifest of a run, or of one merged from parts that were made from `parts`.
-    pub fn new(
+    pub(crate) fn new(
         head: Head<'_>,
         source: &Source,
         mut materials: Vec<Input>,

@@ -33,7 +33,7 @@ pub(super) struct RowFile {
 
 impl RowFile {
     /// Opens the file, which is made if need be.
-    pub fn open(dir: &Path, name: &str) -> Result<Self, Error> {
+    pub(crate) fn open(dir: &Path, name: &str) -> Result<Self, Error> {
         let path = dir.join(name);
         let failed = |e: io::Error| {
             let message = format!("cannot write to this folder: {e}; choose another with -o");
@@ -74,7 +74,7 @@ impl RowFile {
     }
 
     /// The records of a file that nobody writes.
-    pub fn read_from<R: Record>(path: &Path) -> Result<Vec<R>, Error> {
+    pub(crate) fn read_from<R: Record>(path: &Path) -> Result<Vec<R>, Error> {
         let file = files::open(path);
         let file = file.map_err(|e| Error::data(path, format!("cannot read this file: {e}")))?;
         let mut rows = Vec::new();
@@ -84,7 +84,7 @@ impl RowFile {
     }
 
     /// Drops all records, of whatever version; a file that holds something else is left alone.
-    pub fn clear<R: Record>(&mut self) -> Result<(), Error> {
+    pub(crate) fn clear<R: Record>(&mut self) -> Result<(), Error> {
         let unwritable =
             |e: io::Error| Error::output(&self.path, format!("cannot write this file: {e}"));
         let mut first = String::new();
@@ -108,7 +108,7 @@ impl RowFile {
     }
 
     /// Appends records: they are with the system when this returns, and on the disk a second later.
-    pub fn append<R: Record>(&mut self, rows: &[R]) -> io::Result<()> {
+    pub(crate) fn append<R: Record>(&mut self, rows: &[R]) -> io::Result<()> {
         self.is_there()?;
         let (mut lines, mut times) = (Vec::new(), Vec::new());
         write_lines(&mut lines, &mut times, rows)?;
@@ -122,7 +122,7 @@ impl RowFile {
     }
 
     /// An error if the file was moved or replaced: writing into it would be lost.
-    pub fn is_there(&self) -> io::Result<()> {
+    pub(crate) fn is_there(&self) -> io::Result<()> {
         let there = std::fs::metadata(&self.path);
         if there.is_ok_and(|there| is_same(&self.file, &there)) {
             return Ok(());
@@ -132,7 +132,7 @@ impl RowFile {
     }
 
     /// Replaces the records by the same in another order, and adds the times of the run to theirs.
-    pub fn finish<R: Record>(&mut self, sorted: &[&R], machine: &Machine) -> io::Result<()> {
+    pub(crate) fn finish<R: Record>(&mut self, sorted: &[&R], machine: &Machine) -> io::Result<()> {
         self.is_there()?;
         // The old file is not needed on the disk any more.
         self.syncer = None;

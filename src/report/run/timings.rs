@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// The file.
-pub const TIMINGS: &str = "timings.jsonl";
+pub(crate) const TIMINGS: &str = "timings.jsonl";
 
 /// Fields of the lines of records, by their keys.
 pub(super) type Times = HashMap<String, Map<String, Value>>;
@@ -41,7 +41,7 @@ pub struct Machine {
 
 impl Machine {
     /// A run that started at `started` and ends now.
-    pub fn new(started: SystemTime, seconds: BTreeMap<String, f64>, counts: Counts) -> Self {
+    pub(crate) fn new(started: SystemTime, seconds: BTreeMap<String, f64>, counts: Counts) -> Self {
         let unix = |time: SystemTime| {
             // A clock before 1970 is wrong anyway.
             let since = time.duration_since(SystemTime::UNIX_EPOCH);
@@ -69,7 +69,7 @@ struct OfRun<M> {
 pub(super) struct Timings(PathBuf);
 
 impl Timings {
-    pub fn new(dir: &Path) -> Self {
+    pub(crate) fn new(dir: &Path) -> Self {
         Self(dir.join(TIMINGS))
     }
 
@@ -89,14 +89,14 @@ impl Timings {
     }
 
     /// The line of the run.
-    pub fn machine(&self) -> Option<Machine> {
+    pub(crate) fn machine(&self) -> Option<Machine> {
         let lines = self.lines();
         let last = lines.lines().last()?;
         let of: OfRun<Machine> = serde_json::from_str(last).ok()?;
         Some(of.run)
     }
 
-    pub fn append(&self, lines: &[u8]) -> io::Result<()> {
+    pub(crate) fn append(&self, lines: &[u8]) -> io::Result<()> {
         let mut options = OpenOptions::new();
         options
             .append(true)
@@ -105,12 +105,12 @@ impl Timings {
             .write_all(lines)
     }
 
-    pub fn clear(&self) -> io::Result<()> {
+    pub(crate) fn clear(&self) -> io::Result<()> {
         remove(fs::remove_file(&self.0))
     }
 
     /// Replaces the lines by those of the records in their order, and that of the run.
-    pub fn finish(&self, lines: &[u8], machine: &Machine) -> io::Result<()> {
+    pub(crate) fn finish(&self, lines: &[u8], machine: &Machine) -> io::Result<()> {
         write_atomically(&self.0, |out| {
             out.write_all(lines)?;
             serde_json::to_writer(&mut *out, &OfRun { run: machine })?;

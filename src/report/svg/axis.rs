@@ -23,7 +23,7 @@ pub(in crate::report) struct Ruler {
 
 impl Ruler {
     /// The axis of a panel whose data is `values`, `length` pixels long.
-    pub fn new(
+    pub(crate) fn new(
         axis: &Axis,
         values: impl Iterator<Item = f64>,
         length: f64,
@@ -63,7 +63,7 @@ impl Ruler {
     }
 
     /// Place of a value: 0 at the lower end, 1 at the upper; `None` if it cannot be shown.
-    pub fn place(&self, value: f64) -> Option<f64> {
+    pub(crate) fn place(&self, value: f64) -> Option<f64> {
         let value = transformed(self.scale, value)?;
         Some((value - self.ends[0]) / (self.ends[1] - self.ends[0]))
     }

@@ -37,7 +37,7 @@ pub(in crate::report) struct Lettering {
 }
 
 impl Lettering {
-    pub fn new(size: f64, align: Align) -> Self {
+    pub(crate) fn new(size: f64, align: Align) -> Self {
         Self {
             size,
             align,
@@ -47,18 +47,18 @@ impl Lettering {
         }
     }
 
-    pub fn bold(self) -> Self {
+    pub(crate) fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
 
-    pub fn upwards(self) -> Self {
+    pub(crate) fn upwards(self) -> Self {
         Self {
             upwards: true,
             ..self
         }
     }
 
-    pub fn ink(self, ink: Ink) -> Self {
+    pub(crate) fn ink(self, ink: Ink) -> Self {
         Self { ink, ..self }
     }
 }
@@ -114,7 +114,7 @@ impl Canvas {
     ///
     /// # Errors
     /// Errors of `body`.
-    pub fn draw(
+    pub(crate) fn draw(
         size: [f64; 2],
         body: impl FnOnce(&mut Canvas) -> Result<(), Error>,
     ) -> Result<String, Error> {
@@ -134,7 +134,7 @@ impl Canvas {
     }
 
     /// A PNG below everything that is drawn, stretched to a size from its upper left corner.
-    pub fn image(&mut self, at: [f64; 2], size: [f64; 2], png: &[u8]) {
+    pub(crate) fn image(&mut self, at: [f64; 2], size: [f64; 2], png: &[u8]) {
         let [x, y] = at.map(|v| (v * UNITS).round());
         let [w, h] = size.map(|v| (v * UNITS).round());
         self.images += &format!(
@@ -145,12 +145,12 @@ impl Canvas {
     }
 
     /// A line through points.
-    pub fn line(&mut self, points: &[[f64; 2]], ink: Ink, width: f64) {
+    pub(crate) fn line(&mut self, points: &[[f64; 2]], ink: Ink, width: f64) {
         self.dashed(points, ink, width, Dashes::None);
     }
 
     /// A thin line around a box, from its upper left corner to its lower right one.
-    pub fn frame(&mut self, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2], ink: Ink) {
+    pub(crate) fn frame(&mut self, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2], ink: Ink) {
         self.line(
             &[[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]],
             ink,
@@ -159,7 +159,7 @@ impl Canvas {
     }
 
     /// A line of dashes through points.
-    pub fn dashed(&mut self, points: &[[f64; 2]], ink: Ink, width: f64, dashes: Dashes) {
+    pub(crate) fn dashed(&mut self, points: &[[f64; 2]], ink: Ink, width: f64, dashes: Dashes) {
         if points.len() < 2 {
             return;
         }
@@ -191,7 +191,7 @@ impl Canvas {
     }
 
     /// What `body` draws, with a text that is shown where the pointer rests on it.
-    pub fn told(&mut self, text: &str, body: impl FnOnce(&mut Self)) {
+    pub(crate) fn told(&mut self, text: &str, body: impl FnOnce(&mut Self)) {
         let keep = |c: &char| *c == '\n' || !c.is_control();
         let text: String = text.chars().filter(keep).collect();
         self.tag(format_args!("<g><title>{}</title>", escaped(&text)));
@@ -200,7 +200,7 @@ impl Canvas {
     }
 
     /// A filled disk.
-    pub fn dot(&mut self, centre: [f64; 2], radius: f64, ink: Ink) {
+    pub(crate) fn dot(&mut self, centre: [f64; 2], radius: f64, ink: Ink) {
         let [x, y] = units(centre);
         self.tag(format_args!(
             "<circle cx=\"{x}\" cy=\"{y}\" r=\"{}\" fill=\"{}\"/>",
@@ -210,7 +210,7 @@ impl Canvas {
     }
 
     /// A filled polygon.
-    pub fn area(&mut self, corners: &[[f64; 2]], ink: Ink, opacity: f64) {
+    pub(crate) fn area(&mut self, corners: &[[f64; 2]], ink: Ink, opacity: f64) {
         let opacity = match opacity {
             1.0 => String::new(),
             other => format!(" opacity=\"{other}\""),
@@ -223,7 +223,7 @@ impl Canvas {
     }
 
     /// A text in one line.
-    pub fn text(&mut self, at: [f64; 2], text: &str, how: Lettering) {
+    pub(crate) fn text(&mut self, at: [f64; 2], text: &str, how: Lettering) {
         // XML has no way to write control characters.
         let text: String = text.chars().filter(|c| !c.is_control()).collect();
         if text.is_empty() {

@@ -23,7 +23,7 @@ pub struct Axis {
 
 impl Axis {
     /// A linear axis over the data.
-    pub fn linear(label: impl Into<String>) -> Self {
+    pub(crate) fn linear(label: impl Into<String>) -> Self {
         Self {
             label: label.into(),
             ..Self::default()
@@ -31,7 +31,7 @@ impl Axis {
     }
 
     /// A logarithmic axis over the data.
-    pub fn log(label: impl Into<String>) -> Self {
+    pub(crate) fn log(label: impl Into<String>) -> Self {
         Self {
             scale: Scale::Log,
             ..Self::linear(label)
@@ -39,7 +39,7 @@ impl Axis {
     }
 
     /// The axis with ends of its own.
-    pub fn within(mut self, range: [f64; 2]) -> Self {
+    pub(crate) fn within(mut self, range: [f64; 2]) -> Self {
         self.range = Some(range);
         self
     }
@@ -77,11 +77,11 @@ pub struct Series {
 }
 
 /// A point (x, y) of a series.
-pub type Point = (f64, Option<f64>);
+pub(crate) type Point = (f64, Option<f64>);
 
 impl Series {
     /// Points with a name in the legend.
-    pub fn new(
+    pub(crate) fn new(
         name: impl Into<String>,
         color: usize,
         mark: Mark,
@@ -111,7 +111,7 @@ pub struct Panel {
 
 impl Panel {
     /// A diagram of series over its axes.
-    pub fn new(
+    pub(crate) fn new(
         title: impl Into<String>,
         [x, y]: [Axis; 2],
         series: impl IntoIterator<Item = Series>,
@@ -175,7 +175,7 @@ pub(super) const CYCLE: [[u8; 3]; 7] = [
 ];
 
 /// Place of a parametrization in the colour cycle: the same in every diagram.
-pub fn color_of(parametrization: &str) -> usize {
+pub(crate) fn color_of(parametrization: &str) -> usize {
     /// The two that are compared most differ most.
     const FIRST: [&str; 4] = ["half-difference", "hybrid", "spherical", "orthographic"];
     if let Some(place) = FIRST.iter().position(|name| *name == parametrization) {

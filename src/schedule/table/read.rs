@@ -62,7 +62,7 @@ fn is_in(keys: &str, key: &str) -> bool {
 
 impl Table {
     /// A table without facts or rows.
-    pub fn named(name: &str) -> Self {
+    pub(crate) fn named(name: &str) -> Self {
         Self {
             name: name.into(),
             ..Self::default()
@@ -99,7 +99,7 @@ impl Table {
     ///
     /// # Errors
     /// If it is of another type than it must be.
-    pub fn fact<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, FileError> {
+    pub(crate) fn fact<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, FileError> {
         match self.facts.get(key) {
             None | Some(Value::Null) => Ok(None),
             Some(value) => T::deserialize(value).map(Some).map_err(|e| {
@@ -128,7 +128,7 @@ impl Table {
     }
 
     /// Header content that is not read: keys, and the number of other comments.
-    pub fn unread(&self) -> Vec<String> {
+    pub(crate) fn unread(&self) -> Vec<String> {
         let is_read = |key: &str| is_in(SHARED, key) || is_in(OURS, key) || key.ends_with("_hash");
         let keys = self.facts.keys().filter(|key| !is_read(key)).cloned();
         let others = self.others.iter().map(|(key, _)| key.clone());
@@ -142,44 +142,44 @@ impl Table {
     }
 
     /// An error about a fact.
-    pub fn fact_error(&self, key: &str, message: impl Into<String>) -> FileError {
+    pub(crate) fn fact_error(&self, key: &str, message: impl Into<String>) -> FileError {
         let line = self.fact_lines.iter().find(|(k, _)| k == key);
         FileError::at(&self.name, line.map_or(1, |(_, line)| *line), message)
     }
 
     /// An error about a row.
-    pub fn row_error(&self, row: usize, message: impl Into<String>) -> FileError {
+    pub(crate) fn row_error(&self, row: usize, message: impl Into<String>) -> FileError {
         FileError::at(&self.name, self.lines[row], message)
     }
 
     /// The name of a column in the file, as messages repeat it.
-    pub fn label(&self, column: usize) -> Cow<'_, str> {
+    pub(crate) fn label(&self, column: usize) -> Cow<'_, str> {
         excerpt(&self.labels[column])
     }
 
     /// Position of a column.
-    pub fn column(&self, name: &str) -> Option<usize> {
+    pub(crate) fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|c| c == name)
     }
 
     /// The number in a cell; `None` if it is empty.
-    pub fn number(&self, row: usize, column: usize) -> Option<f64> {
+    pub(crate) fn number(&self, row: usize, column: usize) -> Option<f64> {
         let value = self.numbers[row * self.columns.len() + column];
         (!value.is_nan()).then_some(value)
     }
 
     /// Empties a cell of numbers.
-    pub fn clear(&mut self, row: usize, column: usize) {
+    pub(crate) fn clear(&mut self, row: usize, column: usize) {
         self.numbers[row * self.columns.len() + column] = f64::NAN;
     }
 
     /// The words of a row; empty if there are none.
-    pub fn words(&self, row: usize) -> &str {
+    pub(crate) fn words(&self, row: usize) -> &str {
         self.words.get(row).map_or("", String::as_str)
     }
 
     /// Keeps the rows of which this is true.
-    pub fn retain(&mut self, keep: impl Fn(&Self, usize) -> bool) {
+    pub(crate) fn retain(&mut self, keep: impl Fn(&Self, usize) -> bool) {
         let kept: Vec<usize> = (0..self.lines.len())
             .filter(|&row| keep(self, row))
             .collect();
@@ -197,7 +197,7 @@ impl Table {
     }
 
     /// The hash of the rows.
-    pub fn hash(&self) -> String {
+    pub(crate) fn hash(&self) -> String {
         let mut hash = RowHash::new(self.labels.iter().map(String::as_str));
         for row in 0..self.lines.len() {
             for (d, name) in self.columns.iter().enumerate() {
@@ -256,7 +256,7 @@ impl Table {
     }
 
     /// Columns that are passed over, by their names in the file.
-    pub fn passed_over(&self) -> Vec<&str> {
+    pub(crate) fn passed_over(&self) -> Vec<&str> {
         let columns = self.columns.iter().zip(&self.labels);
         let over = columns.filter(|(ours, _)| ours.is_empty());
         over.map(|(_, label)| label.as_str()).collect()

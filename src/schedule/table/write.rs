@@ -40,7 +40,7 @@ pub(crate) struct Column<'a> {
 }
 
 impl<'a> Column<'a> {
-    pub fn new<C: Into<Cell>>(
+    pub(crate) fn new<C: Into<Cell>>(
         name: impl Into<String>,
         meaning: impl Into<String>,
         cell: impl Fn(usize) -> C + 'a,
@@ -67,7 +67,7 @@ pub(crate) struct Sheet<'a> {
 
 impl Sheet<'_> {
     /// The hash of the rows.
-    pub fn hash(&self) -> String {
+    pub(crate) fn hash(&self) -> String {
         let mut hash = RowHash::new(self.columns.iter().map(|column| column.name.as_str()));
         for row in 0..self.rows {
             for column in &self.columns {
@@ -85,7 +85,7 @@ impl Sheet<'_> {
     ///
     /// # Errors
     /// Whatever `out` reports.
-    pub fn write(
+    pub(crate) fn write(
         mut self,
         format: ScheduleFormat,
         hash_key: &str,

@@ -33,7 +33,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
 
 /// Cells along theta_h and along theta_d.
-pub const THETA_CELLS: usize = 90;
+pub(crate) const THETA_CELLS: usize = 90;
 
 /// Index coordinates per radian: cells of 1°.
 const PER_RADIAN: f64 = 180.0 / PI;
@@ -127,12 +127,12 @@ impl MerlGrid {
     }
 
     /// Where in its cell a value is exact.
-    pub fn nodes(self) -> Nodes {
+    pub(crate) fn nodes(self) -> Nodes {
         self.nodes
     }
 
     /// True if exchanging light and sensor leads to the same cell.
-    pub fn is_reciprocal(self) -> bool {
+    pub(crate) fn is_reciprocal(self) -> bool {
         self.reciprocal
     }
 
@@ -143,14 +143,14 @@ impl MerlGrid {
     }
 
     /// The layout with this header, if there is one.
-    pub fn from_dims(found: [i32; 3]) -> Option<Self> {
+    pub(crate) fn from_dims(found: [i32; 3]) -> Option<Self> {
         [MerlGrid::RECIPROCAL, MerlGrid::FULL]
             .into_iter()
             .find(|grid| grid.header() == found)
     }
 
     /// Symmetries of a table with this layout; whether phi_d and −phi_d agree is up to its owner.
-    pub fn symmetry(self, bilateral: bool) -> Symmetry {
+    pub(crate) fn symmetry(self, bilateral: bool) -> Symmetry {
         Symmetry {
             isotropic: true,
             reciprocal: self.reciprocal,
@@ -174,17 +174,12 @@ impl MerlGrid {
         phi + self.dims()[2] * (d + THETA_CELLS * h)
     }
 
-    /// Angles `[theta_h, theta_d, phi_d]` (rad) of a cell's node.
-    pub fn node(self, cell: [usize; 3]) -> [f64; 3] {
-        angles(self.coordinates_of_node(cell))
-    }
-
     fn coordinates_of_node(self, cell: [usize; 3]) -> [f64; 3] {
         cell.map(|i| i as f64 + self.nodes.shift())
     }
 
     /// The number of cells of which a part is above the horizon.
-    pub fn pairs(self) -> u64 {
+    pub(crate) fn pairs(self) -> u64 {
         let [n_h, n_d, n_phi] = self.dims();
         let rows = (0..n_h).flat_map(|h| (0..n_d).map(move |d| (h, d)));
         let above = |(h, d)| {

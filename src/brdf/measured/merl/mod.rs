@@ -90,7 +90,7 @@ impl Merl {
     /// The table, declared bilaterally symmetric or not; a fresh one is. The format does not
     /// guarantee it and look-ups do not use it: it tells others whether phi_d and −phi_d may be folded.
     #[must_use]
-    pub fn with_bilateral(mut self, bilateral: bool) -> Self {
+    pub(crate) fn with_bilateral(mut self, bilateral: bool) -> Self {
         self.bilateral = bilateral;
         self
     }

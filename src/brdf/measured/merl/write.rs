@@ -27,7 +27,7 @@ impl MerlGrid {
     ///
     /// # Errors
     /// [`TableError::Unsuited`] of a BRDF that is not isotropic, or is by wavelength.
-    pub fn holding(brdf: &dyn Brdf) -> Result<Self, TableError> {
+    pub(crate) fn holding(brdf: &dyn Brdf) -> Result<Self, TableError> {
         if brdf.channels().wavelengths().is_some() {
             return Err(TableError::unsuited(WAVELENGTHS));
         }
@@ -139,7 +139,7 @@ impl Content {
     ///
     /// # Errors
     /// Those of `out`.
-    pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
+    pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         for dim in self.grid.header() {
             out.write_all(&dim.to_le_bytes())?;
         }

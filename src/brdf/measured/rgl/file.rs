@@ -39,7 +39,7 @@ pub enum Colours {
 
 impl Colours {
     /// Grids of an incidence.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         match self {
             Colours::Rgb => 3,
             Colours::Wavelengths(nm) => nm.len(),
@@ -73,7 +73,7 @@ pub struct Fields {
 }
 
 /// The largest P of a table that turns with the light.
-pub const MOST_OF_ISOTROPIC: usize = 2;
+pub(crate) const MOST_OF_ISOTROPIC: usize = 2;
 
 /// The header of a table.
 pub struct Head<R> {
@@ -85,7 +85,7 @@ pub struct Head<R> {
 ///
 /// # Errors
 /// [`TableError`].
-pub fn open(path: &Path) -> Result<Head<BufReader<std::fs::File>>, TableError> {
+pub(crate) fn open(path: &Path) -> Result<Head<BufReader<std::fs::File>>, TableError> {
     let file = files::open(path).map_err(no_access)?;
     let length = file.metadata().map_err(no_access)?.len();
     Head::read(BufReader::new(file), length)
@@ -166,7 +166,7 @@ impl<R: Read + Seek> Head<R> {
     ///
     /// # Errors
     /// [`TableError`].
-    pub fn phi_i(&mut self) -> Result<Vec<f32>, TableError> {
+    pub(crate) fn phi_i(&mut self) -> Result<Vec<f32>, TableError> {
         let nodes = self.nodes("phi_i", [-2.01 * PI, 2.01 * PI])?;
         let is_held = match nodes[..] {
             [first, .., last] if nodes.len() > MOST_OF_ISOTROPIC => {
@@ -191,7 +191,7 @@ impl<R: Read + Seek> Head<R> {
     ///
     /// # Errors
     /// [`TableError`].
-    pub fn colours(&mut self) -> Result<Colours, TableError> {
+    pub(crate) fn colours(&mut self) -> Result<Colours, TableError> {
         if !self.has("spectra") {
             return Ok(Colours::Rgb);
         }

@@ -16,7 +16,7 @@
 
 pub mod file;
 mod spec;
-pub mod tensor;
+pub(crate) mod tensor;
 pub mod warp;
 mod write;
 

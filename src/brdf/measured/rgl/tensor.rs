@@ -28,7 +28,7 @@ const ALIGNED: usize = 8;
 
 /// The numbers of an array.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Numbers {
+pub(crate) enum Numbers {
     /// Bytes.
     Bytes(Vec<u8>),
     /// Single precision.
@@ -37,7 +37,7 @@ pub enum Numbers {
 
 /// A named array.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tensor {
+pub(crate) struct Tensor {
     /// Its name.
     pub name: String,
     /// Length of each dimension.
@@ -48,7 +48,7 @@ pub struct Tensor {
 
 impl Tensor {
     /// An array of floats.
-    pub fn floats(name: &str, shape: &[usize], numbers: Vec<f32>) -> Self {
+    pub(crate) fn floats(name: &str, shape: &[usize], numbers: Vec<f32>) -> Self {
         debug_assert_eq!(shape.iter().product::<usize>(), numbers.len());
         Self {
             name: name.into(),
@@ -58,7 +58,7 @@ impl Tensor {
     }
 
     /// A list of bytes.
-    pub fn bytes(name: &str, bytes: &[u8]) -> Self {
+    pub(crate) fn bytes(name: &str, bytes: &[u8]) -> Self {
         Self {
             name: name.into(),
             shape: vec![bytes.len()],
@@ -69,7 +69,7 @@ impl Tensor {
 
 /// An array of a file: where it is, and what.
 #[derive(Clone, Debug)]
-pub struct Field {
+pub(crate) struct Field {
     /// Its name.
     pub name: String,
     /// Length of each dimension.
@@ -99,7 +99,7 @@ fn fill(input: &mut impl Read, bytes: &mut [u8]) -> Result<(), TableError> {
 ///
 /// # Errors
 /// [`TableError::Malformed`], and those of `input`.
-pub fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, TableError> {
+pub(crate) fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, TableError> {
     let mut magic = [0; MAGIC.len() + VERSION.len()];
     let is_long = length >= magic.len() as u64;
     if is_long {
@@ -199,7 +199,7 @@ impl Field {
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write(tensors: &[Tensor], out: &mut impl Write) -> io::Result<()> {
+pub(crate) fn write(tensors: &[Tensor], out: &mut impl Write) -> io::Result<()> {
     let of_field = |t: &Tensor| 2 + t.name.len() + 2 + 1 + 8 + 8 * t.shape.len();
     let mut next = MAGIC.len() + VERSION.len() + 4 + tensors.iter().map(of_field).sum::<usize>();
     let mut head = Vec::with_capacity(next);

@@ -44,7 +44,12 @@ impl Grids {
 
     /// The value at a place of the square; grid `g` of the weighted ones is `first + step * g`.
     #[inline]
-    pub fn at(&self, grids: &[(usize, f64)], [first, step]: [usize; 2], [x, y]: [f64; 2]) -> f64 {
+    pub(crate) fn at(
+        &self,
+        grids: &[(usize, f64)],
+        [first, step]: [usize; 2],
+        [x, y]: [f64; 2],
+    ) -> f64 {
         let [(column, u), (row, v)] = [cell(x, self.size[0]), cell(y, self.size[1])];
         let mut sum = 0.0;
         for &(grid, weight) in grids {
@@ -79,7 +84,7 @@ impl Grids {
 
     /// The value of the only grid at a place of the square.
     #[inline]
-    pub fn one(&self, place: [f64; 2]) -> f64 {
+    pub(crate) fn one(&self, place: [f64; 2]) -> f64 {
         self.at(&[(0, 1.0)], [0, 1], place)
     }
 }

@@ -66,7 +66,7 @@ pub struct TensorTree {
 
 impl TensorTree {
     /// Trees of luminance, or of luminance, u' and v'.
-    pub fn new(trees: Vec<Node>, channels: Channels) -> Self {
+    pub(crate) fn new(trees: Vec<Node>, channels: Channels) -> Self {
         Self {
             trees,
             channels,
@@ -170,7 +170,7 @@ pub fn disk([s, t]: [f64; 2]) -> [f64; 2] {
 /// let [s, t] = square(disk([0.3, 0.8]));
 /// assert!((s - 0.3).abs() + (t - 0.8).abs() < 1e-14);
 /// ```
-pub fn square([x, y]: [f64; 2]) -> [f64; 2] {
+pub(crate) fn square([x, y]: [f64; 2]) -> [f64; 2] {
     let radius = x.hypot(y);
     // Counted from the middle of the first of four sides.
     let turn = (y.atan2(x) + FRAC_PI_4).rem_euclid(TAU);

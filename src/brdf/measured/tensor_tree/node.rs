@@ -25,7 +25,7 @@ pub(super) struct Built {
 
 impl Built {
     /// A finest cell; NaN is none.
-    pub fn cell(value: f64) -> Self {
+    pub(crate) fn cell(value: f64) -> Self {
         let is_there = !value.is_nan();
         let held = if is_there { value } else { 0.0 };
         Self {
@@ -38,7 +38,7 @@ impl Built {
 
     /// Eight parts, or one leaf if all are leaves and `is_one` of mean and standard deviation. A leaf without a value gets the
     /// mean of those around it.
-    pub fn of(mut parts: [Built; 8], is_one: impl Fn(f64, f64) -> bool) -> Self {
+    pub(crate) fn of(mut parts: [Built; 8], is_one: impl Fn(f64, f64) -> bool) -> Self {
         let share: f64 = parts.iter().map(|p| p.share).sum();
         let over = |of: fn(&Built) -> f64| {
             let sum: f64 = parts.iter().map(|p| p.share * of(p)).sum();
@@ -132,7 +132,7 @@ impl Node {
     }
 
     /// The smallest value.
-    pub fn least(&self) -> f64 {
+    pub(crate) fn least(&self) -> f64 {
         match self {
             Node::Leaf(value) => *value,
             Node::Parts(parts) => parts.iter().map(Node::least).fold(f64::INFINITY, f64::min),
@@ -140,7 +140,7 @@ impl Node {
     }
 
     /// Makes 0 of the cell, `halvings` below this node, that holds a point of [0, 1)³.
-    pub fn clear(&mut self, place: [f64; 3], halvings: usize) {
+    pub(crate) fn clear(&mut self, place: [f64; 3], halvings: usize) {
         if halvings == 0 {
             *self = Node::Leaf(0.0);
             return;

@@ -216,7 +216,7 @@ impl Content {
     ///
     /// # Errors
     /// Those of `out`.
-    pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
+    pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         write_planes(&self.values, self.n, |_, v| v, out)
     }
 }

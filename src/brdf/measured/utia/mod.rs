@@ -24,9 +24,9 @@ use crate::geometry::{Direction, DirectionPair, Symmetry};
 use std::f64::consts::PI;
 
 /// Nodes in elevation.
-pub const ELEVATIONS: usize = 6;
+pub(crate) const ELEVATIONS: usize = 6;
 /// Nodes in azimuth.
-pub const AZIMUTHS: usize = 48;
+pub(crate) const AZIMUTHS: usize = 48;
 /// Nodes of one direction.
 const DIRECTIONS: usize = ELEVATIONS * AZIMUTHS;
 /// Pairs of directions that a table holds.
@@ -59,7 +59,7 @@ impl Utia {
     /// The table, declared to have these symmetries; a fresh one has none. Look-ups do not use
     /// them: they tell others what may be folded.
     #[must_use]
-    pub fn with_symmetry(mut self, symmetry: Symmetry) -> Self {
+    pub(crate) fn with_symmetry(mut self, symmetry: Symmetry) -> Self {
         self.symmetry = symmetry;
         self
     }

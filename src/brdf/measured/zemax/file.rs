@@ -145,7 +145,7 @@ impl<'t> Words<'t> {
 
 /// What a table holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Content {
+pub(crate) enum Content {
     /// One value.
     Monochrome,
     /// X, Y, Z.
@@ -185,7 +185,7 @@ pub struct Head<'t> {
 ///
 /// # Errors
 /// Whatever the file system reports.
-pub fn text(path: &Path) -> Result<String, TableError> {
+pub(crate) fn text(path: &Path) -> Result<String, TableError> {
     files::read_text(path, files::TABLE_LIMIT).map_err(no_access)
 }
 
@@ -193,7 +193,7 @@ pub fn text(path: &Path) -> Result<String, TableError> {
 ///
 /// # Errors
 /// [`TableError`].
-pub fn head(text: &str) -> Result<Head<'_>, TableError> {
+pub(crate) fn head(text: &str) -> Result<Head<'_>, TableError> {
     let mut words = Words::new(text);
     words.expect("Source")?;
     words.next("Symmetry")?;

@@ -1,5 +1,5 @@
 //! Isotropic tables about the mirror direction, as OpticStudio (Zemax) reads them for its scattering model of tabular BSDF;
-//! [`mod@file`] has the text.
+//! the submodule `file` reads and writes the text.
 //!
 //! A table holds f_r over the polar angle of the light, and over an azimuth and an angle (`radial`) about the mirror
 //! direction: with the light at azimuth 0 the frame of normal and tangent is turned about the bitangent until the normal is
@@ -8,7 +8,7 @@
 //! Between nodes the value is linear in each of the three angles. Nodes below the horizon are left out and the weights of the
 //! others renormalised, as are those without a reading. Outside the angles of the table nothing was measured, and the pair is [`Presence::Missing`].
 
-pub mod file;
+pub(crate) mod file;
 mod spec;
 mod write;
 
@@ -38,7 +38,7 @@ pub struct Zemax {
 
 /// The nodes of a table, rad.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Angles {
+pub(crate) struct Angles {
     /// Polar angles of the light, ascending.
     pub theta_i: Vec<f64>,
     /// Azimuths about the mirror direction, ascending; 0 to π of a mirrored table, else round the circle.

@@ -12,7 +12,7 @@ use std::path::Path;
 const CHANNELS: [&str; 4] = ["y", "r", "z", "height"];
 
 /// The numbers of a file.
-pub struct Numbers {
+pub(crate) struct Numbers {
     /// Numbers to a row, and rows.
     pub size: [usize; 2],
     /// From left to right, row after row from the top.
@@ -23,7 +23,7 @@ pub struct Numbers {
 
 /// Reason why a file is no height map.
 #[derive(Debug, thiserror::Error)]
-pub enum Unusable {
+pub(crate) enum Unusable {
     /// Too few heights, or too many.
     #[error(
         "this map has {width} × {height} heights; allowed: {} to {} along each axis",
@@ -96,7 +96,7 @@ impl Numbers {
     ///
     /// # Errors
     /// [`Unusable::Number`] of the first that is not finite.
-    pub fn range(&self) -> Result<[f64; 2], Unusable> {
+    pub(crate) fn range(&self) -> Result<[f64; 2], Unusable> {
         if let Some(i) = self.values.iter().position(|v| !v.is_finite()) {
             return Err(Unusable::Number {
                 column: 1 + i % self.size[0],
@@ -110,7 +110,7 @@ impl Numbers {
 }
 
 /// Reads a file; its first bytes say what it is, as names may be wrong.
-pub fn numbers(path: &Path) -> Result<Numbers, Unusable> {
+pub(crate) fn numbers(path: &Path) -> Result<Numbers, Unusable> {
     let mut start = Vec::new();
     open(path)?.take(4).read_to_end(&mut start)?;
     match start[..] {

@@ -129,12 +129,12 @@ impl Prior {
     }
 
     /// Number of its functions.
-    pub fn functions(&self) -> usize {
+    pub(crate) fn functions(&self) -> usize {
         self.about.functions
     }
 
     /// Factor of all amplitudes of the kernel, and variance of the coefficients of functions.
-    pub fn scale_and_share(&self) -> [f64; 2] {
+    pub(crate) fn scale_and_share(&self) -> [f64; 2] {
         [self.about.scale, self.about.share]
     }
 
@@ -254,7 +254,7 @@ pub(in crate::reconstruct) struct Mean(GridInterpolant<Spline<3>, 3>);
 
 impl Mean {
     /// Adds it to the values of pairs (`pairs × width`).
-    pub fn add(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+    pub(crate) fn add(&self, pairs: &[DirectionPair], out: &mut [f64]) {
         let mut values = vec![0.0; out.len()];
         self.0.transformed_batch(pairs, &mut values);
         out.iter_mut().zip(values).for_each(|(o, v)| *o += v);
@@ -311,12 +311,12 @@ type Cache = HashMap<PathBuf, (u64, Option<SystemTime>, Arc<Prior>)>;
 
 impl PriorFile {
     /// The path.
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// The file; `None`: it is built in.
-    pub fn file(&self) -> Option<&Path> {
+    pub(crate) fn file(&self) -> Option<&Path> {
         (self.path != Path::new(BUILT_IN)).then_some(&self.path)
     }
 

@@ -172,7 +172,7 @@ impl Training {
     }
 
     /// Number of families of the materials, by the last words of their names.
-    pub fn families(&self) -> usize {
+    pub(crate) fn families(&self) -> usize {
         let families: HashSet<String> = self.materials.iter().map(family).collect();
         families.len()
     }

@@ -150,7 +150,7 @@ pub fn html(
 }
 
 /// A page that needs no other file, with a title and a heading.
-pub fn frame(title: &str, heading: &str, body: Markup) -> String {
+pub(crate) fn frame(title: &str, heading: &str, body: Markup) -> String {
     let page = page! {
         (DOCTYPE)
         html lang="en" {
@@ -215,7 +215,7 @@ fn rankings(findings: &Findings) -> Markup {
 }
 
 /// A table that scrolls where it is wider than the page: the texts of its head, and its rows.
-pub fn table<T: Render>(
+pub(crate) fn table<T: Render>(
     class: Option<&str>,
     caption: &str,
     head: impl IntoIterator<Item = T>,
