@@ -21,10 +21,10 @@ pub(crate) fn excerpt(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Most characters of what another library says of a file, or of a list that the file holds.
+/// Largest number of characters of another library's message on a file, or of a list that the file holds.
 const REASON: usize = 240;
 
-/// What another library says of a file, or a list that the file holds, as long as it likes: its start, on one line.
+/// The message of another library on a file, or a list that the file holds, of any length: its start, on one line.
 pub(crate) fn reason(why: impl std::fmt::Display) -> String {
     let why: String = why.to_string().chars().take(REASON).collect();
     printable(&why).into_owned()
@@ -35,7 +35,7 @@ pub(crate) fn reason(why: impl std::fmt::Display) -> String {
 /// ```
 /// assert_eq!(gonio::error::printable("a\nb"), "a\u{fffd}b");
 /// ```
-pub(crate) fn printable(text: &str) -> Cow<'_, str> {
+pub fn printable(text: &str) -> Cow<'_, str> {
     match text.contains(char::is_control) {
         true => text.replace(char::is_control, "\u{fffd}").into(),
         false => text.into(),
@@ -53,7 +53,7 @@ pub fn count(number: usize, noun: &str) -> String {
     format!("{number} {noun}{plural}")
 }
 
-/// The same with its verb: `1 row is`, `2 rows are`.
+/// A number of things with its verb: `1 row is`, `2 rows are`.
 pub fn count_are(number: usize, noun: &str) -> String {
     let verb = if number == 1 { "is" } else { "are" };
     format!("{} {verb}", count(number, noun))
@@ -71,7 +71,7 @@ pub fn count_are(number: usize, noun: &str) -> String {
 /// assert!(gonio::error::one_of("polar", [&long]).len() < 100);
 /// assert!(gonio::error::one_of("polar", vec!["name"; 5000]).len() < 1300);
 /// ```
-pub(crate) fn one_of<S: AsRef<str>>(found: &str, names: impl IntoIterator<Item = S>) -> String {
+pub fn one_of<S: AsRef<str>>(found: &str, names: impl IntoIterator<Item = S>) -> String {
     let names: Vec<S> = names.into_iter().collect();
     let list: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
     listed(&list) + &meant(found, &list)
@@ -127,7 +127,7 @@ pub struct ParameterError {
     pub allowed: String,
 }
 
-/// Characters of a number from which on it is told with an exponent: doubles have fewer digits.
+/// Characters of a number from which on it is written with an exponent: doubles have fewer digits.
 const LONG: usize = 24;
 
 impl ParameterError {
@@ -151,7 +151,7 @@ impl ParameterError {
         }
     }
 
-    /// The same of a table inside another, with its key spelled from the outer one.
+    /// This error for a table inside `table`: its key gets that prefix.
     #[must_use]
     pub(crate) fn within(self, table: &str) -> Self {
         Self {

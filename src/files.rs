@@ -83,7 +83,7 @@ fn use_once(path: &Path, [other, own]: [usize; 2]) -> io::Result<()> {
     Ok(())
 }
 
-/// Opens a file to be read: a folder, a pipe or a device (which may have no end, or nobody who writes to it) is none.
+/// Opens a file to be read: a folder, a pipe or a device (which may have no end, or no writer) is an error.
 ///
 /// # Errors
 /// Whatever the file system reports, and one sentence for what is no regular file.
@@ -174,7 +174,7 @@ pub fn destination(path: &Path) -> io::Result<PathBuf> {
             let message = "this is no regular file; allowed: a file, or a new name";
             return Err(io::Error::new(ErrorKind::InvalidInput, message));
         }
-        // Whoever makes the folder that is not there says what is in its way.
+        // A missing folder is made later, and an obstacle is an error then.
         Err(e) if !matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
             return Err(e);
         }
@@ -265,13 +265,13 @@ pub(crate) fn remove_parts(dir: &Path) {
         let name = entry.file_name();
         let is_part = |name: &str| name.starts_with(head) && name.ends_with(tail);
         if name.to_str().is_some_and(is_part) {
-            // What cannot be removed is in nobody's way.
+            // A part that cannot be removed does no harm.
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// Puts a file on the disk, where the file system knows how to.
+/// Puts a file on the disk, where the file system supports it.
 fn sync(file: &File) -> io::Result<()> {
     match file.sync_all() {
         Err(e) if matches!(e.kind(), ErrorKind::Unsupported | ErrorKind::InvalidInput) => Ok(()),
@@ -315,7 +315,7 @@ pub(crate) fn exr_layer(path: &Path) -> exr::error::Result<ExrLayer> {
     exr_layer_of(std::io::BufReader::new(File::open(path)?))
 }
 
-/// The same of its bytes.
+/// The first layer that can be read of an OpenEXR file, in its finest resolution, from its bytes.
 #[cfg(any(feature = "pictures", feature = "surfaces"))]
 pub fn exr_layer_of(
     file: impl std::io::Read + std::io::Seek + Send,

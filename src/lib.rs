@@ -90,10 +90,13 @@
 //! [`docs::findings`]: what came out. [`docs::laboratory`]: from a machine to a BRDF, step by step.
 //! [`docs::design`]: why the house stands as it does. [`docs::errata`]: what the papers misprint.
 //! [`docs::parametrizations`]: which coordinates to sample and to reconstruct in.
-//! [`docs::light_paths`]: which coordinates tell apart how many facets light met.
+//! [`docs::light_paths`]: which coordinates separate the scattering orders of light.
 //! [`docs::planning`]: which poses to read next. [`docs::stability`]: what becomes of digits at the edges. [`docs::relations`]: moments of a slice and of the picture. [`docs::formats`]: files. [`docs::inputs`]: what is refused, doubted and counted. [`docs::cluster`]: many machines at once.
 //! [`docs::python`]: NumPy arrays in and out.
 //! [`docs::terms`]: one word for one thing. [`docs::changelog`].
+
+// What only the program and its features call is private, and has no caller without them.
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
 pub mod acquisition;
 pub mod analysis;

@@ -28,7 +28,7 @@ pub(crate) const HORIZON_SLACK: f64 = 1e-14;
 ///
 /// Several models diverge where a cosine or the half vector vanishes. A denominator of 1e-100 is
 /// further down than any pose, and keeps f and f² below overflow for every allowed parameter, so
-/// that values stay finite without moving any that can be told from the horizon.
+/// that values stay finite without moving any that differs from the horizon in double precision.
 pub(crate) const DENOMINATOR_FLOOR: f64 = 1e-100;
 
 /// Largest size of a reading in a file, sr⁻¹.
@@ -42,6 +42,16 @@ pub const LARGEST_READING: f64 = 1e150;
 #[inline]
 pub(crate) fn safe_sqrt(x: f64) -> f64 {
     x.max(0.0).sqrt()
+}
+
+/// A number that looks random, from several numbers, with nothing in common with that of others (splitmix64; Steele et al. 2014).
+pub(crate) fn hashed<const N: usize>(numbers: [u64; N]) -> u64 {
+    numbers.into_iter().fold(0, |state, x| {
+        let z = (state ^ x).wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    })
 }
 
 /// Wraps an angle (rad) into `[-π, π]`; angles already there keep every bit.

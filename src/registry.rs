@@ -69,7 +69,7 @@ impl<T: ?Sized> Joined<T> {
 
     /// The library's members, and then those that were added.
     pub(crate) fn after(&self, mut members: Vec<Entry<T>>) -> Vec<Entry<T>> {
-        // Whoever panicked while adding had not changed the list.
+        // A thread that panicked while adding has not changed the list.
         members.extend(self.0.read().unwrap_or_else(PoisonError::into_inner).iter());
         members
     }
@@ -102,7 +102,7 @@ pub struct ReadError {
 
 impl ReadError {
     /// An error at a place in the text.
-    pub(crate) fn at(span: impl Into<Option<Range<usize>>>, message: impl Into<String>) -> Self {
+    pub(crate) fn new(span: impl Into<Option<Range<usize>>>, message: impl Into<String>) -> Self {
         Self {
             message: message.into(),
             span: span.into(),
@@ -148,7 +148,7 @@ pub(crate) fn take_kind(
     let place = table.span();
     let Some(kind) = remove(table, "kind") else {
         let message = format!("kind is missing from the {what}; allowed: {allowed}");
-        return Err(ReadError::at(place, message));
+        return Err(ReadError::new(place, message));
     };
     match kind.shape {
         Shape::String(name) => kinds.iter().position(|&k| k == name).ok_or_else(|| {
@@ -159,12 +159,12 @@ pub(crate) fn take_kind(
             };
             let (name, allowed) = (excerpt(&name), one_of(&name, kinds));
             let message = format!("kind = \"{name}\" is not {a} {what}; allowed: {allowed}");
-            ReadError::at(kind.span, message)
+            ReadError::new(kind.span, message)
         }),
         other => {
             let found = other.shown();
             let message = format!("kind of the {what} is {found}; allowed: one of {allowed}");
-            Err(ReadError::at(kind.span, message))
+            Err(ReadError::new(kind.span, message))
         }
     }
 }
@@ -188,6 +188,12 @@ pub(crate) fn read_keys<T: ?Sized>(
 /// ```
 pub fn read_text<T: ?Sized>(entry: &Entry<T>, text: &str) -> Result<Box<T>, ReadError> {
     (entry.read)(table(text)?)
+}
+
+/// A member of a family, as a config writes it.
+pub trait Resolved {
+    /// The kind and every key with its value, defaults filled in.
+    fn resolved(&self) -> Keys;
 }
 
 /// A member as a table: its kind, then every key with its value; reading it back gives the same.
@@ -333,6 +339,6 @@ impl<'a> Item<'a> {
 
     fn refused(&self, key: &str, allowed: &str) -> ReadError {
         let message = format!("{key} is {}; allowed: {allowed}", self.shape.shown());
-        ReadError::at(self.span.clone(), message)
+        ReadError::new(self.span.clone(), message)
     }
 }

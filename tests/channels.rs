@@ -3,27 +3,28 @@
 
 mod common;
 
-use common::test_pairs;
-use gonio::brdf::measured::{TableError, merl, utia};
-use gonio::brdf::{self, Brdf, BrdfSpec, Channels, Wavelengths};
-use gonio::geometry::Symmetry;
+use common::{form, member, near, planned, present, test_pairs};
+use gonio::brdf::{self, Brdf, BrdfSpec, Channels};
+use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{self, Bench, Ideal, Instrument, InstrumentSpec, Order, Parts};
 use gonio::measurement::Measurement;
 use gonio::metrics::{self, Measure};
 use gonio::moments::{Channel, Slice};
 use gonio::reconstruct;
-use gonio::schedule::{self, Schedule};
+use gonio::schedule::Schedule;
 use gonio::{numeric, registry};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 const COUNTS: [usize; 4] = [1, 3, 7, 31];
 
-fn wavelengths(n: usize) -> Vec<f64> {
+/// `n` wavelengths, nm.
+fn nm(n: usize) -> Vec<f64> {
     (0..n).map(|i| 400.0 + 10.0 * i as f64).collect()
 }
 
 fn scene(n: usize) -> Channels {
-    Channels::Wavelengths(Wavelengths::new(&wavelengths(n)).unwrap())
+    common::wavelengths(&nm(n))
 }
 
 /// Different values in (0, 1) whose Rec. 709 luminance, which a scene in luminance takes of a grey
@@ -64,9 +65,7 @@ const MODELS: [(&str, &str); 9] = [
 ];
 
 fn spec(kind: &str, text: &str) -> Box<dyn BrdfSpec> {
-    let all = brdf::all();
-    let entry = all.iter().find(|e| e.kind == kind).unwrap();
-    registry::read_text(entry, text).unwrap()
+    member(brdf::all(), kind, text)
 }
 
 fn build(kind: &str, text: &str, value: &str, channels: Channels) -> Box<dyn Brdf> {
@@ -76,16 +75,12 @@ fn build(kind: &str, text: &str, value: &str, channels: Channels) -> Box<dyn Brd
 }
 
 fn sampled(values: &[f64]) -> String {
-    let nm = wavelengths(values.len());
+    let nm = nm(values.len());
     format!("{{ nm = {nm:?}, values = {values:?} }}")
 }
 
 fn poses(budget: usize) -> Arc<Schedule> {
-    let form = crate::common::form("half-difference", Symmetry::FULL);
-    let sets = schedule::all();
-    let sobol = sets.iter().find(|e| e.kind == "sobol").unwrap();
-    let sobol = registry::read_text(sobol, "").unwrap();
-    Arc::new(sobol.plan(&form, budget, 3).unwrap())
+    planned(&form("half-difference", Symmetry::FULL), "sobol", budget, 3)
 }
 
 fn preset(name: &str) -> InstrumentSpec {
@@ -95,13 +90,10 @@ fn preset(name: &str) -> InstrumentSpec {
 }
 
 /// Everything but noise.
-fn quiet(name: &str) -> Bench {
-    let parts = Parts {
-        noise: false,
-        ..Parts::ALL
-    };
-    Bench::new(&preset(name), parts, 1).unwrap()
-}
+const QUIET: Parts = Parts {
+    noise: false,
+    ..Parts::ALL
+};
 
 /// Channel `c` of `n`, as bits.
 fn bits(values: &[f64], c: usize, n: usize) -> Vec<u64> {
@@ -127,42 +119,44 @@ fn assert_channel(spectral: &Measurement, c: usize, luminance: &Measurement, wha
     }
 }
 
-#[test]
-fn an_ideal_reading_of_a_wavelength_is_that_of_its_value() {
-    let poses = poses(300);
-    for (kind, text) in MODELS {
-        for n in COUNTS {
-            let values = values(n);
-            let spectral = build(kind, text, &sampled(&values), scene(n));
-            assert_eq!(*spectral.channels(), scene(n));
-            let spectral = Ideal.measure(&*spectral, &poses);
-            for (c, value) in values.iter().enumerate() {
-                let one = build(kind, text, &value.to_string(), Channels::Luminance);
-                let one = Ideal.measure(&*one, &poses);
-                assert_channel(&spectral, c, &one, &format!("{kind} {c} of {n}"));
-            }
+/// Asserts that each wavelength of a scene is read as its value is in luminance.
+fn assert_separate(model: (&str, &str), measure: impl Fn(&dyn Brdf) -> Measurement) {
+    let (kind, text) = model;
+    for n in COUNTS {
+        let values = values(n);
+        let spectral = build(kind, text, &sampled(&values), scene(n));
+        assert_eq!(*spectral.channels(), scene(n));
+        let spectral = measure(&*spectral);
+        assert!(spectral.readings() > 30);
+        for (c, value) in values.iter().enumerate() {
+            let one = build(kind, text, &value.to_string(), Channels::Luminance);
+            let what = format!("{kind} {c} of {n}");
+            assert_channel(&spectral, c, &measure(&*one), &what);
         }
     }
 }
 
 #[test]
+fn an_ideal_reading_of_a_wavelength_is_that_of_its_value() {
+    let poses = poses(300);
+    for model in MODELS {
+        assert_separate(model, |brdf| Ideal.measure(brdf, &poses));
+    }
+}
+
+#[test]
 fn so_is_a_reading_through_apertures() {
-    let (poses, bench) = (poses(60), quiet("cornell"));
+    let poses = poses(60);
+    let bench = Bench::new(&preset("cornell"), QUIET, 1).unwrap();
     let itinerary = bench.plan(&poses, Order::AsGenerated);
     let session = bench.session(&itinerary, 1);
     // Smooth: every wavelength alone asks for the nodes that all together ask for.
-    for (kind, text) in [MODELS[0], MODELS[2]] {
-        for n in COUNTS {
-            let values = values(n);
-            let spectral = build(kind, text, &sampled(&values), scene(n));
-            let spectral = session.measure(&*spectral, &poses);
-            assert!(spectral.details.is_some() && spectral.readings() > 30);
-            for (c, value) in values.iter().enumerate() {
-                let one = build(kind, text, &value.to_string(), Channels::Luminance);
-                let one = session.measure(&*one, &poses);
-                assert_channel(&spectral, c, &one, &format!("{kind} {c} of {n}"));
-            }
-        }
+    for model in [MODELS[0], MODELS[2]] {
+        assert_separate(model, |brdf| {
+            let measured = session.measure(brdf, &poses);
+            assert!(measured.details.is_some());
+            measured
+        });
     }
 }
 
@@ -171,16 +165,7 @@ fn a_grey_lobe_is_read_the_same_at_every_wavelength() {
     // Narrower than the apertures, so that all ways of integration are taken; with noise the
     // detector draws for one wavelength after the other, and the first has the luminance's draws.
     let (poses, text) = (poses(40), "alpha = 0.01");
-    for (parts, wanted) in [
-        (
-            Parts {
-                noise: false,
-                ..Parts::ALL
-            },
-            7,
-        ),
-        (Parts::ALL, 1),
-    ] {
+    for (parts, wanted) in [(QUIET, 7), (Parts::ALL, 1)] {
         let bench = Bench::new(&preset("pgii"), parts, 1).unwrap();
         let itinerary = bench.plan(&poses, Order::AsGenerated);
         let session = bench.session(&itinerary, 1);
@@ -210,20 +195,18 @@ fn readings_are_reconstructed_wavelength_by_wavelength() {
         }
         let together = method.reconstruct(&spectral).unwrap();
         assert_eq!(*together.channels(), scene(n));
-        let mut all = vec![0.0; n];
         for (c, value) in values.iter().enumerate() {
             let one = build(kind, text, &value.to_string(), Channels::Luminance);
             let alone = method.reconstruct(&Ideal.measure(&*one, &poses)).unwrap();
             for pair in &pairs {
-                let _ = together.eval(pair, &mut all);
-                let one = alone.luminance(pair).unwrap();
+                let (all, one) = (present(&*together, pair), alone.luminance(pair).unwrap());
                 assert!((all[c] - one).abs() <= 1e-12 * one.abs(), "{}", entry.kind);
             }
         }
         // What metrics compare is the mean over the wavelengths.
         let means = metrics::evaluate(&*together, &pairs);
         for (i, pair) in pairs.iter().enumerate() {
-            let _ = together.eval(pair, &mut all);
+            let all = present(&*together, pair);
             let trapezoids: f64 = all.windows(2).map(|v| 10.0 * 0.5 * (v[0] + v[1])).sum();
             let mean = trapezoids / 60.0;
             assert!((means.get(i).unwrap() - mean).abs() <= 1e-13 * mean);
@@ -235,23 +218,22 @@ fn readings_are_reconstructed_wavelength_by_wavelength() {
 fn samples_are_joined_by_straight_lines_and_must_cover_the_scene() {
     let text = "albedo = { nm = [400, 500, 700], values = [0.1, 0.3, 0.7] }";
     let spec = spec("lambert", text);
-    let at = |nm: &[f64]| Channels::Wavelengths(Wavelengths::new(nm).unwrap());
+    let at = common::wavelengths;
     let brdf = spec.build(at(&[400.0, 425.0, 600.0, 700.0])).unwrap();
-    let mut out = [0.0; 4];
-    let normal = gonio::geometry::DirectionPair::from_spherical(0.0, 0.0, 0.3, 1.0);
-    let _ = brdf.eval(&normal, &mut out);
-    for (out, want) in out.into_iter().zip([0.1, 0.15, 0.5, 0.7]) {
-        assert!((out * std::f64::consts::PI - want).abs() < 1e-15);
+    let normal = DirectionPair::from_spherical(0.0, 0.0, 0.3, 1.0);
+    for (out, want) in present(&*brdf, &normal)
+        .into_iter()
+        .zip([0.1, 0.15, 0.5, 0.7])
+    {
+        near(out * PI, want, 1e-15, "straight line");
     }
     assert_eq!(spec.label(), "lambert");
     let again = brdf::read(toml::de::DeTable::parse(&spec.resolved().to_string()).unwrap());
     assert_eq!(again.unwrap().resolved(), spec.resolved());
     for short in [&[399.0, 500.0][..], &[500.0, 701.0]] {
         let sentence = spec.check(&at(short)).unwrap_err().to_string();
-        assert!(
-            sentence.starts_with("albedo = { nm = [400 to 700]"),
-            "{sentence}"
-        );
+        let start = "albedo = { nm = [400 to 700]";
+        assert!(sentence.starts_with(start), "{sentence}");
     }
 }
 
@@ -279,12 +261,6 @@ fn what_a_scene_cannot_use_is_refused_by_its_key() {
         assert_eq!(built.to_string(), sentence);
     }
     let lambert = build("lambert", "albedo = X", "0.5", spectral);
-    let mut out = Vec::new();
-    let grid = merl::MerlGrid::RECIPROCAL;
-    let refused = merl::write_merl(&*lambert, grid, &mut out).unwrap_err();
-    assert!(matches!(refused, TableError::Unsuited(why) if why.contains("no wavelengths")));
-    let refused = utia::write_utia(&*lambert, &mut out).unwrap_err();
-    assert!(matches!(refused, TableError::Unsuited(why) if why.contains("no wavelengths")));
     assert!(Slice::new(&*lambert, Channel::Luminance, 0.3).is_ok());
     assert!(Slice::new(&*lambert, Channel::Red, 0.3).is_err());
 }

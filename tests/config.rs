@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::table;
+use common::{edited, says, table};
 use gonio::Error;
 use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source};
 
@@ -52,11 +52,14 @@ fn plan(text: &str, sets: &[&str]) -> Result<Plan, Error> {
     Plan::read(&source)
 }
 
-fn refusal(text: &str, sets: &[&str]) -> (String, u8) {
-    match plan(text, sets) {
-        Ok(_) => panic!("accepted: {sets:?}\n{text}"),
-        Err(e) => (e.to_string(), e.exit_code()),
-    }
+/// The sentence that refuses a config, which is in one line and ends the program with 2.
+fn refusal(text: &str, sets: &[&str]) -> String {
+    let refusal = plan(text, sets).err();
+    let refusal = refusal.unwrap_or_else(|| panic!("accepted: {sets:?}\n{text}"));
+    let message = refusal.to_string();
+    assert_eq!(refusal.exit_code(), 2, "{message}");
+    assert!(!message.contains('\n'), "{message}");
+    message
 }
 
 #[test]
@@ -72,75 +75,52 @@ fn a_mistake_in_the_file_is_reported_with_its_line() {
         seeds = [1] | seeds = [3, 3] | c.toml:2: seeds[1] = 3 is there twice
         seeds = [1] | seeds = [-1] | c.toml:2: seeds[0] = -1: allowed is a whole number from 0
         1000, | 0, | c.toml:5: budgets[1] = 0: allowed is a whole number from 1 to 10000000
-        1000, | 1000000000, | c.toml:5: budgets[1] = 1000000000: allowed is a whole number from 1
-        1000, | 250, | c.toml:5: budgets[1] = 250 is there twice
         1000, | 1e3, | c.toml:5: budgets[1] is floating point `1000.0`; allowed: a whole number
-        1000, | "many", | c.toml:5: budgets[1] is string "many"; allowed: a whole number
         ["cosine"] | ["sine"] | c.toml:7: measures[0] = "sine"; allowed: cosine, lobe
         ["cosine"] | "cosine" | c.toml:7: measures is string "cosine"; allowed: a list
         "ggx" | "ggg" | c.toml:10: kind = "ggg" is not a material; allowed:
         kind = "ggx" |  | c.toml:9: kind is missing from the material; allowed:
         alpha = 0.3 | alpha = 0.0 | c.toml:11: material[0].alpha = 0: allowed is a number
-        alpha = 0.3 | alpha = -0.5 | c.toml:11: material[0].alpha = -0.5: allowed is a number
-        alpha = 0.3 | alpha = nan | c.toml:11: material[0].alpha = NaN: allowed is a number
-        alpha = 0.3 | alpha = inf | c.toml:11: material[0].alpha = inf: allowed is a number
-        alpha = 0.3 | alpha = true | c.toml:11: material[0].alpha = true: allowed is a number
-        albedo = 0.5 | albdeo = 0.5 | c.toml:15: unknown key material[1].albdeo; allowed: kind, name, symmetry, albedo
+        kind = "lambert"\nalbedo = 0.5 | kind = "tabulated"\nof = { kind = "ggx", alpha = [0.1, 0.3] } | c.toml:15: material[1].of = ggx
         albedo = 0.5 | name = "ggx-0.3" | c.toml:15: material[1].name = "ggx-0.3" is taken
         albedo = 0.5 | name = " " | c.toml:15: material[1].name = " ": allowed is a text
         albedo = 0.5 | name = 7 | c.toml:15: name is 7; allowed: a string
         albedo = 0.5 | symmetry = { isotopic = true } | c.toml:15: unknown key material[1].symmetry.isotopic; allowed: isotropic, reciprocal, bilateral
         "hybrid" | "hibrid" | c.toml:18: kind = "hibrid" is not a parametrization; allowed: spherical,
         h_bar = | theta_h = | c.toml:19: parametrization[0].warp.theta_h = "square-root": no axis of hybrid; allowed: h_bar, k, delta
-        "square-root" | "merl" | c.toml:19: parametrization[0].warp.h_bar = "merl":
         "square-root" | "sqrt" | c.toml:19: parametrization[0].warp.h_bar = "sqrt"; allowed: square-root, merl, arcsine
         "square-root" | { kind = "power", exponent = 1.5 } | c.toml:19: parametrization[0].warp.h_bar: exponent = 1.5: allowed is a number in [0.1, 1]
-        "square-root" | { kind = "power", exponnent = 0.5 } | c.toml:19: parametrization[0].warp.h_bar: unknown key `exponnent`, expected `exponent`
         "square-root" | "power" | c.toml:19: parametrization[0].warp.h_bar lacks the key exponent
-        "square-root" | { kind = "cube" } | c.toml:19: parametrization[0].warp.h_bar: kind = "cube" is not a warp; allowed: square-root, merl, arcsine, power
         "grid" | "grid"\nratio = "tuned" | c.toml:23: sample_set[0].ratio = "tuned" lacks what it is tuned on; allowed: with [tuning]
         "grid" | "grid"\nratio = "best" | c.toml:23: sample_set[0].ratio is string "best"; allowed: a list of numbers, or "tuned"
         [metrics] | [tuning]\nmaterials = [{ kind = "lambert" }]\n[metrics] | c.toml:27: tuning is never used; allowed: with a [[sample_set]] of ratio = "tuned"
         "grid" | "sobol" | c.toml:24: reconstruction[0] "cubic" is never used; allowed: an up_to that a budget stays within, and a grid
+        "cubic" | "cubic"\nup_to = 79 | c.toml:24: reconstruction[0] "cubic" is never used; allowed: an up_to that a budget stays within
         "grid" | "grid"\nratio = [1, 2] | c.toml:23: ratio = [1.0, 2.0]: allowed is a number in [0.001, 1000] per axis (h_bar, k, delta) in hybrid
-        "grid" | "grid"\nratio = [1, nan, 1] | c.toml:23: ratio = [1.0, NaN, 1.0]: allowed
         "cubic" | "cubic"\nepsilon = -1.0 | c.toml:26: epsilon = -1: allowed is
         pairs = 100 | pears = 100 | c.toml:28: unknown key metrics.pears; allowed: pairs, max_pairs, tolerance, mask_deg
         pairs = 100 | pairs = 0 | c.toml:28: metrics.pairs = 0: allowed is
         80.0 | nan | c.toml:30: metrics.mask_deg = NaN: allowed is
         slices = false | slices = 1 | c.toml:33: output.slices is integer `1`; allowed: true or false
         slices = false | schedules = true | c.toml:33: output.schedules is boolean `true`; allowed: false or one of "csv", "json-lines"
-        slices = false | schedules = "xml" | c.toml:33: output.schedules is string "xml"; allowed: false
         question = "?" | merl = 3 | c.toml:1: merl is 3; allowed: a table
         seeds = [1] | seeds = [1 | c.toml:3:
         seeds = [1] | merl = { interpolation = "nearest" } | c.toml:2: merl has keys for the files of materials_dir, which is not set"#,
     ) {
-        assert!(GOOD.contains(written), "{written}");
-        let text = GOOD.replacen(written, instead, 1);
-        let (message, code) = refusal(&text, &[]);
+        let message = refusal(&edited(GOOD, written, instead), &[]);
         assert!(message.starts_with(expected), "{instead}\n  {message}");
-        assert_eq!(code, 2, "{message}");
-        assert!(!message.contains('\n'), "{message}");
     }
 }
 
 #[test]
 fn warps_with_keys_are_named_by_them() {
-    let text = GOOD.replacen(
-        "\"square-root\"",
-        "{ kind = \"power\", exponent = 0.3 }, k = { kind = \"arcsine\" }",
-        1,
-    );
-    let plan = plan(&text, &[]).unwrap();
+    let warps = "{ kind = \"power\", exponent = 0.3 }, k = { kind = \"arcsine\" }";
+    let plan = plan(&edited(GOOD, "\"square-root\"", warps), &[]).unwrap();
     assert_eq!(plan.parametrizations[0].warp, "h_bar:power-0.3;k:arcsine");
     let resolved = plan.resolved.to_string();
     assert!(resolved.contains("k = \"arcsine\""), "{resolved}");
     let again = self::plan(&resolved, &[]).unwrap();
     assert_eq!(again.resolved, plan.resolved);
-    assert_eq!(
-        again.parametrizations[0].warp,
-        plan.parametrizations[0].warp
-    );
 }
 
 #[test]
@@ -151,32 +131,29 @@ fn a_mistake_in_an_override_is_reported_with_the_override() {
         nothing | has no `=`; allowed: key=value
         =3 | `` is no key
         a b=3 | `a b` is no key
-        qestion=why | unknown key qestion; allowed: question
-        metrics.pears=3 | unknown key metrics.pears; allowed: pairs
-        metric.pairs=3 | unknown key metric; allowed: question
         material.2.alpha=0.1 | `2` is no position in material, which has 2; allowed: 0 to 1
-        material.x.alpha=0.1 | `x` is no position in material
         material.all.beta=0.1 | no member has the key of `material.all.beta`
         metrics.all.pairs=3 | unknown key metrics.all
         budgets.2=5 | `2` is no position in budgets
         budgets.0.x=5 | budgets[0] is integer, which has no key `x`
-        budgets.0=0 | budgets[0] = 0: allowed
         budgets=0 | budgets is integer `0`; allowed: a list
-        budgets=nan | budgets is floating point `NaN`; allowed: a list
-        material.0.alpha=nan | material[0].alpha = NaN: allowed
-        material.0.alpha=wide | material[0].alpha = "wide": allowed is a number
         material.0=3 | material[0] is a table, not integer; allowed: {
         material=[] | material is missing; allowed: at least one [[material]], or materials_dir
         material.0={kind="merl"} | material[0] lacks the key path
         channels=grey | channels = "grey"; allowed: luminance
         parametrization=[{kind="stark"},{kind="stark"}] | parametrization[1] = "stark" is there twice
         reconstruction=[{kind="cubic"},{kind="cubic"}] | reconstruction[1].name = "cubic" is taken
-        sample_set=[] | sample_set = []: allowed is at least one"#,
+        sample_set=[] | sample_set = []: allowed is at least one
+        band=0.9 | band = 0.9: allowed is a number in [1, 10]
+        reconstruction.0.up_to=0 | reconstruction[0].up_to = 0: allowed is a whole number from 1 to
+        reconstruction.0.on=nowhere | reconstruction[0].on = "nowhere" is no sample set of this config; allowed: grid
+        pictures={samples=0} | pictures.samples = 0: allowed is a whole number from 1 to 65536
+        coordinates=[{kind="polar"}] | coordinates[0].kind = polar: allowed is spherical, half-difference, orthographic, hybrid, stark, own
+        coordinates=[{kind="hybrid",warp={theta_h="merl"}}] | coordinates.warp.theta_h = merl: allowed is no axis of hybrid; allowed: h_bar, k, delta"#,
     ) {
-        let (message, code) = refusal(GOOD, &[set]);
+        let message = refusal(GOOD, &[set]);
         let expected = format!("--set {set}: {expected}");
         assert!(message.starts_with(&expected), "{set}\n  {message}");
-        assert_eq!(code, 2, "{message}");
     }
 }
 
@@ -189,18 +166,16 @@ fn all_is_each_member_that_has_the_key() {
     // Lambert has no such key.
     let one = resolved(GOOD, &["material.0.alpha=0.7"]);
     assert_eq!(resolved(GOOD, &["material.all.alpha=0.7"]), one);
-    let (message, _) = refusal(&two, &["material.all.alpha=0"]);
-    assert!(
-        message.starts_with("--set material.all.alpha=0: material[0]"),
-        "{message}"
-    );
+    let message = refusal(&two, &["material.all.alpha=0"]);
+    let start = "--set material.all.alpha=0: material[0]";
+    assert!(message.starts_with(start), "{message}");
 }
 
 #[test]
 fn lines_are_those_of_the_file_whatever_was_set() {
     let sets = ["metrics.seed=5", "material.0.name=first", "question=why"];
     let text = GOOD.replace("slices = false", "slices = 0");
-    let (message, _) = refusal(&text, &sets);
+    let message = refusal(&text, &sets);
     assert!(message.starts_with("c.toml:33: output.slices"), "{message}");
 }
 
@@ -219,13 +194,8 @@ fn overrides_are_toml_or_bare_strings() {
     assert_eq!(plan.budgets, [7, 20]);
     assert_eq!(plan.metrics.pairs, 7);
     assert_eq!(plan.materials[0].name, "mine");
-    assert_eq!(
-        plan.materials[1].spec.resolved()["albedo"]
-            .as_array()
-            .unwrap()
-            .len(),
-        3
-    );
+    let albedo = &plan.materials[1].spec.resolved()["albedo"];
+    assert_eq!(albedo.as_array().unwrap().len(), 3);
     assert_eq!(plan.question.as_deref(), Some("which one = best?"));
     assert_eq!(plan.channels.count(), 3);
     assert!(plan.output.schedules.0.is_some());
@@ -243,61 +213,25 @@ fn symmetry_is_the_materials_own_unless_overridden() {
 }
 
 #[test]
-fn a_warp_must_suit_the_form_of_every_material() {
-    // Axes of the 4-D form, which the anisotropic material needs, have names of their own.
-    let sets = [
-        "material.0.alpha=[0.1, 0.4]",
-        "sample_set.0.ratio=[4, 4, 1]",
-    ];
-    let (message, _) = refusal(GOOD, &sets);
-    assert!(
-        message.contains("ratio") && message.contains("phi_h"),
-        "{message}"
-    );
-}
-
-#[test]
 fn the_resolved_config_means_the_same() {
-    let bare = "[[material]]\nkind = \"lambert\"\n";
-    let anisotropic = "budgets = [300]\n[[material]]\nkind = \"ward\"\nalpha = [0.1, 0.2]\n";
-    let scattered = "[[material]]\nkind = \"lambert\"\n[[sample_set]]\nkind = \"sobol\"\n\
-        [[reconstruction]]\nkind = \"inverse-distance\"\ncoordinates = { kind = \"stark\" }\n";
+    let bare = "material = [{ kind = \"lambert\" }]\n";
+    let anisotropic = "budgets = [300]\nmaterial = [{ kind = \"ward\", alpha = [0.1, 0.2] }]\n";
+    let scattered = "material = [{ kind = \"lambert\" }]\nsample_set = [{ kind = \"sobol\" }]\n\
+        reconstruction = [{ kind = \"inverse-distance\", coordinates = { kind = \"stark\" } }]\n";
     let tabulated = "[[material]]\nkind = \"tabulated\"\nof = { kind = \"ggx\", alpha = 0.5 }\n\
         symmetry = { bilateral = false }\n";
-    for text in [GOOD, bare, anisotropic, scattered, tabulated] {
+    for text in [GOOD, bare, anisotropic, scattered, tabulated, ALL_KEYS] {
         let first = plan(text, &[]).unwrap();
         let written = toml::to_string(&first.resolved).unwrap();
         let second = plan(&written, &[]).unwrap();
         assert_eq!(first.resolved, second.resolved, "{written}");
         assert_eq!(first.rows(), second.rows());
         assert_eq!(first.symmetries(), second.symmetries());
+        // Defaults are written out.
+        for key in ["channels = ", "seeds = [1", "pairs = ", "slices = false"] {
+            assert!(written.contains(key), "{key} is not in\n{written}");
+        }
     }
-}
-
-#[test]
-fn defaults_are_written_out() {
-    let plan = plan("[[material]]\nkind = \"lambert\"\n", &[]).unwrap();
-    let resolved = toml::to_string(&plan.resolved).unwrap();
-    for key in [
-        "channels = \"luminance\"",
-        "seeds = [1]",
-        "pairs = ",
-        "kind = \"grid\"",
-        "slices = false",
-    ] {
-        assert!(resolved.contains(key), "{key} is not in\n{resolved}");
-    }
-}
-
-#[test]
-fn anisotropic_tables_are_refused_before_they_are_made() {
-    let text = "[[material]]\nkind = \"tabulated\"\nof = { kind = \"ggx\", alpha = [0.1, 0.3] }\n";
-    let (message, code) = refusal(text, &[]);
-    assert!(
-        message.starts_with("c.toml:3: material[0].of = ggx"),
-        "{message}"
-    );
-    assert_eq!(code, 2);
 }
 
 #[test]
@@ -310,20 +244,14 @@ fn output_needs_a_build_that_can_make_it() {
         let set = format!("output.{key}=true");
         if is_there {
             let output = plan(GOOD, &[&set]).unwrap().output;
-            assert_eq!(
-                [output.slices, output.parquet],
-                [key == "slices", key == "parquet"]
-            );
+            let found = [output.slices, output.parquet];
+            assert_eq!(found, ["slices", "parquet"].map(|of| of == key));
         } else {
-            let (message, code) = refusal(GOOD, &[&set]);
-            let told = [
-                format!("output.{key} = true: this build of gonio cannot "),
-                format!(
-                    "it lacks the feature {feature} (cargo install --path . --features {feature})"
-                ),
-            ];
-            assert!(told.iter().all(|part| message.contains(part)), "{message}");
-            assert_eq!(code, 2);
+            let told = format!(
+                "output.{key} = true: this build of gonio cannot  … it lacks the feature {feature} \
+                 (cargo install --path . --features {feature})"
+            );
+            says(&refusal(GOOD, &[&set]), &told);
         }
     }
 }
@@ -336,55 +264,25 @@ budgets = [40, 200]
 seeds = [1, 2]
 measures = ["lobe"]
 band = 1.2
-
-[[material]]
-kind = "lambert"
-
-[[parametrization]]
-kind = "hybrid"
-
-[[sample_set]]
-kind = "grid"
-
-[[sample_set]]
-kind = "sobol"
-
-[[reconstruction]]
-kind = "cubic"
-
-[[reconstruction]]
-kind = "nearest"
-on = "sobol"
-up_to = 100
-
-[[coordinates]]
-kind = "own"
-
-[[coordinates]]
-kind = "spherical"
-
-[metrics]
-pairs = 50
-max_pairs = 1
-
-[moments]
-views = 3
-order = 2
-
-[pictures]
-draw = false
-resolution = 32
-
-[output]
-schedules = "csv"
+material = [{ kind = "lambert" }]
+parametrization = [{ kind = "hybrid" }]
+sample_set = [{ kind = "grid" }, { kind = "sobol" }]
+reconstruction = [{ kind = "cubic" }, { kind = "nearest", on = "sobol", up_to = 100 }]
+coordinates = [{ kind = "own" }, { kind = "spherical" }]
+metrics = { pairs = 50, max_pairs = 1 }
+moments = { views = 3, order = 2 }
+pictures = { draw = false, resolution = 32 }
+output = { schedules = "csv" }
 "#;
+
+/// A config as that of an acquisition and of a study.
+fn both(text: &str) -> [Plan; 2] {
+    ["acquisition", "study"].map(|kind| plan(text, &[&format!("experiment={kind}")]).unwrap())
+}
 
 #[test]
 fn acquisitions_and_studies_may_ask_for_the_same() {
-    let [acquisition, study] = ["acquisition", "study"].map(|kind| {
-        let set = format!("experiment={kind}");
-        plan(ALL_KEYS, &[&set]).unwrap()
-    });
+    let [acquisition, study] = both(ALL_KEYS);
     // Cubic at two budgets, nearest in two coordinates at one, with two seeds each.
     assert_eq!(study.rows(), 2 * (2 + 2));
     let [mut a, mut b] = [&acquisition, &study].map(|p| p.resolved.clone());
@@ -403,11 +301,8 @@ fn acquisitions_and_studies_may_ask_for_the_same() {
 
 #[test]
 fn kinds_differ_in_what_they_do_unasked() {
-    let bare = "[[material]]\nkind = \"lambert\"\n";
-    let [acquisition, study] = ["acquisition", "study"].map(|kind| {
-        let set = format!("experiment={kind}");
-        plan(bare, &[&set]).unwrap()
-    });
+    let bare = "material = [{ kind = \"lambert\" }]\n";
+    let [acquisition, study] = both(bare);
     assert!(acquisition.albedo && !study.albedo);
     assert!(study.pictures.draw && !acquisition.pictures.draw);
     assert!(acquisition.moments.is_none() && study.moments.is_none());
@@ -420,42 +315,25 @@ fn what_needs_a_grid_is_used_on_grids() {
     let two = "sample_set=[{kind=\"grid\"},{kind=\"sobol\"}]";
     let nearest = "reconstruction=[{kind=\"cubic\"},{kind=\"nearest\"}]";
     let plan = plan(GOOD, &[two, nearest]).unwrap();
-    let labels: Vec<_> = plan
-        .units()
-        .iter()
-        .flat_map(|unit| {
-            let set = plan.sample_sets[unit.sample_set].name.clone();
-            let methods = plan.methods_on(unit).into_iter();
-            let named = methods.map(|m| plan.methods[m].name.clone());
-            named
-                .map(move |name| (set.clone(), name))
-                .collect::<Vec<_>>()
-        })
-        .collect();
-    let pair = |set: &str, name: &str| (set.to_owned(), name.to_owned());
-    let of_budget = [
-        vec![pair("grid", "cubic"), pair("grid", "nearest")],
-        vec![pair("sobol", "nearest")],
-    ];
+    let mut labels = Vec::new();
+    for unit in plan.units() {
+        for method in plan.methods_on(&unit) {
+            let set = &plan.sample_sets[unit.sample_set].name;
+            labels.push(format!("{set} {}", plan.methods[method].name));
+        }
+    }
     // Two budgets of each set.
-    let expected = of_budget
-        .map(|pairs| [pairs.clone(), pairs].concat())
-        .concat();
-    assert_eq!(labels, expected);
-    // A set that nothing works on is a mistake, and so is what works on no set.
-    let (message, code) = refusal(GOOD, &[two]);
-    assert!(
-        message.contains("sample_set[1] \"sobol\" has no reconstruction"),
-        "{message}"
-    );
-    assert_eq!(code, 2);
-    let sobol = "sample_set=[{kind=\"sobol\"}]";
-    let (message, code) = refusal(GOOD, &[sobol, nearest]);
-    assert!(
-        message.contains("reconstruction[0] \"cubic\" is never used"),
-        "{message}"
-    );
-    assert_eq!(code, 2);
+    let (grid, sobol) = (["grid cubic", "grid nearest"], ["sobol nearest"]);
+    assert_eq!(labels, [&grid[..], &grid, &sobol, &sobol].concat());
+    // A set that nothing works on is a mistake.
+    let idle = "sample_set[1] \"sobol\" has no reconstruction";
+    says(&refusal(GOOD, &[two]), idle);
+    // Axes of the 4-D form, which an anisotropic material needs, have names of their own.
+    let sets = [
+        "material.0.alpha=[0.1, 0.4]",
+        "sample_set.0.ratio=[4, 4, 1]",
+    ];
+    says(&refusal(GOOD, &sets), "ratio … phi_h");
 }
 
 /// Asks to stop as soon as something is reconstructed, to be compared.

@@ -4,15 +4,12 @@
 
 mod common;
 
-use common::{plan, says, table};
+use common::{edited, form, near, plan, planned, says, table};
 use gonio::brdf::Channels;
-use gonio::experiment::{Plan, Row};
+use gonio::experiment::Row;
 use gonio::instrument::{Ideal, Instrument};
 use gonio::metrics::TestSet;
-use gonio::parametrization;
 use gonio::reconstruct::{Cover, Coverage};
-use gonio::schedule::{Grid, SampleSet};
-use std::sync::Arc;
 
 /// A sharp lobe whose mirror direction and horizon the machine has trouble with.
 const TEXT: &str = r#"
@@ -37,12 +34,18 @@ pairs = 400
 max_pairs = 1
 "#;
 
-fn run(plan: &Plan) -> Vec<Row> {
-    common::run(plan).0
+/// The rows of a config.
+fn run(text: &str) -> Vec<Row> {
+    common::run(&plan(text).unwrap()).0
 }
 
 fn rows(instruments: &str) -> Vec<Row> {
-    run(&plan(&format!("{TEXT}{instruments}")).unwrap())
+    run(&format!("{TEXT}{instruments}"))
+}
+
+/// The keys of a preset, and more of them.
+fn instrument(preset: &str, more: &str) -> String {
+    format!("[[instrument]]\npreset = \"{preset}\"\n{more}\n")
 }
 
 /// Without what depends on the clock of this computer.
@@ -57,8 +60,7 @@ fn timeless(mut row: Row) -> Row {
 #[test]
 fn the_seeds_of_a_grid_share_the_time_of_its_making() {
     let text = TEXT.replace("[300]", "[300]\nreadings = [200]\nseeds = [1, 2, 3]");
-    let instrument = "[[instrument]]\npreset = \"cornell\"\n";
-    let rows = run(&plan(&format!("{text}{instrument}")).unwrap());
+    let rows = run(&(text + &instrument("cornell", "")));
     assert_eq!(rows.len(), 2 * 2 * 3 * 2);
     let schedule = |r: &Row| (r.parametrization.clone(), r.allowed.clone());
     for row in &rows {
@@ -89,9 +91,8 @@ fn without_instruments_nothing_is_lost_and_no_time_passes() {
 fn a_machine_without_flaws_is_the_ideal_one_that_takes_time() {
     let ideal = rows("");
     for preset in PRESETS {
-        let off = "limits = false\napertures = false\nnoise = false";
-        let text = format!("[[instrument]]\npreset = \"{preset}\"\n{off}\n");
-        for (real, ideal) in rows(&text).into_iter().zip(&ideal) {
+        let off = instrument(preset, "limits = false\napertures = false\nnoise = false");
+        for (real, ideal) in rows(&off).into_iter().zip(&ideal) {
             assert!(real.instrument_seconds > Some(0.0));
             assert_ne!(real.key, ideal.key);
             let same = Row {
@@ -108,13 +109,12 @@ fn a_machine_without_flaws_is_the_ideal_one_that_takes_time() {
 /// A machine's readings of Lambert's law err by what it says, and nothing errs between them.
 #[test]
 fn most_pairs_are_within_the_uncertainty_of_the_readings() {
-    let text = TEXT.replace("kind = \"ggx\"\nalpha = 0.2", "kind = \"lambert\"");
+    let text = edited(TEXT, "kind = \"ggx\"\nalpha = 0.2", "kind = \"lambert\"");
     let asked = format!("quantities = [\"uncertainty\"]\n{text}");
-    let instrument = "[[instrument]]\npreset = \"utia\"\nlimits = false\napertures = false\n";
-    let within = |text: &str| {
-        let rows = run(&plan(text).unwrap()).into_iter();
-        let within = rows.map(|r| r.value("within_2u"));
-        within.collect::<Vec<_>>()
+    let instrument = instrument("utia", "limits = false\napertures = false");
+    let within = |text: &str| -> Vec<_> {
+        let rows = run(text).into_iter();
+        rows.map(|r| r.value("within_2u")).collect()
     };
     // What all readings share (type B) is most of it here: nearly all pairs are within, or nearly none.
     let seeds = format!("seeds = [1, 2, 3, 4, 5, 6]\n{asked}{instrument}");
@@ -130,28 +130,23 @@ fn most_pairs_are_within_the_uncertainty_of_the_readings() {
 #[test]
 fn holes_cost_what_the_two_runs_differ_by() {
     for preset in PRESETS {
-        let text = |limits| format!("[[instrument]]\npreset = \"{preset}\"\nlimits = {limits}\n");
-        let (with, without) = (rows(&text(true)), rows(&text(false)));
+        let [with, without] =
+            ["limits = true", "limits = false"].map(|l| rows(&instrument(preset, l)));
         for (with, without) in with.iter().zip(&without) {
             assert_eq!(without.reachable, 1.0);
             // 90° elevations, near-retro pairs: no machine takes every pose of these grids.
-            assert!(
-                with.reachable < 1.0 && with.reachable > 0.3,
-                "{}",
-                with.reachable
-            );
+            let reachable = with.reachable;
+            assert!(reachable < 1.0 && reachable > 0.3, "{reachable}");
             assert_eq!(with.poses, without.poses);
             assert!(with.readings < without.readings);
-            let lost: usize = with
+            let counts = with
                 .unreachable
                 .split(';')
-                .map(|part| part.split_once(':').unwrap().1.parse::<usize>().unwrap())
-                .sum();
+                .map(|part| part.split_once(':').unwrap().1);
+            let lost: usize = counts.map(|count| count.parse::<usize>().unwrap()).sum();
             assert_eq!(lost, with.poses - with.readings);
-            for (hole, of) in [
-                ("hole_nrmse", "nrmse"),
-                ("hole_log_relative", "log_relative"),
-            ] {
+            for of in ["nrmse", "log_relative"] {
+                let hole = &format!("hole_{of}");
                 let more = with.value(of).unwrap() - without.value(of).unwrap();
                 assert_eq!(with.value(hole), Some(more), "{hole}");
             }
@@ -161,7 +156,7 @@ fn holes_cost_what_the_two_runs_differ_by() {
 
 #[test]
 fn holes_are_not_looked_into_unless_asked() {
-    for row in rows("[[instrument]]\npreset = \"utia\"\nholes = false\n") {
+    for row in rows(&instrument("utia", "holes = false")) {
         assert!(row.reachable < 1.0);
         for quantity in ["hole_nrmse", "hole_log_relative"] {
             assert_eq!(row.value(quantity), None, "{quantity}");
@@ -169,54 +164,47 @@ fn holes_are_not_looked_into_unless_asked() {
     }
 }
 
+/// The rows of scattered readings with another budget.
+fn scattered(budget: &str, preset: &str) -> Vec<Row> {
+    let sobol = "[[sample_set]]\nkind = \"sobol\"\n[[reconstruction]]\nkind = \"nearest\"\n";
+    let text = edited(TEXT, "budgets = [300]", budget);
+    let text = edited(&text, "[[reconstruction]]\nkind = \"multilinear\"\n", sobol);
+    run(&(text + &instrument(preset, "")))
+}
+
 #[test]
 fn the_budget_of_a_time_fills_it() {
     for minutes in [5.0, 40.0] {
-        let text = TEXT.replace("budgets = [300]", &format!("minutes = [{minutes}]"));
-        let sobol = "[[sample_set]]\nkind = \"sobol\"\n[[reconstruction]]\nkind = \"nearest\"\n";
-        let text = text.replace("[[reconstruction]]\nkind = \"multilinear\"\n", sobol);
-        let text = format!("{text}[[instrument]]\npreset = \"rosi\"\n");
-        for row in run(&plan(&text).unwrap()) {
+        for row in scattered(&format!("minutes = [{minutes}]"), "rosi") {
             assert_eq!(row.allowed, format!("{minutes} minutes"));
             let spent = row.instrument_seconds.unwrap() / 60.0;
             // Half a percent of the budget, and a tour that is not monotone to a percent.
-            assert!(
-                spent <= minutes && spent > 0.98 * minutes,
-                "{spent} of {minutes}"
-            );
+            let fills = spent <= minutes && spent > 0.98 * minutes;
+            assert!(fills, "{spent} of {minutes}");
         }
     }
 }
 
 #[test]
 fn the_budget_of_readings_has_as_many() {
-    let sobol = "[[sample_set]]\nkind = \"sobol\"\n[[reconstruction]]\nkind = \"nearest\"\n";
-    let text = TEXT.replace("budgets = [300]", "readings = [200]");
-    let text = text.replace("[[reconstruction]]\nkind = \"multilinear\"\n", sobol);
-    let text = format!("{text}[[instrument]]\npreset = \"utia\"\n");
-    for row in run(&plan(&text).unwrap()) {
+    for row in scattered("readings = [200]", "utia") {
         assert_eq!(row.allowed, "200 readings");
         // One more pose may be out of reach: a budget of half a percent is one pose here.
-        assert!(
-            row.readings == 200 || row.readings == 199,
-            "{}",
-            row.readings
-        );
+        assert!((199..=200).contains(&row.readings), "{}", row.readings);
         assert!(row.budget > 200 && row.poses == row.budget);
     }
 }
 
 #[test]
 fn noise_differs_between_seeds_and_not_between_runs() {
-    let text = "[[instrument]]\npreset = \"cornell\"\n";
-    let first: Vec<_> = rows(text).into_iter().map(timeless).collect();
-    let again: Vec<_> = rows(text).into_iter().map(timeless).collect();
-    assert_eq!(first, again);
-    let other = run(&plan(&format!("seeds = [2]\n{TEXT}{text}")).unwrap());
+    let text = &instrument("cornell", "");
+    let timeless = |text: &str| rows(text).into_iter().map(timeless);
+    let first: Vec<_> = timeless(text).collect();
+    assert_eq!(first, timeless(text).collect::<Vec<_>>());
+    let other = run(&format!("seeds = [2]\n{TEXT}{text}"));
     assert_ne!(first[0].value("nrmse"), other[0].value("nrmse"));
     // The same machine on another day: what its readings share stays.
-    let fixed = "[[instrument]]\npreset = \"cornell\"\nrealisation = 1\n";
-    let same = rows(fixed).into_iter().map(timeless);
+    let same = timeless(&instrument("cornell", "realisation = 1"));
     // Another question with the same answer.
     let same = same.zip(&first).map(|(row, first)| Row {
         key: first.key.clone(),
@@ -227,10 +215,8 @@ fn noise_differs_between_seeds_and_not_between_runs() {
 
 #[test]
 fn mistakes_name_the_key_and_the_right_culprit() {
-    let anisotropic = TEXT.replace(
-        "kind = \"ggx\"\nalpha = 0.2",
-        "kind = \"ward\"\nalpha = [0.1, 0.3]",
-    );
+    let ward = "kind = \"ward\"\nalpha = [0.1, 0.3]";
+    let anisotropic = edited(TEXT, "kind = \"ggx\"\nalpha = 0.2", ward);
     for [code, head, tail, part] in table(
         r#"
         2 |  | preset = "cornel" | instrument[0].preset = "cornel"; allowed: 
@@ -253,16 +239,11 @@ fn mistakes_name_the_key_and_the_right_culprit() {
         assert_eq!(e.exit_code(), code.parse::<u8>().unwrap(), "{e}");
     }
     let e = plan(&format!("minutes = [10]\n{TEXT}")).err().unwrap();
-    says(
-        &e.to_string(),
-        "c.toml:1: minutes are those of an instrument, and there is none",
-    );
+    let part = "c.toml:1: minutes are those of an instrument, and there is none";
+    says(&e.to_string(), part);
     // The others can turn the sample.
     for preset in &PRESETS[1..] {
-        plan(&format!(
-            "{anisotropic}[[instrument]]\npreset = \"{preset}\"\n"
-        ))
-        .unwrap();
+        plan(&format!("{anisotropic}{}", instrument(preset, ""))).unwrap();
     }
 }
 
@@ -271,16 +252,14 @@ fn mistakes_name_the_key_and_the_right_culprit() {
 fn coverage_is_of_the_poses_and_leaves_no_pair_out() {
     let more = "[[reconstruction]]\nkind = \"thin-plate\"\n[[material]]\nkind = \"lambert\"\n";
     let plan = plan(&format!("{TEXT}{more}")).unwrap();
-    let ideal = run(&plan);
-    let machine =
-        "[[instrument]]\npreset = \"utia\"\napertures = false\nnoise = false\nholes = false\n";
+    let ideal = rows(more);
+    let machine = instrument("utia", "apertures = false\nnoise = false\nholes = false");
     let limited = rows(&format!("{more}{machine}"));
     assert_eq!([ideal.len(), limited.len()], [16; 2]);
     let shares = |r: &Row| ["extrapolated", "unknown"].map(|name| r.value(name).unwrap());
     let schedule = |r: &Row| (r.parametrization.clone(), r.measure.clone());
-    let level = TestSet::new(&plan.measures, &plan.metrics)
-        .unwrap()
-        .level(0);
+    let test_set = TestSet::new(&plan.measures, &plan.metrics).unwrap();
+    let level = test_set.level(0);
     for row in ideal.iter().chain(&limited) {
         assert_eq!(row.pairs, level.pairs.len());
         // The same for every material and method, more where a machine cannot go.
@@ -295,9 +274,8 @@ fn coverage_is_of_the_poses_and_leaves_no_pair_out() {
     // One by one, of readings that were taken again.
     let truth = plan.materials[0].spec.build(Channels::Luminance).unwrap();
     for row in &ideal {
-        let form = parametrization::find(&row.parametrization).unwrap();
-        let form = form.form(truth.symmetry());
-        let poses = Arc::new(Grid::default().plan(&form, 300, 1).unwrap());
+        let form = form(&row.parametrization, truth.symmetry());
+        let poses = planned(&form, "grid", 300, 1);
         let cover = Cover::of(&Ideal.measure(&*truth, &poses)).unwrap();
         let pairs = &level.pairs;
         let found: Vec<Coverage> = pairs.iter().map(|p| cover.coverage(p)).collect();
@@ -311,7 +289,7 @@ fn coverage_is_of_the_poses_and_leaves_no_pair_out() {
         };
         let expected = [Coverage::Extrapolated, Coverage::Unknown].map(share);
         for (found, expected) in shares(row).into_iter().zip(expected) {
-            assert!((found - expected).abs() < 1e-12, "{}", row.parametrization);
+            near(found, expected, 1e-12, &row.parametrization);
         }
     }
 }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::made;
+use common::{made, near};
 use glam::DVec3;
 use gonio::brdf::microfacet::{Beckmann, Distribution, Ggx};
 use gonio::brdf::{self, Brdf, Channels, Lambert, Presence, Roughness, Spectrum, Sum, laws};
@@ -28,27 +28,21 @@ fn value(brdf: &dyn Brdf, pair: &DirectionPair) -> f64 {
     brdf.luminance(pair).unwrap()
 }
 
-/// Six pairs, light and sensor.
+/// Three pairs, light and sensor.
 const PAIRS: &str = "
         -0.8156662422707578 0.3296128483173326 0.47544079699163033 -0.3008705018629829 -0.8763988024980974 0.37603467936962615
         0.3032904449726966 -0.0468215108247612 0.9517471576591918 0.19600476376522488 -0.850130480909661 0.4887333608519548
-        -0.3406785341325952 0.10978054953775761 0.9337485567991278 0.5455945990209538 -0.2704155279412517 0.7932225260085715
-        0.354196497122072 -0.7200069176800447 0.5967703745322278 0.0949073569499541 0.6590954349895811 0.7460467821609238
-        0.6856349984531459 0.2906706657232364 0.6673943459336206 -0.6157922867955378 -0.6696499320657804 0.4151732505923496
-        -0.5315959022172951 0.6895603938968319 0.4918457684219985 0.7713095283409245 -0.6130086752121897 0.17117819839306853";
+        -0.3406785341325952 0.10978054953775761 0.9337485567991278 0.5455945990209538 -0.2704155279412517 0.7932225260085715";
 
-/// Values at them of an independent implementation of the same equations in numpy, of R, G and B or of grey; the published fits to
-/// gold-paint are the defaults of both models.
-const REFERENCE: [(&str, &str); 6] = [
+/// Values at them of an independent implementation of the same equations in numpy, of R, G and B; the published fits to
+/// gold-paint are the defaults of both models. Models of which `gonio stability` has 50 digits are not here.
+const REFERENCE: [(&str, &str); 4] = [
     (
         r#"kind = "shifted-gamma""#,
         "
         0.04701692269658807 0.02568681284269057 0.010558976704449524
         0.04812619354443783 0.026382413942160635 0.010835265572631128
-        0.18128046551403695 0.12546514944552017 0.06020744272087934
-        0.08566480620591078 0.05605538448421991 0.022735096037514762
-        0.09152192662699399 0.06159163116450777 0.025920103985863047
-        0.1468629408788167 0.12520563577983465 0.07446561865867701",
+        0.18128046551403695 0.12546514944552017 0.06020744272087934",
     ),
     (
         r#"kind = "shifted-gamma"
@@ -66,20 +60,14 @@ const REFERENCE: [(&str, &str); 6] = [
         "
         0.03206112666608995 0.011341572230660173 0.005169607199533942
         0.032061126667020094 0.011341573199771197 0.005177725637768632
-        0.04554704675485296 0.025063752808119635 0.02107856949713592
-        0.03229649044009753 0.01216870144893049 0.009273047205518798
-        0.03227224132338959 0.012247314141531023 0.010887966504020696
-        0.03259525991388645 0.014324249664085624 0.03211614247442222",
+        0.04554704675485296 0.025063752808119635 0.02107856949713592",
     ),
     (
         r#"kind = "low-abc""#,
         "
         0.05067365252899975 0.027769214196571947 0.008467163445071691
         0.05478808807554793 0.031074510298892993 0.010521974277338619
-        0.172292244192793 0.1254704547308559 0.06920531251280183
-        0.09619267896732213 0.0643365291941929 0.03120004807566931
-        0.11485111456601867 0.0793256215647174 0.04051835070736851
-        0.20473968877134943 0.1515368278414415 0.08541005307687131",
+        0.172292244192793 0.1254704547308559 0.06920531251280183",
     ),
     (
         r#"kind = "low-abc"
@@ -91,32 +79,7 @@ const REFERENCE: [(&str, &str); 6] = [
         "
         0.0008600573589221247 0.0008046154428542989 0.0009851750742157295
         0.0008667395274158822 0.0008098363034587079 0.0009898887631652658
-        0.002306940809758298 0.0019350833163745199 0.002005825562129172
-        0.0009833862438782892 0.0009009738207453744 0.0010721728807989654
-        0.001024953644898625 0.0009334509434963914 0.0011014950685039814
-        0.0012502543905062301 0.001109481192955916 0.0012604251577235182",
-    ),
-    (
-        r#"kind = "ggx"
-            alpha = 0.2"#,
-        "
-        0.031296819715379114
-        0.0463658043471255
-        1.0466579762801245
-        0.3363862508708366
-        0.4558656866425254
-        1.03868127845858",
-    ),
-    (
-        r#"kind = "ggx"
-            alpha = 0.05"#,
-        "
-        0.002195825179938015
-        0.003438985496316554
-        0.4071425892752246
-        0.037632715697067214
-        0.05000092292807536
-        0.1294943604322541",
+        0.002306940809758298 0.0019350833163745199 0.002005825562129172",
     ),
 ];
 
@@ -140,7 +103,7 @@ fn an_independent_implementation_agrees() {
                 brdf.eval(&DirectionPair::new(i, o), &mut got),
                 Presence::Present
             );
-            for (got, want) in got.into_iter().zip(want.into_iter().cycle()) {
+            for (got, want) in got.into_iter().zip(want) {
                 // 7e-16 measured.
                 assert!((got - want).abs() <= 1e-14 * want, "{text}: {got} {want}");
             }
@@ -171,10 +134,7 @@ fn oren_nayar_has_its_closed_albedo() {
             let g = s * (t - s * c) + 2.0 / 3.0 * t.tan() * (1.0 - s * s * s);
             let got = albedo(&*brdf, theta);
             // The kinks cost accuracy: 2e-8 measured.
-            assert!(
-                (got - (a + b * g * FRAC_1_PI)).abs() < 1e-6,
-                "{sigma_deg} {theta} {got}"
-            );
+            near(got, a + b * g * FRAC_1_PI, 1e-6, (sigma_deg, theta));
         }
         assert_eq!(brdf.conserves_energy(), a + 0.5 * b <= 1.0, "{sigma_deg}");
     }
@@ -196,63 +156,8 @@ fn phong_reflects_its_albedo_at_the_normal_and_less_elsewhere() {
             assert!(albedo(&*brdf, theta) < 1.0 + 1e-11, "{n} {theta}");
         }
     }
-    let two = grey("kind = \"phong\"\nrho_d = 0.0\nrho_s = 1.0\nexponent = 2.0");
-    // C(2) ∫ cos²(θ/2) cos θ dω = C(2) 5π/6 with C(2) = 6/(5π), at every height of the lobe.
-    let retro = DirectionPair::new(Direction::NORMAL, Direction::NORMAL);
-    assert!((value(&*two, &retro) - 6.0 / (5.0 * PI)).abs() < 1e-15);
     let bright = grey("kind = \"phong\"\nrho_d = 0.5\nrho_s = [0.5, 0.5, 0.6]");
     assert!(!bright.conserves_energy());
-}
-
-/// The step of the proof in phong.rs that is not algebra: T(z, 0) − T(z, θ_o), with T the lobe's
-/// albedo per unit of z = cos θ_h, changes sign once, from negative to positive.
-#[test]
-fn phong_albedo_per_half_angle_crosses_once() {
-    let per_z = |z: f64, theta_o: f64| {
-        let (so, co) = theta_o.sin_cos();
-        let s = (1.0 - z * z).max(0.0).sqrt();
-        let steps = 720;
-        let terms = (0..steps).map(|k| {
-            let phi = TAU * (f64::from(k) + 0.5) / f64::from(steps);
-            let d = co * z + so * s * phi.cos();
-            4.0 * d.max(0.0) * (2.0 * d * z - co).max(0.0)
-        });
-        terms.sum::<f64>() * TAU / f64::from(steps)
-    };
-    for theta_deg in [1.0, 10.0, 30.0, 50.0, 70.0, 80.0, 85.0, 88.0, 89.0, 89.9] {
-        let mut positive = false;
-        for k in 1..2000 {
-            let z = f64::from(k) / 2000.0;
-            let difference = per_z(z, 0.0) - per_z(z, f64::to_radians(theta_deg));
-            // Below the first direction that can reflect at all, both are 0.
-            if difference.abs() > 1e-9 {
-                assert!(
-                    difference > 0.0 || !positive,
-                    "{theta_deg} {z} {difference}"
-                );
-                positive = difference > 0.0;
-            }
-        }
-        assert!(positive);
-    }
-}
-
-#[test]
-fn ward_agrees_with_its_angles() {
-    let [rho_d, rho_s, ax, ay] = [0.2, 0.3, 0.15, 0.4];
-    let brdf = grey("kind = \"ward\"\nrho_d = 0.2\nrho_s = 0.3\nalpha = [0.15, 0.4]");
-    for pair in laws::pairs(5_000, 31) {
-        let (i, o) = (pair.omega_i.vector(), pair.omega_o.vector());
-        let h = (i + o).normalize();
-        let (delta, phi) = (h.z.acos(), h.y.atan2(h.x));
-        let e = delta.tan().powi(2) * ((phi.cos() / ax).powi(2) + (phi.sin() / ay).powi(2));
-        let want = rho_d / PI + rho_s * (-e).exp() / (4.0 * PI * ax * ay * (i.z * o.z).sqrt());
-        // 2e-14 measured: acos loses digits near the peak, where they count least.
-        assert!(
-            (value(&*brdf, &pair) - want).abs() <= 1e-12 * want,
-            "{pair:?}"
-        );
-    }
 }
 
 /// What ward.rs says about its albedo.
@@ -274,10 +179,7 @@ fn ward_loses_energy_and_gains_it_at_the_horizon() {
 #[test]
 fn smooth_abc_agrees_with_the_deviation_vector() {
     smooth_abc("300.0", [300.0; 2]);
-}
-
-#[test]
-fn smooth_abc_is_as_wide_along_each_axis_as_its_b_says() {
+    // As wide along each axis as its b says.
     smooth_abc("[30.0, 300.0]", [30.0, 300.0]);
 }
 
@@ -360,11 +262,7 @@ fn normals_are_consistent<D: Distribution>() {
             let want = over_normals(alpha, |m| d.density(m) * w.dot(m).abs());
             let got = d.projected_area(w);
             // Midpoint rule over the kink of |ω·m|: 1e-5 measured.
-            assert!(
-                (got / want - 1.0).abs() < 1e-4,
-                "{} {alpha:?} {theta}: {got} {want}",
-                D::KIND
-            );
+            near(got / want, 1.0, 1e-4, (alpha, theta, got, want, D::KIND));
         }
     }
 }
@@ -383,16 +281,7 @@ fn mirrors_pass_the_weak_white_furnace() {
                 "kind = \"{kind}\"\nalpha = {alpha}\nfresnel = {{ kind = \"none\" }}"
             ))
         };
-        for alpha in [
-            "1e-6",
-            "1e-4",
-            "0.01",
-            "0.1",
-            "0.5",
-            "1.0",
-            "10.0",
-            "[0.05, 0.5]",
-        ] {
+        for alpha in ["1e-6", "0.01", "0.1", "1.0", "10.0", "[0.05, 0.5]"] {
             let brdf = mirrors(alpha);
             for theta in [0.0, 30.0, 60.0, 80.0, 85.0, 89.0, 89.9] {
                 let a = albedo(&*brdf, theta);
@@ -417,47 +306,17 @@ fn mirrors_pass_the_weak_white_furnace() {
 }
 
 #[test]
-fn roughness_follows_the_axes() {
+fn roughness_that_is_equal_along_both_axes_is_isotropic() {
     for kind in ["ggx", "beckmann", "ward"] {
-        let of = |alpha: &str| grey(&format!("kind = \"{kind}\"\nalpha = {alpha}"));
-        let (round, equal) = (of("0.2"), of("[0.2, 0.2]"));
-        let (along, across) = (of("[0.1, 0.4]"), of("[0.4, 0.1]"));
-        assert!(equal.symmetry().isotropic && !along.symmetry().isotropic);
-        for pair in laws::pairs(500, 33) {
-            assert_eq!(value(&*round, &pair), value(&*equal, &pair));
-            // A quarter turn exchanges the axes: (x, y) to (−y, x).
-            let turn = |d: Direction| {
-                let v = d.vector();
-                Direction::from_unit(glam::DVec3::new(-v.y, v.x, v.z))
-            };
-            let turned = DirectionPair::new(turn(pair.omega_i), turn(pair.omega_o));
-            let (a, b) = (value(&*along, &pair), value(&*across, &turned));
-            assert!((a - b).abs() <= 1e-14 * a, "{kind}: {a} {b}");
+        for (alpha, isotropic) in [("[0.2, 0.2]", true), ("[0.1, 0.4]", false)] {
+            let brdf = grey(&format!("kind = \"{kind}\"\nalpha = {alpha}"));
+            assert_eq!(brdf.symmetry().isotropic, isotropic, "{kind} {alpha}");
         }
-        // The lobe is wide along t where alpha_x is large.
-        let tilted = |phi| DirectionPair::from_spherical(0.4, phi, 0.0, 0.0);
-        assert!(value(&*across, &tilted(0.0)) > value(&*along, &tilted(0.0)));
     }
 }
 
 #[test]
-fn sheen_agrees_with_its_angles_and_its_closed_albedo() {
-    // From the angles, by an implementation in numpy.
-    let reference = numbers(
-        "
-        0.3 0.16616400279408527 0.03547481218874651 0.00037802245326717184 0.005287102204797744 0.006903287186946534 0.011595889001692937
-        0.8 0.15115572899374 0.06715977691191628 0.01214568987090657 0.03464489342713341 0.040970339252555756 0.06118264156315178",
-    );
-    for row in reference {
-        let (alpha, values) = (row[0], &row[1..]);
-        let brdf = grey(&format!("kind = \"sheen\"\nalpha = {alpha:?}"));
-        for (pair, want) in numbers(PAIRS).into_iter().zip(values) {
-            let [i, o] = [0, 3].map(|k| Direction::try_new(DVec3::from_slice(&pair[k..])).unwrap());
-            let got = value(&*brdf, &DirectionPair::new(i, o));
-            // numpy's arccos loses two digits where θ_h is small.
-            assert!((got / want - 1.0).abs() < 1e-13, "{alpha}: {got} {want}");
-        }
-    }
+fn sheen_has_its_closed_albedo() {
     for alpha in [0.05, 0.3, 1.0] {
         let brdf = grey(&format!("kind = \"sheen\"\nalpha = {alpha:?}"));
         let n: f64 = 1.0 / alpha;

@@ -4,22 +4,20 @@
 
 mod common;
 
-use common::{table, test_pairs};
-use gonio::brdf::{Brdf, BrdfSpec, BuildError, Channels, Wavelengths};
+use common::{form, material, member, near, planned, present, product, table, test_pairs};
+use gonio::brdf::{Brdf, BrdfSpec, BuildError, Channels, Presence};
 use gonio::experiment::{self, Plan, Source, material_key};
 use gonio::formats::load_readings;
-use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::geometry::Symmetry;
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::{About, Measurement, write_measurement};
 use gonio::metrics::Measure;
 use gonio::moments::{Channel, MomentsSpec, PeakResolving, Profile};
-use gonio::parametrization;
 use gonio::reconstruct::{self, Reconstruct};
 use gonio::registry;
-use gonio::schedule::{self, Assume, Schedule, ScheduleFormat, Sequence};
+use gonio::schedule::{Assume, ScheduleFormat, Sequence};
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 use tempfile::TempDir;
 use toml::de::DeTable;
 
@@ -27,17 +25,7 @@ const GGX: &str =
     "alpha = 0.3\nfresnel = { kind = \"conductor\", eta = [0.2, 0.9, 1.5], kappa = 3.0 }";
 
 fn spectral() -> Channels {
-    Channels::Wavelengths(Wavelengths::new(&[450.0, 550.0, 650.0]).unwrap())
-}
-
-/// About `budget` poses of a sample set in hybrid coordinates.
-fn poses(set: &str, budget: usize) -> Arc<Schedule> {
-    let form = parametrization::find("hybrid").unwrap();
-    let form = form.form(Symmetry::FULL);
-    let all = schedule::all();
-    let set = all.iter().find(|e| e.kind == set).unwrap();
-    let set = registry::read_text(set, "").unwrap();
-    Arc::new(set.plan(&form, budget, 1).unwrap())
+    common::wavelengths(&[450.0, 550.0, 650.0])
 }
 
 /// Readings of a metal by the ideal instrument.
@@ -46,10 +34,8 @@ fn measured(set: &str, channels: Channels) -> Measurement {
         Channels::Wavelengths(_) => "alpha = 0.3",
         _ => GGX,
     };
-    let all = gonio::brdf::all();
-    let ggx = all.iter().find(|e| e.kind == "ggx").unwrap();
-    let truth = registry::read_text(ggx, keys).unwrap().build(channels);
-    Ideal.measure(&*truth.unwrap(), &poses(set, 200))
+    let poses = planned(&form("hybrid", Symmetry::FULL), set, 200, 1);
+    Ideal.measure(&*material("ggx", keys, channels), &poses)
 }
 
 fn write(measurement: &Measurement, path: &Path) {
@@ -87,25 +73,14 @@ fn reconstructed(path: &Path, method: Option<&dyn Reconstruct>) -> Box<dyn Brdf>
     brdf.unwrap()
 }
 
-fn pairs() -> Vec<DirectionPair> {
-    test_pairs(Measure::Cosine, 500)
-}
-
 fn values(brdf: &dyn Brdf) -> Vec<f64> {
-    let pairs = pairs();
+    let pairs = test_pairs(Measure::Cosine, 500);
     let mut out = vec![0.0; pairs.len() * brdf.channels().count()];
-    let mut presence = vec![gonio::brdf::Presence::Missing; pairs.len()];
+    let mut presence = vec![Presence::Missing; pairs.len()];
     brdf.eval_batch(&pairs, &mut out, &mut presence);
-    assert!(
-        presence
-            .iter()
-            .all(|p| *p == gonio::brdf::Presence::Present)
-    );
-    for (pair, out) in pairs.iter().zip(out.chunks(brdf.channels().count())) {
-        let mut one = vec![0.0; out.len()];
-        let _ = brdf.eval(pair, &mut one);
-        assert_eq!(one, out);
-    }
+    assert!(presence.iter().all(|p| *p == Presence::Present));
+    let one_by_one = pairs.iter().flat_map(|pair| present(brdf, pair));
+    assert!(one_by_one.eq(out.iter().copied()));
     out
 }
 
@@ -124,37 +99,34 @@ fn profile(brdf: &dyn Brdf) -> Profile {
 #[test]
 fn a_file_is_the_brdf_that_is_made_of_it() {
     let dir = TempDir::new().unwrap();
-    let methods = [
-        None,
-        Some("thin-plate"),
-        Some("inverse-distance"),
-        Some("cubic"),
-    ];
-    for (name, set) in [("a.csv", "grid"), ("b.jsonl", "sobol")] {
-        for scene in [Channels::Luminance, Channels::Rgb, spectral()] {
-            let path = dir.path().join(name);
-            write(&measured(set, scene.clone()), &path);
-            for kind in methods {
-                let all = reconstruct::all();
-                let entry = kind.and_then(|kind| all.iter().find(|e| e.kind == kind));
-                let method = entry.map(|e| registry::read_text(e, "").unwrap());
-                let of_grids = set == "sobol" && kind == Some("cubic");
-                // Readings choose by all methods, which takes a second.
-                if of_grids || (kind.is_none() && scene != Channels::Luminance) {
-                    continue;
-                }
-                let keys = kind.map(|k| format!("reconstruction = {{ kind = \"{k}\" }}"));
-                let spec = of(&path, &keys.unwrap_or_default());
-                spec.check(&scene).unwrap();
-                let brdf = spec.build(scene.clone()).unwrap();
-                let other = reconstructed(&path, method.as_deref());
-                assert_eq!(brdf.symmetry(), other.symmetry());
-                assert_eq!(spec.symmetry(&scene).unwrap(), other.symmetry());
-                assert_eq!(values(&*brdf), values(&*other), "{name} {scene:?} {kind:?}");
-                if scene == Channels::Luminance && kind.is_none() {
-                    let [a, b] = [profile(&*brdf), profile(&*other)];
-                    assert_eq!(format!("{a:?}"), format!("{b:?}"));
-                }
+    let scenes = [Channels::Luminance, Channels::Rgb, spectral()];
+    let files = [("a.csv", "grid"), ("b.jsonl", "sobol")];
+    for ((name, set), scene) in product(files, scenes) {
+        let path = dir.path().join(name);
+        write(&measured(set, scene.clone()), &path);
+        for kind in [
+            None,
+            Some("thin-plate"),
+            Some("inverse-distance"),
+            Some("cubic"),
+        ] {
+            let of_grids = set == "sobol" && kind == Some("cubic");
+            // Readings choose by all methods, which takes a second.
+            if of_grids || (kind.is_none() && scene != Channels::Luminance) {
+                continue;
+            }
+            let method = kind.map(|kind| member(reconstruct::all(), kind, ""));
+            let keys = kind.map(|k| format!("reconstruction = {{ kind = \"{k}\" }}"));
+            let spec = of(&path, &keys.unwrap_or_default());
+            spec.check(&scene).unwrap();
+            let brdf = spec.build(scene.clone()).unwrap();
+            let other = reconstructed(&path, method.as_deref());
+            assert_eq!(brdf.symmetry(), other.symmetry());
+            assert_eq!(spec.symmetry(&scene).unwrap(), other.symmetry());
+            assert_eq!(values(&*brdf), values(&*other), "{name} {scene:?} {kind:?}");
+            if kind.is_none() {
+                let [a, b] = [profile(&*brdf), profile(&*other)];
+                assert_eq!(format!("{a:?}"), format!("{b:?}"));
             }
         }
     }
@@ -233,9 +205,9 @@ fn a_laboratory_s_table_is_read_as_its_keys_say() {
     let [a, b] = [of(&ours, method), of(&lab, &(method.to_owned() + keys))];
     let [a, b] = [a, b].map(|spec| values(&*spec.build(Channels::Luminance).unwrap()));
     for (a, b) in a.iter().zip(&b) {
-        assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+        near(a / b, 1.0, 1e-6, b);
     }
-    // Otherwise the file has no column that anybody knows.
+    // Otherwise the file has no column that is known.
     let refused = of(&lab, method).check(&Channels::Luminance).unwrap_err();
     assert!(matches!(refused, BuildError::Data { .. }), "{refused}");
 }
@@ -271,7 +243,7 @@ fn what_cannot_be_used_is_refused_by_who_must_act() {
     let picture = dir.path().join("sky.hdr");
     fs::write(&picture, "#?RADIANCE\n").unwrap();
     let missing = dir.path().join("nothing.csv");
-    let two = Channels::Wavelengths(Wavelengths::new(&[450.0, 550.0]).unwrap());
+    let two = common::wavelengths(&[450.0, 550.0]);
     let refused = |path: &Path, keys: &str, scene: Channels| {
         let spec = of(path, keys);
         let checked = spec.check(&scene).unwrap_err();
@@ -279,46 +251,43 @@ fn what_cannot_be_used_is_refused_by_who_must_act() {
         assert_eq!(checked.to_string(), built.to_string());
         checked
     };
-    for (path, word) in [
-        (&missing, "cannot read this file"),
-        (&text, "column"),
-        (&picture, "readings"),
-    ] {
-        match refused(path, "", Channels::Luminance) {
-            BuildError::Data { message, .. } => assert!(message.contains(word), "{message}"),
-            e => panic!("{e}"),
-        }
-    }
-    let config = [
+    let grey = || Channels::Luminance;
+    for (path, keys, scene, key, word) in [
+        // Of the data, and of the config.
+        (&missing, "", grey(), "", "cannot read this file"),
+        (&text, "", grey(), "", "column"),
+        (&picture, "", grey(), "", "readings"),
         (&file, "", spectral(), "file", "luminance"),
         (&colours, "", spectral(), "file", "R, G, B"),
-        (&spectrum, "", Channels::Luminance, "file", "450"),
+        (&spectrum, "", grey(), "file", "450"),
         (&spectrum, "", Channels::Rgb, "file", "450"),
         (&spectrum, "", two, "file", "650"),
         (
             &file,
             "parametrization = \"hybird\"",
-            Channels::Luminance,
+            grey(),
             "parametrization",
             "hybrid",
         ),
         (
             &file,
             "reconstruction = { kind = \"cubic\" }",
-            Channels::Luminance,
+            grey(),
             "reconstruction.kind",
             "grid",
         ),
         (
             &file,
             "reconstruction = { kind = \"thin-plate\", neighbours = 1 }",
-            Channels::Luminance,
+            grey(),
             "reconstruction.neighbours",
             "[6, 256]",
         ),
-    ];
-    for (path, keys, scene, key, word) in config {
+    ] {
         match refused(path, keys, scene) {
+            BuildError::Data { message, .. } => {
+                assert!(key.is_empty() && message.contains(word), "{message}");
+            }
             BuildError::Parameter(e) => {
                 assert_eq!(e.key, key);
                 assert!(e.allowed.contains(word), "{e}");

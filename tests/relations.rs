@@ -5,14 +5,13 @@
 
 mod common;
 
-use common::model;
-use gonio::brdf::{Brdf, laws};
-use gonio::geometry::Direction;
+use common::{ISOTROPIC, made, model, near};
+use gonio::brdf::Brdf;
+use gonio::geometry::{Direction, Symmetry};
 use gonio::lighting::Lighting;
-use gonio::moments::relations::{Along, AngleMoments, Prediction, Relation, RelationSpec, compare};
+use gonio::moments::relations::{Along, AngleMoments, Prediction, RelationSpec, compare};
 use gonio::moments::{
-    Channel, Component, Estimator, MomentsSpec, Order, PeakResolving, Profile, Slice,
-    SliceGaussians, SliceModel, SliceNode, TruncatedGaussian, gaussian_scaling,
+    Channel, Estimator, MomentsSpec, Order, PeakResolving, Profile, Slice, TruncatedGaussian,
 };
 use gonio::parametrization::view_centered_angles;
 use gonio::sampling::gauss_legendre;
@@ -54,26 +53,18 @@ fn closed_forms_are_those_of_a_quadrature() {
                 continue;
             }
             let lobe = TruncatedGaussian::new(centre, sigma).unwrap();
-            let near = centre.clamp(-FRAC_PI_2, FRAC_PI_2);
+            let nearest = centre.clamp(-FRAC_PI_2, FRAC_PI_2);
             let bell = |t: f64| (-0.5 * ((t - centre) / sigma).powi(2)).exp();
-            let [scaling, mean, variance] = moments_by_quadrature(near, 12.0 * sigma, bell);
-            let [mass, ..] = moments_by_quadrature(near, 12.0 * sigma, |t| lobe.density(t));
+            let [_, mean, variance] = moments_by_quadrature(nearest, 12.0 * sigma, bell);
+            let [mass, ..] = moments_by_quadrature(nearest, 12.0 * sigma, |t| lobe.density(t));
             let [m, v] = lobe.mean_and_variance();
             let what = format!("sigma {sigma} centre {centre}");
             // The angles themselves are rounded: 2e-16 of 1.57 against σ.
             let rounding = 1e-12 + 1e-15 / sigma;
             assert!((mass - 1.0).abs() < rounding, "{what}: mass {mass}");
-            let a = gaussian_scaling(centre, sigma).unwrap();
-            assert!(
-                (a / scaling - 1.0).abs() < rounding,
-                "{what}: {a} {scaling}"
-            );
             let width = variance.sqrt();
             assert!((m - mean).abs() < rounding * width, "{what}: {m} {mean}");
-            assert!(
-                (v / variance - 1.0).abs() < rounding,
-                "{what}: {v} {variance}"
-            );
+            near(v / variance, 1.0, rounding, what);
         }
     }
 }
@@ -134,14 +125,14 @@ fn every_possible_mean_and_variance_is_met() {
 fn z15_eq_8_has_two_ends() {
     // Printed: π/2 − t_0 in both error functions.
     let (sigma, t_0) = (0.4_f64, -0.9);
-    let x = (FRAC_PI_2 - t_0) / (2.0 * sigma * sigma).sqrt();
-    let printed = (0.5 * PI * sigma * sigma).sqrt() * (libm::erf(x) - libm::erf(-x));
+    let [x, y] = [FRAC_PI_2 - t_0, FRAC_PI_2 + t_0].map(|d| d / (2.0 * sigma * sigma).sqrt());
+    let scale = (0.5 * PI * sigma * sigma).sqrt();
+    let printed = scale * (libm::erf(x) - libm::erf(-x));
+    let corrected = scale * (libm::erf(x) + libm::erf(y));
     let bell = |t: f64| (-0.5 * ((t - t_0) / sigma).powi(2)).exp();
     let truth = integral(-FRAC_PI_2, FRAC_PI_2, bell);
-    let ours = gaussian_scaling(t_0, sigma).unwrap();
-    println!("Z15 Eq. 8, sigma 0.4, t_0 -0.9: printed {printed:.5}, true {truth:.5}");
     assert!((printed - 1.00265).abs() < 5e-6);
-    assert!((truth - 0.95576).abs() < 5e-6 && (ours - truth).abs() < 1e-14);
+    assert!((truth - 0.95576).abs() < 5e-6 && (corrected - truth).abs() < 1e-14);
 }
 
 #[test]
@@ -149,23 +140,39 @@ fn z15_parameters_are_not_moments() {
     let asked = PI * PI / 12.0;
     let lobe = TruncatedGaussian::new(0.0, asked.sqrt()).unwrap();
     let [_, got] = lobe.mean_and_variance();
-    println!("Z15 Sec. 3.1: variance asked {asked:.3}, of the model {got:.3}");
     assert!((asked - 0.823).abs() < 1e-3 && (got - 0.546).abs() < 1e-3);
 }
 
-/// A mean that is linear in the view, all else constant.
-fn linear(slope: f64, offset: f64, energy: f64, variance: [f64; 2]) -> SliceModel {
-    let node = |i: i32| {
-        let theta_o = f64::from(i) * 0.05;
-        SliceNode {
-            theta_o,
-            energy,
-            mean: offset + slope * theta_o,
-            variance,
-        }
-    };
-    let nodes: Vec<_> = (0..=31).map(node).collect();
-    SliceModel::new(&nodes, SliceGaussians::Matched).unwrap()
+/// The slice model, Z15, Eq. 7: a product of two truncated Gaussians, isotropic. The centre along θ is linear in the view, all
+/// else is constant.
+struct Linear {
+    slope: f64,
+    offset: f64,
+    energy: f64,
+    sigma: [f64; 2],
+}
+
+impl Linear {
+    /// The densities along θ and along φ at a view elevation.
+    fn lobes(&self, theta_o: f64) -> [TruncatedGaussian; 2] {
+        let centres = [self.offset + self.slope * theta_o, 0.0];
+        [0, 1].map(|i| TruncatedGaussian::new(centres[i], self.sigma[i]).unwrap())
+    }
+
+    fn brdf(&self) -> impl Brdf {
+        let symmetry = Symmetry {
+            bilateral: true,
+            ..ISOTROPIC
+        };
+        made(symmetry, |pair| {
+            let [light, view] = [pair.omega_i, pair.omega_o];
+            let turned = Direction::from_spherical(light.theta(), light.phi() - view.phi());
+            let [theta, phi] = view_centered_angles(turned);
+            let [along, across] = self.lobes(view.theta());
+            let value = || self.energy * along.density(theta) * across.density(phi);
+            Some([pair.is_above_horizon().then(value).unwrap_or_default()])
+        })
+    }
 }
 
 fn profile(brdf: &dyn Brdf, views: usize, tolerance: f64) -> Profile {
@@ -184,97 +191,39 @@ fn profile(brdf: &dyn Brdf, views: usize, tolerance: f64) -> Profile {
 
 #[test]
 fn slices_of_the_model_have_its_moments() {
-    let node = |theta_o: f64, mean: f64, a: f64, b: f64| SliceNode {
-        theta_o,
-        energy: 0.3 + 0.2 * theta_o,
-        mean,
-        variance: [a, b],
+    let wide = Linear {
+        slope: -0.6,
+        offset: 0.0,
+        energy: 0.3,
+        sigma: [0.7, 0.5],
     };
-    let nodes = [
-        node(0.0, 0.0, 0.09, 0.09),
-        node(0.6, -0.5, 0.08, 0.07),
-        node(1.2, -0.8, 0.5, 0.3),
-        node(1.5, -0.9, 0.7, 0.84),
-    ];
-    for gaussians in [SliceGaussians::Parameters, SliceGaussians::Matched] {
-        let model = SliceModel::new(&nodes, gaussians).unwrap();
-        for theta_o in [0.0, 0.1, 0.6, 0.85, 1.2, 1.4, 1.55] {
-            let slice = Slice::new(&model, Channel::Luminance, theta_o).unwrap();
+    let narrow = Linear {
+        slope: -1.0,
+        offset: 0.0,
+        energy: 0.7,
+        sigma: [1e-6; 2],
+    };
+    for (model, tolerance) in [(wide, 2e-5), (narrow, 1e-4)] {
+        let brdf = model.brdf();
+        for theta_o in [0.0, 0.1, 0.6, 0.85, 1.2, 1.4] {
+            let slice = Slice::new(&brdf, Channel::Luminance, theta_o).unwrap();
             let got = PeakResolving::default()
                 .estimate(&slice, Order::MAX, 1)
                 .moments;
-            let shape = model.at(theta_o);
-            let [mean, tt] = shape.theta.mean_and_variance();
-            let [zero, pp] = shape.phi.mean_and_variance();
+            let [[mean, tt], [zero, pp]] = model.lobes(theta_o).map(|l| l.mean_and_variance());
             assert!(zero.abs() < 1e-12);
-            let close = |a: f64, b: f64| assert!((a - b).abs() < 2e-5 * b.abs(), "{a} {b}");
-            close(got.energy().unwrap(), shape.energy);
+            let close = |a: f64, b: f64| assert!((a - b).abs() < tolerance * b.abs(), "{a} {b}");
+            close(got.energy().unwrap(), model.energy);
             let [m_t, m_p] = got.mean().unwrap();
-            assert!((m_t - mean).abs() < 2e-5 * tt.sqrt() && m_p.abs() < 2e-5 * pp.sqrt());
+            assert!(
+                (m_t - mean).abs() < tolerance * tt.sqrt() && m_p.abs() < tolerance * pp.sqrt()
+            );
             let [c_tt, c_tp, c_pp] = got.covariance().unwrap();
             close(c_tt, tt);
             close(c_pp, pp);
-            assert!(c_tp.abs() < 2e-5 * (tt * pp).sqrt());
+            assert!(c_tp.abs() < tolerance * (tt * pp).sqrt());
         }
-        let pairs = laws::pairs(2000, 3);
-        assert!(laws::positivity(&model, &pairs).holds());
-        assert!(laws::positivity(&model, &laws::edge_pairs()).holds());
-        assert!(laws::isotropy(&model, &pairs, 5).max_relative < 1e-9);
-        assert!(laws::bilateral_symmetry(&model, &pairs).max_relative < 1e-9);
     }
-    let mut wrong = nodes;
-    wrong[2].theta_o = 0.5;
-    assert!(SliceModel::new(&wrong, SliceGaussians::Matched).is_err());
-    assert!(SliceModel::new(&[], SliceGaussians::Matched).is_err());
-}
-
-#[test]
-fn lobes_of_a_micro_radian_keep_their_digits() {
-    let (theta_o, sigma) = (0.8, 1e-6_f64);
-    for gaussians in [SliceGaussians::Parameters, SliceGaussians::Matched] {
-        let node = SliceNode {
-            theta_o,
-            energy: 0.7,
-            mean: -theta_o,
-            variance: [sigma * sigma; 2],
-        };
-        let model = SliceModel::new(&[node], gaussians).unwrap();
-        let slice = Slice::new(&model, Channel::Luminance, theta_o).unwrap();
-        let got = PeakResolving::default()
-            .estimate(&slice, Order::MAX, 1)
-            .moments;
-        assert!((got.energy().unwrap() / 0.7 - 1.0).abs() < 1e-5);
-        let [s_t, s_p] = got.sigma().unwrap();
-        assert!((s_t / sigma - 1.0).abs() < 1e-4 && (s_p / sigma - 1.0).abs() < 1e-4);
-        assert!((got.mean().unwrap()[0] + theta_o).abs() < 1e-4 * sigma);
-    }
-}
-
-#[test]
-fn the_matched_model_has_the_profile_it_was_made_of() {
-    let ggx = model("ggx", "alpha = 0.3");
-    let truth = profile(&*ggx, 12, 1e-6);
-    let distance = |gaussians: SliceGaussians| {
-        let model = SliceModel::of(&truth, gaussians).unwrap();
-        let got = profile(&model, 12, 1e-6);
-        let mut worst = 0.0_f64;
-        for (a, b) in truth.slices.iter().zip(&got.slices) {
-            let [s_t, s_p] = a.moments.sigma().unwrap();
-            for c in Order::new(2).unwrap().components() {
-                let scale = match c {
-                    Component::ENERGY => a.moments.energy().unwrap(),
-                    _ => s_t.powi(c.n as i32) * s_p.powi(c.m as i32),
-                };
-                let (a, b) = (a.moments.get(c).unwrap(), b.moments.get(c).unwrap());
-                worst = worst.max((a.value - b.value).abs() / scale);
-            }
-        }
-        worst
-    };
-    let [matched, parameters] = [SliceGaussians::Matched, SliceGaussians::Parameters].map(distance);
-    println!("ggx 0.3, largest error of the model's moments at its nodes, in sigma: ");
-    println!("matched {matched:.1e}, the paper's parameters {parameters:.3}");
-    assert!(matched < 1e-5 && parameters > 0.1);
 }
 
 /// A round blob of light in the chart.
@@ -318,70 +267,6 @@ fn largest(errors: &AngleMoments) -> f64 {
         .max(errors.variance.abs())
 }
 
-fn show(name: &str, r: &Relation) {
-    let rendered = r.rendered.unwrap();
-    println!(
-        "{name:<22} {:<5} {:4.1}° w {:4.1}° slope {:6.3} sigma {:5.1}°: E {:7.4} Var {:8.6} views {}",
-        format!("{:?}", r.along),
-        r.theta_o.to_degrees(),
-        r.window.to_degrees(),
-        r.slope,
-        r.variance.sqrt().to_degrees(),
-        rendered.mean,
-        rendered.variance,
-        r.views,
-    );
-    let forms = [
-        ("printed", r.printed),
-        ("corrected", r.corrected),
-        ("windowed", r.windowed),
-    ];
-    for (name, p) in forms {
-        if let Some(e) = p.and_then(|p| p.errors) {
-            println!(
-                "{name:>24}: energy {:8.3} % mean {:9.4} sd variance {:9.3} %",
-                100.0 * e.energy,
-                e.mean,
-                100.0 * e.variance
-            );
-        }
-    }
-}
-
-/// R(t) = α ∫ g(θ − µ − µ' t) L_φ(θ) dθ by plain sums, its moments over all t.
-#[test]
-fn z15_eqs_22_to_24_lack_the_dilation() {
-    let (slope, alpha, mu) = (-0.6_f64, 0.7, 0.15);
-    let (variance, e_l, var_l) = (0.01_f64, 0.45_f64, 0.01_f64);
-    let g = |x: f64| (-0.5 * x * x / variance).exp() / (2.0 * PI * variance).sqrt();
-    let l = |x: f64| 2.5 * (-0.5 * (x - e_l).powi(2) / var_l).exp();
-    let step = 0.01;
-    let grid = |half: i32| (-half..=half).map(|i| f64::from(i) * step);
-    let mu_0_l = grid(300).map(l).sum::<f64>() * step;
-    let r = |t: f64| alpha * grid(300).map(|x| g(x - mu - slope * t) * l(x)).sum::<f64>() * step;
-    let values: Vec<(f64, f64)> = grid(300).map(|t| (t, r(t))).collect();
-    let energy: f64 = values.iter().map(|(_, r)| r * step).sum();
-    let mean = values.iter().map(|(t, r)| t * r * step).sum::<f64>() / energy;
-    let var = values
-        .iter()
-        .map(|(t, r)| (t - mean).powi(2) * r * step)
-        .sum::<f64>()
-        / energy;
-    println!(
-        "Z15 Eqs. 23, 24, slope -0.6: rendered E {mean:.3} Var {var:.4}, printed E {:.3} Var {:.3}",
-        mu + e_l,
-        variance + var_l
-    );
-    assert!((mean + 0.500).abs() < 1e-3 && (var - 0.0555).abs() < 1e-4);
-    assert!((mu + e_l - 0.600).abs() < 1e-9 && (variance + var_l - 0.020).abs() < 1e-9);
-    // Corrected.
-    assert!((mean - (e_l - mu) / slope).abs() < 1e-9);
-    assert!((var - (variance + var_l) / (slope * slope)).abs() < 1e-9);
-    assert!((energy - alpha * mu_0_l / 0.6).abs() < 1e-9);
-    // Eq. 22 as printed lacks the dilation even without its bars.
-    assert!((energy / (alpha * mu_0_l) - 1.0 / 0.6).abs() < 1e-9);
-}
-
 /// Moments of α g ⊗ L, the convolution the paper has in mind, before and after normalising.
 #[test]
 fn z15_eqs_20_and_21_hold_once_normalised() {
@@ -411,15 +296,20 @@ fn z15_eqs_20_and_21_hold_once_normalised() {
 #[test]
 fn z15_the_dilation_is_seen_in_rendering() {
     let (theta_o, slope) = (0.9, -0.6);
-    let variance = 0.01 / 9.0;
-    let model = linear(slope, 0.15 - slope * theta_o, 0.5, [variance; 2]);
-    let profile = profile(&model, 45, 1e-5);
+    let model = Linear {
+        slope,
+        offset: 0.15 - slope * theta_o,
+        energy: 0.5,
+        sigma: [0.1 / 3.0; 2],
+    };
+    let brdf = model.brdf();
+    let profile = profile(&brdf, 45, 1e-5);
     let light = Blob {
         centre: [0.45, 0.0],
         sigma: 0.1 / 3.0,
     };
     let r = compare(
-        &model,
+        &brdf,
         &profile,
         &light,
         theta_o,
@@ -427,14 +317,10 @@ fn z15_the_dilation_is_seen_in_rendering() {
         &spec(57.0, 1e-3),
     )
     .unwrap();
-    show("Z15 on the hemisphere", &r);
     let (rendered, printed) = (r.rendered.unwrap(), r.printed.unwrap().moments);
     assert!(r.resolved && (r.slope - slope).abs() < 1e-3);
     assert!((rendered.mean + 0.500).abs() < 5e-3, "{rendered:?}");
-    assert!(
-        (9.0 * rendered.variance - 0.0555).abs() < 1e-3,
-        "{rendered:?}"
-    );
+    near(9.0 * rendered.variance, 0.0555, 1e-3, rendered);
     assert!((printed.mean - 0.600).abs() < 3e-3);
     assert!((9.0 * printed.variance - 0.020).abs() < 1e-3);
     assert!(largest(&r.windowed.unwrap().errors.unwrap()) < 3e-3);
@@ -445,15 +331,20 @@ fn the_ideal_case_is_exact_with_the_window_and_in_the_limit_without() {
     let (theta_o, slope, window) = (0.6, -0.7, 35.0);
     let mut last: Option<f64> = None;
     for sigma in [0.06_f64, 0.03] {
-        let model = linear(slope, 0.0, 0.4, [sigma * sigma; 2]);
-        let profile = profile(&model, 45, 1e-5);
+        let model = Linear {
+            slope,
+            offset: 0.0,
+            energy: 0.4,
+            sigma: [sigma; 2],
+        };
+        let brdf = model.brdf();
+        let profile = profile(&brdf, 45, 1e-5);
         let light = Blob {
             centre: [slope * theta_o + 0.05, 0.01],
             sigma,
         };
         let spec = spec(window, 1e-4);
-        let r = compare(&model, &profile, &light, theta_o, Along::Theta, &spec).unwrap();
-        show("slice model", &r);
+        let r = compare(&brdf, &profile, &light, theta_o, Along::Theta, &spec).unwrap();
         assert!(r.resolved, "{r:?}");
         let errors = |p: Option<Prediction>| p.unwrap().errors.unwrap();
         assert!(largest(&errors(r.windowed)) < 2e-3, "{r:?}");
@@ -478,15 +369,20 @@ fn across_the_plane_the_dilation_is_that_of_the_sines() {
     let dilation = (slope * theta_o).sin() / theta_o.sin();
     let mut last: Option<f64> = None;
     for sigma in [0.12, 0.06, 0.03] {
-        let model = linear(slope, 0.0, 0.4, [sigma * sigma; 2]);
-        let profile = profile(&model, 45, 1e-5);
+        let model = Linear {
+            slope,
+            offset: 0.0,
+            energy: 0.4,
+            sigma: [sigma; 2],
+        };
+        let brdf = model.brdf();
+        let profile = profile(&brdf, 45, 1e-5);
         let light = Blob {
             centre: [slope * theta_o, sigma],
             sigma,
         };
         let spec = spec(20.0, 1e-4);
-        let r = compare(&model, &profile, &light, theta_o, Along::Phi, &spec).unwrap();
-        show("slice model", &r);
+        let r = compare(&brdf, &profile, &light, theta_o, Along::Phi, &spec).unwrap();
         assert!(r.resolved && (r.slope - dilation).abs() < 1e-4, "{r:?}");
         let windowed = largest(&r.windowed.unwrap().errors.unwrap());
         assert!(last.is_none_or(|last| windowed < 0.4 * last), "{windowed}");
@@ -556,15 +452,12 @@ fn real_lobes_are_not_gaussian() {
         None => "-".into(),
     };
     println!("| GGX | light | window | along | slope | sigma | printed | corrected | windowed |");
-    println!("|---|---|---|---|---|---|---|---|---|");
     let theta_o = 40_f64.to_radians();
     let blob = Blob {
         centre: [-theta_o + 0.05, 0.05],
         sigma: 0.08,
     };
     let lights: [(&str, &dyn Lighting); 2] = [("blob", &blob), ("waves", &Sky)];
-    // In how many rows the last form has the least error of energy, mean, variance.
-    let (mut best, mut rows) = ([0; 3], 0);
     for alpha in [0.05, 0.1, 0.3] {
         let ggx = model("ggx", &format!("alpha = {alpha}"));
         let profile = profile(&*ggx, 45, 1e-4);
@@ -576,30 +469,25 @@ fn real_lobes_are_not_gaussian() {
                         ..RelationSpec::default()
                     };
                     let r = compare(&*ggx, &profile, light, theta_o, along, &spec).unwrap();
+                    let forms = [r.printed, r.corrected, r.windowed];
+                    let (slope, sigma) = (r.slope, r.variance.sqrt().to_degrees());
+                    let along = format!("{along:?}").to_lowercase();
                     println!(
-                        "| {alpha} | {name} | {window_deg}° | {} | {:.2} | {:.0}° | {} | {} | {} |",
-                        format!("{along:?}").to_lowercase(),
-                        r.slope,
-                        r.variance.sqrt().to_degrees(),
-                        cells(r.printed),
-                        cells(r.corrected),
-                        cells(r.windowed),
+                        "| {alpha} | {name} | {window_deg}° | {along} | {slope:.2} | {sigma:.0}° | {} |",
+                        forms.map(cells).join(" | "),
                     );
-                    let [a, b, c] = [r.printed, r.corrected, r.windowed]
+                    let [printed, corrected, windowed] = forms
                         .map(|p| p.unwrap().errors.unwrap())
-                        .map(|e| [e.energy, e.mean, e.variance].map(f64::abs));
-                    rows += 1;
-                    for i in 0..3 {
-                        best[i] += i32::from(c[i] < a[i].min(b[i]));
-                    }
-                    if name == "waves" {
-                        // Light that changes slowly asks little of the shape of a lobe.
-                        assert!(c[2] < 0.25 && c[1] < 0.3, "{r:?}");
-                    }
+                        .map(|e| [e.mean, e.variance].map(f64::abs));
+                    // The last form has the least error of the variance.
+                    assert!(windowed[1] < printed[1].min(corrected[1]), "{r:?}");
+                    // Light that changes slowly asks little of the shape of a lobe.
+                    assert!(
+                        name == "blob" || windowed[1] < 0.25 && windowed[0] < 0.3,
+                        "{r:?}"
+                    );
                 }
             }
         }
     }
-    println!("windowed is best in energy, mean, variance: {best:?} of {rows} rows");
-    assert_eq!(best[2], rows);
 }

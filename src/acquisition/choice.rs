@@ -1,4 +1,4 @@
-//! Greedy choices of poses by what their readings would tell.
+//! Greedy choices of poses by the information of their readings.
 
 use crate::reconstruct::{Places, Posterior};
 use nalgebra::{DMatrix, DVector};
@@ -81,7 +81,7 @@ pub(super) fn a_optimal(
     let mut covariances = process.covariances(places, candidates);
     let mut variances = process.variances(places);
     let mut left = Left::new(process, candidates, wanted.n);
-    let (mut worth, mut told) = (vec![0.0; variances.len()], vec![0.0; variances.len()]);
+    let (mut worth, mut scaled) = (vec![0.0; variances.len()], vec![0.0; variances.len()]);
     let mut with = DVector::zeros(covariances.ncols());
     let mut gains = vec![0.0; covariances.ncols()];
     let mut chosen = Vec::new();
@@ -89,14 +89,14 @@ pub(super) fn a_optimal(
         weights.worth(&variances, &mut worth);
         let columns = covariances
             .as_mut_slice()
-            .par_chunks_mut(told.len().max(1) * SWEPT);
+            .par_chunks_mut(scaled.len().max(1) * SWEPT);
         let tasks = columns
             .zip(gains.par_chunks_mut(SWEPT))
             .zip(with.as_slice().par_chunks(SWEPT));
         tasks.for_each(|((covariances, gains), with)| {
             Arch::new().dispatch(Sweep {
                 covariances,
-                told: &told,
+                scaled: &scaled,
                 with,
                 worth: &worth,
                 gains,
@@ -108,13 +108,13 @@ pub(super) fn a_optimal(
             break;
         };
         let spread = left.of_reading(best).sqrt();
-        for ((told, c), v) in told
+        for ((scaled, c), v) in scaled
             .iter_mut()
             .zip(&covariances.column(best))
             .zip(&mut variances)
         {
-            *told = c / spread;
-            *v = (*v - *told * *told).max(0.0);
+            *scaled = c / spread;
+            *v = (*v - *scaled * *scaled).max(0.0);
         }
         with = left.choose(best);
         chosen.push(best);
@@ -125,12 +125,12 @@ pub(super) fn a_optimal(
 /// Candidates that one task sweeps over.
 const SWEPT: usize = 64;
 
-/// Takes what a reading tells off the covariances of candidates with all places, and adds up what is left.
+/// Subtracts the update of a reading from the covariances of candidates with all places, and adds up what is left.
 struct Sweep<'a> {
     /// A column of places for each candidate.
     covariances: &'a mut [f64],
     /// Covariances with the reading over the root of its variance: of all places, and of these candidates.
-    told: &'a [f64],
+    scaled: &'a [f64],
     with: &'a [f64],
     /// Worth of each place.
     worth: &'a [f64],
@@ -143,10 +143,10 @@ impl NullaryFnOnce for Sweep<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let columns = self.covariances.chunks_exact_mut(self.told.len().max(1));
+        let columns = self.covariances.chunks_exact_mut(self.scaled.len().max(1));
         for ((column, with), gain) in columns.zip(self.with).zip(self.gains) {
-            for (c, told) in column.iter_mut().zip(self.told) {
-                *c -= told * with;
+            for (c, scaled) in column.iter_mut().zip(self.scaled) {
+                *c -= scaled * with;
             }
             *gain = weighted(self.worth, column, column);
         }
@@ -208,13 +208,13 @@ pub(super) fn least_error(
             }
         };
         let spread = left.of_reading(best).sqrt();
-        let told = covariances.column(best) / spread;
+        let scaled = covariances.column(best) / spread;
         let with = left.choose(best);
-        covariances.ger(-1.0, &told, &with, 1.0);
+        covariances.ger(-1.0, &scaled, &with, 1.0);
         let own = of_candidates.column(best).into_owned();
         let cross = products.column(best).into_owned();
         let shift = &with * (own.norm_squared() / spread) - of_candidates.tr_mul(&own);
-        products.ger(1.0 / spread, &told, &shift, 1.0);
+        products.ger(1.0 / spread, &scaled, &shift, 1.0);
         products.ger(-1.0 / spread, &cross, &with, 1.0);
         of_candidates.ger(-1.0 / spread, &own, &with, 1.0);
         if step >= given {
@@ -235,7 +235,7 @@ struct Left<'a> {
     readable: Vec<f64>,
     is_left: Vec<bool>,
     /// A column per choice: covariances with it, given all before, over the root of its variance.
-    told: DMatrix<f64>,
+    scaled: DMatrix<f64>,
     choices: usize,
 }
 
@@ -249,7 +249,7 @@ impl<'a> Left<'a> {
             noise: process.noise(candidates),
             readable: process.readable(candidates),
             is_left: vec![true; variances.len()],
-            told: DMatrix::zeros(variances.len(), n),
+            scaled: DMatrix::zeros(variances.len(), n),
             variances,
             choices: 0,
         }
@@ -277,15 +277,15 @@ impl<'a> Left<'a> {
         let with = self.process.covariances(self.candidates, &own);
         let mut with = with.column(0).into_owned();
         if self.choices > 0 {
-            let row = self.told.row(best).transpose();
-            let known = self.told.columns(0, self.choices);
+            let row = self.scaled.row(best).transpose();
+            let known = self.scaled.columns(0, self.choices);
             with.gemv(-1.0, &known, &row.rows(0, self.choices), 1.0);
         }
         with /= spread;
         for (v, t) in self.variances.iter_mut().zip(with.iter()) {
             *v = (*v - t * t).max(0.0);
         }
-        self.told.set_column(self.choices, &with);
+        self.scaled.set_column(self.choices, &with);
         self.choices += 1;
         self.is_left[best] = false;
         with
@@ -294,6 +294,7 @@ impl<'a> Left<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rows::tests::assert_each_is_best;
     use super::*;
     use crate::geometry::{DirectionPair, Symmetry};
     use crate::sampling::{Random, cosine_hemisphere};
@@ -327,27 +328,22 @@ mod tests {
         };
         let chosen = a_optimal(&process, [&places, &candidates], &weights, wanted(6));
         assert_eq!(chosen.len(), 6);
-        for k in 1..=chosen.len() {
+        assert_each_is_best(&chosen, from.len(), 1e-6, |numbers, c| {
             let left = |numbers: &[usize]| {
                 let read: Vec<DirectionPair> = numbers.iter().map(|&c| from[c]).collect();
                 let variances = process.variances_with(&places, &process.places(&read));
                 variances.unwrap()
             };
-            let before = match k {
-                1 => process.variances(&places),
-                _ => left(&chosen[..k - 1]),
+            let before = match numbers {
+                [] => process.variances(&places),
+                _ => left(numbers),
             };
             let mut worth = vec![0.0; before.len()];
             weights.worth(&before, &mut worth);
-            let gain = |c: usize| {
-                let after = left(&[&chosen[..k - 1], &[c]].concat());
-                let drops = before.iter().zip(after).map(|(b, a)| b - a);
-                drops.zip(&worth).map(|(drop, w)| drop * w).sum::<f64>()
-            };
-            let others = (0..from.len()).filter(|c| !chosen[..k].contains(c));
-            let best = others.map(gain).fold(0.0, f64::max);
-            assert!(gain(chosen[k - 1]) >= best * (1.0 - 1e-6), "pose {k}");
-        }
+            let after = left(&[numbers, &[c]].concat());
+            let drops = before.iter().zip(after).map(|(b, a)| b - a);
+            drops.zip(&worth).map(|(drop, w)| drop * w).sum()
+        });
     }
 
     #[test]
@@ -382,13 +378,9 @@ mod tests {
             squares.map(|(row, w)| w * row.norm_squared()).sum::<f64>()
         };
         assert_eq!(chosen.len(), 6);
-        for k in 0..6 {
-            let read = [&given[..], &chosen[..k]].concat();
-            let with = |c: usize| error(&[&read[..], &[c]].concat());
-            let others = (0..38).filter(|c| !read.contains(c)).map(with);
-            let least = others.fold(f64::INFINITY, f64::min);
-            assert!(with(chosen[k]) <= least * (1.0 + 1e-6), "pose {k}");
-        }
+        assert_each_is_best(&chosen, 38, 1e-6, |before, c| {
+            -error(&[&given[..], before, &[c]].concat())
+        });
     }
 
     #[test]

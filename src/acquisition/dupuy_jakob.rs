@@ -11,12 +11,12 @@
 //! points of a Sobol set, so that there are as many as are asked for. Before the scan is read all normals are alike.
 //! Poses beyond 80°, or that cannot be taken, are left out for others.
 
-use super::field::{MASK, MOST, Reach, admit, filled, hashed, is_inside, luminances};
+use super::field::{MASK, MOST, Reach, admit, filled, is_inside, luminances};
 use super::{Planner, Task};
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::{Direction, DirectionPair};
 use crate::measurement::Measurement;
-use crate::numeric::last_where;
+use crate::numeric::{hashed, last_where};
 use crate::parametrization::Axis;
 use crate::reconstruct::Transform;
 use crate::registry::{self, Keys, declare};
@@ -250,10 +250,6 @@ impl SampleSet for Retro {
         registry::resolved(KIND, self)
     }
 
-    fn label(&self) -> String {
-        KIND.into()
-    }
-
     fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
         in_closed("separation_deg", self.separation_deg, 0.0, 60.0).map(drop)
     }
@@ -326,28 +322,6 @@ mod tests {
                 let off = facets.density[i] / facets.density[0] - want;
                 assert!(off.abs() < 0.03, "{alpha} {theta}: {off}");
             }
-        }
-    }
-
-    #[test]
-    fn the_iteration_has_come_to_its_end() {
-        let back = scan(&lobe(0.4), 60);
-        let facets = Facets::new(&back);
-        let again = |i: usize| {
-            let (theta, _) = elevation(i);
-            let seen = facets.density.iter().enumerate().map(|(j, d)| {
-                let (other, step) = elevation(j);
-                d * area(theta, other) * other.sin() * step
-            });
-            let pair = DirectionPair::from_spherical(theta, 0.0, theta, 0.0);
-            lobe(0.4).luminance(&pair).unwrap() * theta.cos() * seen.sum::<f64>()
-        };
-        let share = again(0) / facets.density[0];
-        for i in (0..300).step_by(20) {
-            assert!(
-                (again(i) / (share * facets.density[i]) - 1.0).abs() < 0.02,
-                "{i}"
-            );
         }
     }
 

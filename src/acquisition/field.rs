@@ -4,7 +4,7 @@ use super::Task;
 use crate::geometry::{Direction, DirectionPair, angle_between};
 use crate::instrument::Machine;
 use crate::measurement::{Measurement, Outcome};
-use crate::numeric::GRAZING_COS;
+use crate::numeric::{GRAZING_COS, hashed};
 use crate::parametrization::{Coords, Parametrization, usual_form};
 use crate::reconstruct::{Posterior, Prior};
 use crate::schedule::{PlanError, Pose, SampleSet, SobolSet};
@@ -177,20 +177,10 @@ pub(super) fn luminances(
     })
 }
 
-/// A seed from several numbers, with nothing in common with that of others (splitmix64; Steele et al. 2014).
-pub(super) fn hashed(numbers: [u64; 3]) -> u64 {
-    numbers.into_iter().fold(0, |state, x| {
-        let z = (state ^ x).wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    })
-}
-
 impl Field {
     /// Candidates for `poses` poses in the coordinates of a task, where errors count up to the elevation `mask`, rad,
-    /// and none is near a pose of a measurement that the instrument could not take. `round` tells fields of one
-    /// seed apart.
+    /// and none is near a pose of a measurement that the instrument could not take. `round` is the stream of
+    /// random numbers.
     pub(crate) fn new(
         task: &Task<'_>,
         mask: f64,

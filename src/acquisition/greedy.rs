@@ -1,4 +1,4 @@
-//! Poses chosen one by one, each where its reading tells most, by a Gaussian process of ln f.
+//! Poses chosen one by one, each where its reading is most informative, by a Gaussian process of ln f.
 //!
 //! Errors are those of ln f and of f cos θ_i, both under the density cos θ_i cos θ_o. Two criteria: the variance
 //! that a reading takes from all places (A-optimal design; Krause, Singh & Guestrin 2008), and the variance at the
@@ -19,7 +19,7 @@ use crate::reconstruct::{
     KRIGING, Kriging, Mixture, Places, Posterior, Predictive, Prior, PriorFile, ReconstructError,
     Values,
 };
-use crate::registry::{self, Entry, Keys, ReadError, Table, keys};
+use crate::registry::{self, Entry, Keys, keys, named};
 use crate::schedule::{PlanError, Pose, SampleSet};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_PI;
@@ -28,27 +28,29 @@ use std::sync::Arc;
 /// Poses of the first batch, which all materials share.
 const FIRST: usize = 8;
 
-/// Poses from which on the least certain ones tell as much as those that A-optimal design finds, for less time.
+/// Poses from which on the least certain ones are as informative as those that A-optimal design finds, for less time.
 const MANY: usize = 512;
 
-/// Poses of a whole acquisition, at most: what they tell of their candidates has half a gigabyte.
+/// Poses of a whole acquisition, at most: their covariances with all candidates take half a gigabyte.
 const MOST: usize = 4000;
 
 /// The round of places at which errors are expected: none that poses were chosen by.
 const UNSEEN: u64 = u64::MAX;
 
-/// What decides over the next pose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rule {
-    /// The variance of any material that is left at all places, whatever was read there.
-    AOptimal,
-    /// The variance of the material at hand that is left at all places, batch after batch; from 512 poses on as
-    /// `Uncertainty`.
-    Adaptive,
-    /// The variance of the material at hand at the pose, batch after batch.
-    Uncertainty,
-    /// As `Adaptive`, by the material itself in place of what its readings say: what knowing where to look is worth.
-    Oracle,
+named! {
+    /// What decides over the next pose.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Rule {
+        /// The variance of any material that is left at all places, whatever was read there.
+        AOptimal = "a-optimal": "poses that leave the least variance of any material; before the first reading",
+        /// The variance of the material at hand that is left at all places, batch after batch; from 512 poses on as
+        /// `Uncertainty`.
+        Adaptive = "adaptive": "poses that leave the least variance of the material at hand, batch after batch",
+        /// The variance of the material at hand at the pose, batch after batch.
+        Uncertainty = "uncertainty": "poses where the material at hand is least certain, batch after batch",
+        /// As `Adaptive`, by the material itself in place of what its readings say: what knowing where to look is worth.
+        Oracle = "oracle": "as adaptive, by the errors that a material that is known is left with; in studies",
+    }
 }
 
 /// The least mask, degrees: inside it there are enough places and candidates.
@@ -70,7 +72,7 @@ keys! {
     }
 }
 
-/// What targets are above: less no reading tells.
+/// Exclusive lower end of targets: below the noise of any reading.
 const LEAST_TARGET: f64 = 1e-6;
 
 /// Errors to be reached, each in (1e-6, 10]; those that are not named are not asked for.
@@ -101,62 +103,30 @@ impl Target {
     }
 }
 
-/// A planner that takes the pose that tells most, again and again.
+/// A planner that takes the most informative pose, again and again.
 #[derive(Clone, Debug)]
 pub struct Greedy {
     rule: Rule,
     aim: Aim,
 }
 
-impl Rule {
-    /// Every rule.
-    pub(super) const ALL: [Rule; 4] = [
-        Rule::AOptimal,
-        Rule::Adaptive,
-        Rule::Uncertainty,
-        Rule::Oracle,
-    ];
-
-    /// Name in configs and results.
-    fn kind(self) -> &'static str {
-        match self {
-            Rule::AOptimal => "a-optimal",
-            Rule::Adaptive => "adaptive",
-            Rule::Uncertainty => "uncertainty",
-            Rule::Oracle => "oracle",
-        }
+/// The registry entry of a rule, by its number.
+fn entry<const RULE: usize>() -> Entry<dyn Planner> {
+    let rule = Rule::ALL[RULE];
+    Entry {
+        kind: rule.name(),
+        summary: rule.summary(),
+        examples: &["", "weight = 0.4\nmask_deg = 75\nprior = \"built-in\""],
+        read: |table| {
+            let aim = registry::parse(table)?;
+            Ok(Box::new(Greedy::new(Rule::ALL[RULE], aim)))
+        },
     }
+}
 
-    /// The registry entry.
-    pub(super) fn entry(self) -> Entry<dyn Planner> {
-        fn of(rule: Rule, table: Table<'_>) -> Result<Box<dyn Planner>, ReadError> {
-            Ok(Box::new(Greedy::new(rule, registry::parse(table)?)))
-        }
-        let (summary, read): (_, fn(Table<'_>) -> _) = match self {
-            Rule::AOptimal => (
-                "poses that leave the least variance of any material; before the first reading",
-                |table| of(Rule::AOptimal, table),
-            ),
-            Rule::Adaptive => (
-                "poses that leave the least variance of the material at hand, batch after batch",
-                |table| of(Rule::Adaptive, table),
-            ),
-            Rule::Uncertainty => (
-                "poses where the material at hand is least certain, batch after batch",
-                |table| of(Rule::Uncertainty, table),
-            ),
-            Rule::Oracle => (
-                "as adaptive, by the errors that a material that is known is left with; in studies",
-                |table| of(Rule::Oracle, table),
-            ),
-        };
-        Entry {
-            kind: self.kind(),
-            summary,
-            examples: &["", "weight = 0.4\nmask_deg = 75\nprior = \"built-in\""],
-            read,
-        }
-    }
+/// The registry entries.
+pub(super) fn entries() -> [Entry<dyn Planner>; Rule::ALL.len()] {
+    [entry::<0>(), entry::<1>(), entry::<2>(), entry::<3>()]
 }
 
 impl Greedy {
@@ -190,7 +160,7 @@ impl Greedy {
         let field = Field::new(task, mask, n, so_far, round)?;
         match field.candidates.is_empty() {
             true => Err(PlanError::NoCandidate {
-                sample_set: self.rule.kind(),
+                sample_set: self.rule.name(),
             }),
             false => Ok(field),
         }
@@ -232,7 +202,7 @@ impl Greedy {
 
     fn singular(&self, readings: usize) -> PlanError {
         let e = ReconstructError::Singular {
-            method: self.rule.kind(),
+            method: self.rule.name(),
             readings,
         };
         self.unknown(&e)
@@ -240,15 +210,16 @@ impl Greedy {
 
     fn unknown(&self, e: &ReconstructError) -> PlanError {
         PlanError::Unknown {
-            sample_set: self.rule.kind(),
+            sample_set: self.rule.name(),
             reason: e.to_string(),
         }
     }
 
-    /// What is known of a material by its readings. Poses that gave none count as if they had told what was
+    /// What is known of a material by its readings. Poses that gave none count as if they had been read as
     /// expected, and make those near less likely to be read.
     fn process(&self, so_far: &Measurement) -> Result<Posterior, PlanError> {
-        let process = Posterior::of(&self.kriging(), so_far).map_err(|e| self.unknown(&e))?;
+        let process =
+            Posterior::likeliest(&self.kriging(), so_far).map_err(|e| self.unknown(&e))?;
         let supposed = process.supposing(&pairs(so_far, false), false);
         supposed.ok_or_else(|| self.singular(so_far.outcomes.len()))
     }
@@ -268,7 +239,7 @@ impl Greedy {
         let share = self.aim.weight;
         let truth = match self.rule {
             Rule::Oracle => Some(task.truth.ok_or(PlanError::NoTruth {
-                sample_set: self.rule.kind(),
+                sample_set: self.rule.name(),
             })?),
             _ => None,
         };
@@ -299,11 +270,11 @@ impl Greedy {
 
 impl SampleSet for Greedy {
     fn resolved(&self) -> Keys {
-        registry::resolved(self.rule.kind(), &self.aim)
+        registry::resolved(self.rule.name(), &self.aim)
     }
 
     fn label(&self) -> String {
-        let mut label = self.rule.kind().to_owned();
+        let mut label = self.rule.name().to_owned();
         if self.aim.prior.is_some() {
             label.push_str("-prior");
         }
@@ -374,15 +345,15 @@ impl Planner for Greedy {
     }
 
     fn forecast(&self, task: &Task<'_>, so_far: &Measurement, next: &[Pose]) -> Option<Forecast> {
-        // What was asked for in vain tells nothing.
-        let mixture = Mixture::of(&self.kriging(), so_far).ok()?;
+        // Poses without a reading do not count.
+        let mixture = Mixture::new(&self.kriging(), so_far).ok()?;
         let field = self.field(task, so_far, 0, UNSEEN).ok()?;
         let next: Vec<DirectionPair> = next.iter().map(|pose| pose.pair).collect();
         let errors = |next: &[DirectionPair]| {
             let known = mixture.with(&field.places, next)?;
             let pairs = field.places.iter().zip(&field.density).zip(known);
             let all = pairs.map(|((pair, w), known)| (*w, pair.omega_i.cos_theta(), known));
-            Some(Expected::of(all))
+            Some(Expected::from_pairs(all))
         };
         let now = errors(&[])?;
         let then = match next.as_slice() {
@@ -403,7 +374,7 @@ impl Planner for Greedy {
         most: usize,
     ) -> Result<Vec<Pose>, PlanError> {
         let asked = so_far.schedule.poses.len();
-        admit(self.rule.kind(), asked + most, self.most())?;
+        admit(self.rule.name(), asked + most, self.most())?;
         let next = match (self.rule, so_far.readings()) {
             (Rule::AOptimal, _) | (_, 0) => self.beforehand(task, so_far, most),
             _ => self.informed(task, so_far, most),
@@ -438,7 +409,7 @@ impl<'a> Known<'a> {
         places: &Places,
         truth: Option<&dyn Brdf>,
     ) -> Self {
-        let scale = process.scale();
+        let scale = process.scale;
         let logs = process.means(places).into_iter();
         let logs: Vec<(f64, f64)> = logs.zip(process.variances(places)).collect();
         let mut bright: Vec<f64> = logs.iter().map(|(z, v)| z + (v * scale).min(1.0)).collect();

@@ -47,7 +47,6 @@ macro_rules! plans_by_design {
     };
 }
 
-mod batch;
 mod choice;
 mod dupuy_jakob;
 mod field;
@@ -56,7 +55,6 @@ mod published;
 mod rows;
 mod vavra_filip;
 
-pub use batch::{Batch, Request};
 pub use dupuy_jakob::Retro;
 pub use greedy::{Aim, Greedy, Rule, Target};
 pub use published::{Criterion, Published};
@@ -64,10 +62,11 @@ pub use vavra_filip::Slices;
 
 use crate::brdf::{Brdf, Channels};
 use crate::error::ParameterError;
+use crate::geometry::Symmetry;
 use crate::instrument::{Ideal, Instrument, Machine};
 use crate::measurement::Measurement;
 use crate::metrics::Expected;
-use crate::parametrization::{Axis, Parametrization};
+use crate::parametrization::{Axis, Parametrization, usual_form};
 use crate::reconstruct::{PriorFile, Suspect};
 use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
 use crate::schedule::{self, PlanError, Pose, SampleSet, Schedule};
@@ -86,7 +85,7 @@ pub struct Task<'a> {
     pub machine: Option<&'a Machine>,
     /// Asked before each choice: false ends a batch with the poses so far.
     pub go_on: &'a dyn Fn() -> bool,
-    /// The material itself, for an oracle; `None` where nobody knows it.
+    /// The material itself, for an oracle; `None` where it is unknown.
     pub truth: Option<&'a dyn Brdf>,
 }
 
@@ -182,7 +181,7 @@ pub trait Planner: SampleSet {
         Ok(scheduled(task, self, poses))
     }
 
-    /// The next poses, at most `most`, from the most telling on; none if there is nothing left to ask for.
+    /// The next poses, at most `most`, from the most informative on; none if there is nothing left to ask for.
     /// `so_far` has all poses that were asked for, also those without a reading.
     ///
     /// # Errors
@@ -208,7 +207,7 @@ pub fn acquire(
     acquire_from(planner, task, brdf, first.unwrap_or_default(), &mut |_| {})
 }
 
-/// [`acquire`] where some poses are known, of the first batch or of several. `told` is told the number of all poses, of
+/// [`acquire`] where some poses are known, of the first batch or of several. `planned` is called with the number of all poses, of
 /// these and after each further batch.
 ///
 /// # Errors
@@ -218,7 +217,7 @@ pub(crate) fn acquire_from(
     task: &Task<'_>,
     brdf: &dyn Brdf,
     known: Vec<Pose>,
-    told: &mut dyn FnMut(usize),
+    planned: &mut dyn FnMut(usize),
 ) -> Result<Measurement, PlanError> {
     let task = &Task {
         truth: Some(brdf),
@@ -228,10 +227,10 @@ pub(crate) fn acquire_from(
         let schedule = scheduled(task, planner, poses);
         Ideal.measure(brdf, &Arc::new(schedule))
     };
-    told(known.len());
+    planned(known.len());
     let mut so_far = measure(known);
     while let Some(poses) = further(planner, task, &so_far)? {
-        told(poses.len());
+        planned(poses.len());
         so_far = measure(poses);
     }
     Ok(so_far)
@@ -271,6 +270,84 @@ pub(crate) fn further(
     let next = planner.next(task, so_far, most.min(left))?;
     poses.extend(&next);
     Ok((!next.is_empty()).then_some(poses))
+}
+
+/// What is asked of a planner.
+pub struct Request<'a> {
+    /// Number of poses, at most.
+    pub batch: usize,
+    /// Symmetries of the material, by which poses are folded.
+    pub symmetry: Symmetry,
+    /// Seed of whatever is random.
+    pub seed: u64,
+    /// The machine that is to reach every pose; `None`: each can be taken.
+    pub machine: Option<&'a Machine>,
+    /// Asked before each choice: false ends the batch with the poses so far.
+    pub go_on: &'a dyn Fn() -> bool,
+}
+
+/// The answer of a planner.
+pub struct Batch {
+    /// The next poses, the most telling first; none if the readings are enough.
+    pub schedule: Schedule,
+    /// True if the readings so far have reached the target.
+    pub is_enough: bool,
+    /// Poses that were asked for before.
+    pub asked: usize,
+    /// Readings so far.
+    pub readings: usize,
+    /// Errors expected now, and with readings at these poses too; `None` where they are not known.
+    pub forecast: Option<Forecast>,
+}
+
+impl<'a> Request<'a> {
+    /// The task of an acquisition that goes on from a measurement.
+    fn task(&self, so_far: Option<&Measurement>) -> Task<'a> {
+        Task {
+            form: usual_form(self.symmetry),
+            budget: so_far.map_or(0, |m| m.schedule.poses.len()) + self.batch,
+            seed: self.seed,
+            machine: self.machine,
+            go_on: self.go_on,
+            truth: None,
+        }
+    }
+
+    /// The poses that a planner chooses after the readings so far; `None`: after none.
+    ///
+    /// # Errors
+    /// As [`Planner::next`].
+    pub fn ask(
+        &self,
+        planner: &dyn Planner,
+        so_far: Option<&Measurement>,
+    ) -> Result<Batch, PlanError> {
+        let task = self.task(so_far);
+        let nothing = nothing(&task);
+        let so_far = so_far.unwrap_or(&nothing);
+        let is_enough = planner.is_enough(&task, so_far);
+        let poses = match is_enough {
+            true => Vec::new(),
+            false => planner.next(&task, so_far, self.batch)?,
+        };
+        Ok(Batch {
+            forecast: planner.forecast(&task, so_far, &poses),
+            schedule: scheduled(&task, planner, poses),
+            is_enough,
+            asked: so_far.schedule.poses.len(),
+            readings: so_far.readings(),
+        })
+    }
+
+    /// The errors that a planner expects of readings, in the task that goes on from others.
+    pub(crate) fn forecast(
+        &self,
+        planner: &dyn Planner,
+        from: Option<&Measurement>,
+        of: &Measurement,
+    ) -> Option<Forecast> {
+        planner.forecast(&self.task(from), of, &[])
+    }
 }
 
 /// Poses of a batch after `asked` ones: half as many as these, at first `first`, and no more than are left.
@@ -360,7 +437,7 @@ pub fn once(set: Box<dyn SampleSet>) -> Box<dyn Planner> {
 static JOINED: Joined<dyn Planner> = Joined::new();
 
 fn built_in() -> Vec<Entry<dyn Planner>> {
-    let greedy = Rule::ALL.map(Rule::entry).into_iter();
+    let greedy = greedy::entries().into_iter();
     let published = published::entries().into_iter();
     let others = [dupuy_jakob::ENTRY, vavra_filip::ENTRY];
     greedy.chain(published).chain(others).collect()

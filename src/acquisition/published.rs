@@ -5,13 +5,14 @@
 //! if they had those of the prior.
 
 use super::choice::{Wanted, least_error};
-use super::field::{Field, MOST, Reach, admit, field, hashed, pairs};
+use super::field::{Field, MOST, Reach, admit, field, pairs};
 use super::greedy::{normalised, squared};
 use super::rows::Rows;
 use super::{Planner, Task};
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
+use crate::numeric::hashed;
 use crate::parametrization::Axis;
 use crate::reconstruct::{COMPONENTS, Components, Posterior, PriorFile};
 use crate::registry::{self, Entry, Keys, ReadError, Table};
@@ -71,7 +72,7 @@ impl Criterion {
 
 /// The registry entries.
 pub(super) fn entries() -> [Entry<dyn Planner>; 5] {
-    fn of(criterion: Criterion, table: Table<'_>) -> Result<Box<dyn Planner>, ReadError> {
+    fn planner(criterion: Criterion, table: Table<'_>) -> Result<Box<dyn Planner>, ReadError> {
         let Named { prior } = registry::parse(table)?;
         Ok(Box::new(Published::new(criterion, prior)))
     }
@@ -88,19 +89,19 @@ pub(super) fn entries() -> [Entry<dyn Planner>; 5] {
             "condition-number",
             "poses that make the functions of a prior well-conditioned (Nielsen et al. 2015)",
             usual,
-            |table| of(Criterion::ConditionNumber, table),
+            |table| planner(Criterion::ConditionNumber, table),
         ),
         entry(
             "somp",
             "poses by matching pursuit of the materials of a prior (FROST, 2024)",
             usual,
-            |table| of(Criterion::Somp, table),
+            |table| planner(Criterion::Somp, table),
         ),
         entry(
             "qr-pivot",
             "poses by QR with pivoting of the functions of a prior (Manohar et al. 2018)",
             usual,
-            |table| of(Criterion::QrPivot, table),
+            |table| planner(Criterion::QrPivot, table),
         ),
         entry(
             "d-optimal",
@@ -118,7 +119,7 @@ pub(super) fn entries() -> [Entry<dyn Planner>; 5] {
             "erm",
             "poses that leave the materials of a prior the least error of ln f by kriging",
             usual,
-            |table| of(Criterion::Erm, table),
+            |table| planner(Criterion::Erm, table),
         ),
     ]
 }
@@ -141,17 +142,17 @@ impl Published {
         let mut pairs = field.pairs();
         let candidates = pairs.len();
         pairs.extend(read);
-        let (_, functions) = prior.at(&pairs);
+        let (_, functions) = prior.basis_at(&pairs);
         let rows = |functions| Rows::new(functions, candidates);
         Ok(match self.criterion {
             Criterion::ConditionNumber => rows(functions).conditioned(seed, wanted),
-            Criterion::Somp => rows(functions).pursuit(prior.centres(), wanted),
+            Criterion::Somp => rows(functions).pursuit(&prior.centres, wanted),
             Criterion::QrPivot => rows(functions).pivots(wanted),
             Criterion::DOptimal { ridge } => rows(functions).d_optimal(Vec::new(), ridge, wanted),
             Criterion::Erm => {
                 let process = Posterior::before(Symmetry::FULL, Some(&prior));
-                let at_places = prior.at(&field.places).1;
-                let residuals = [at_places, functions].map(|q| prior.centres().tr_mul(&q));
+                let at_places = prior.basis_at(&field.places).1;
+                let residuals = [at_places, functions].map(|q| prior.centres.tr_mul(&q));
                 let [places, from] = [&field.places, &pairs].map(|list| process.places(list));
                 let bright = squared(&field.places, prior.brightness(&field.places));
                 let bright = field.density.iter().zip(bright).map(|(w, f)| w * f);

@@ -51,10 +51,10 @@ impl Rows {
             .map(|q| q.norm_squared() / ridge)
             .collect();
         let mut take = |c: usize, gains: &mut [f64]| {
-            let told = &inverse * all.column(c);
-            let with = all.tr_mul(&told);
+            let scaled = &inverse * all.column(c);
+            let with = all.tr_mul(&scaled);
             let grown = 1.0 + with[c];
-            inverse.ger(-1.0 / grown, &told, &told, 1.0);
+            inverse.ger(-1.0 / grown, &scaled, &scaled, 1.0);
             let with = gains.iter_mut().zip(with.iter());
             with.for_each(|(gain, w)| *gain -= w * w / grown);
         };
@@ -239,8 +239,25 @@ fn project(rest: &mut DMatrix<f64>, c: usize) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+
+    /// Asserts that each choice has the highest score of all candidates that were left, given those before it.
+    pub fn assert_each_is_best(
+        chosen: &[usize],
+        candidates: usize,
+        allowed: f64,
+        score: impl Fn(&[usize], usize) -> f64,
+    ) {
+        for (k, c) in chosen.iter().enumerate() {
+            let before = &chosen[..k];
+            let others = (0..candidates).filter(|c| !before.contains(c));
+            let best = others
+                .map(|c| score(before, c))
+                .fold(f64::NEG_INFINITY, f64::max);
+            assert!(score(before, *c) >= best - allowed * best.abs(), "pose {k}");
+        }
+    }
 
     /// Vectors of 6 functions at 40 candidates and 2 poses that were read.
     fn vectors() -> DMatrix<f64> {
@@ -277,13 +294,10 @@ mod tests {
             let s = q.select_columns(some);
             (&s * s.transpose() + DMatrix::identity(6, 6) * 0.2).determinant()
         };
-        for k in 0..9 {
-            let before = [&[40, 41], &chosen[..k]].concat();
-            let with = |c: usize| determinant(&[&before[..], &[c]].concat());
-            let others = (0..40).filter(|c| !before.contains(c));
-            let most = others.map(with).fold(0.0, f64::max);
-            assert!(with(chosen[k]) >= most * (1.0 - 1e-9), "pose {k}");
-        }
+        assert_eq!(chosen.len(), 9);
+        assert_each_is_best(&chosen, 40, 1e-9, |before, c| {
+            determinant(&[&[40, 41], before, &[c]].concat())
+        });
     }
 
     #[test]
@@ -315,20 +329,16 @@ mod tests {
         let materials = DMatrix::from_fn(6, 11, |i, j| (0.9 * ((i + 1) * (j + 2)) as f64).sin());
         let chosen = rows.pursuit(&materials, wanted(6));
         let values = materials.tr_mul(&q);
-        let mut before = f64::INFINITY;
+        let rest = |before: &[usize]| {
+            let taken = [&[40, 41], before].concat();
+            left(&values, &taken).columns(0, 40).into_owned()
+        };
         // With the two that are given the rank is reached at the fourth.
-        for k in 0..4 {
-            let taken = [&[40, 41], &chosen[..k]].concat();
-            let rest = left(&values, &taken).columns(0, 40).into_owned();
-            let score = |c: usize| {
-                let atom = values.column(c).normalize();
-                rest.tr_mul(&atom).norm_squared()
-            };
-            let most = (0..40).map(score).fold(0.0, f64::max);
-            assert!(score(chosen[k]) >= most * (1.0 - 1e-9), "pose {k}");
-            assert!(rest.norm() < before);
-            before = rest.norm();
-        }
+        assert_each_is_best(&chosen[..4], 40, 1e-9, |before, c| {
+            let atom = values.column(c).normalize();
+            rest(before).tr_mul(&atom).norm_squared()
+        });
+        assert!((1..4).all(|k| rest(&chosen[..k]).norm() < rest(&chosen[..k - 1]).norm()));
         assert_eq!(chosen.len(), 6);
     }
 

@@ -8,11 +8,12 @@
 //! misses these; lengths are of the square root of θ_h. The interval that is worth most is halved, again and again: an
 //! error is taken to fall with the square of the length until it is read.
 
-use super::field::{MASK, MOST, Reach, admit, filled, hashed, is_inside, luminances};
+use super::field::{MASK, MOST, Reach, admit, filled, is_inside, luminances};
 use super::{Planner, Task, halves};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::measurement::Measurement;
+use crate::numeric::hashed;
 use crate::parametrization::{Axis, Parametrization, usual_form};
 use crate::reconstruct::Values;
 use crate::registry::{self, Keys, declare};
@@ -206,10 +207,6 @@ fn refined(lines: &[Line], n: usize, go_on: &dyn Fn() -> bool) -> Vec<Pose> {
 impl SampleSet for Slices {
     fn resolved(&self) -> Keys {
         registry::resolved(KIND, self)
-    }
-
-    fn label(&self) -> String {
-        KIND.into()
     }
 
     fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {

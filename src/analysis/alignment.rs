@@ -48,7 +48,7 @@ const CONTRAST: f64 = 1.1;
 /// Slices a line needs.
 const MIN_SLICES: usize = 5;
 
-/// Steps that are passed over at a time, about a factor of ten, and the least share of the peak that tells nothing of the width.
+/// Steps that are passed over at a time, about a factor of ten, and the share of the peak above which a step is flat.
 const STRETCH: i32 = 24;
 const LEVEL: f64 = 0.99;
 

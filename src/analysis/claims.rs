@@ -116,16 +116,16 @@ const EXACT: f64 = 1e-7;
 const ALIGNED: f64 = 0.95;
 
 /// Shares of a variance that differ by less are the same: a tenth of a percent is no isoline.
-const TOLD_APART: f64 = 1e-3;
+const DISTINCT: f64 = 1e-3;
 
-/// True if one share is larger than others, and told apart from them.
+/// True if one share is larger than others by more than [`DISTINCT`].
 fn above(share: f64, others: &[f64]) -> bool {
-    others.iter().all(|o| share > o + TOLD_APART)
+    others.iter().all(|o| share > o + DISTINCT)
 }
 
-/// True if one share is smaller than others, and told apart from them.
+/// True if one share is smaller than others by more than [`DISTINCT`].
 fn below(share: f64, others: &[f64]) -> bool {
-    others.iter().all(|o| share < o - TOLD_APART)
+    others.iter().all(|o| share < o - DISTINCT)
 }
 
 /// The charts that the paper compares.

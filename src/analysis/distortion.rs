@@ -179,7 +179,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The same on a part of that plane: where it starts and ends along each axis, as shares of the axis.
+    /// This view on a part of its plane: start and end along each axis, as shares of the axis.
     #[must_use]
     pub fn within(self, window: [[f64; 2]; 2]) -> Self {
         Self { window, ..self }
@@ -255,7 +255,7 @@ impl<'a> View<'a> {
         let values: Values = metrics::evaluate(self.brdf, &pairs);
         let mut nodes = vec![None; azimuths.len() * LATTICE * LATTICE];
         for (index, ([slice, i, j], weight)) in places.into_iter().enumerate() {
-            let value = values.get(index).map(|f| (weight, self.scale.of(f)));
+            let value = values.get(index).map(|f| (weight, self.scale.apply(f)));
             nodes[(slice * LATTICE + i) * LATTICE + j] = value;
         }
         Block { nodes }
@@ -308,7 +308,11 @@ impl<'a> View<'a> {
         let values = metrics::evaluate(self.brdf, &pairs);
         let (mut energy, mut total) = ([0.0; N], 0.0);
         for (point, weight) in weights.into_iter().enumerate() {
-            let value = |side: usize| values.get(2 * N * point + side).map(|f| self.scale.of(f));
+            let value = |side: usize| {
+                values
+                    .get(2 * N * point + side)
+                    .map(|f| self.scale.apply(f))
+            };
             let slopes: Option<Vec<f64>> = (0..N)
                 .map(|axis| Some((value(2 * axis + 1)? - value(2 * axis)?) / (2.0 * STEP)))
                 .collect();

@@ -49,7 +49,7 @@ named! {
 impl Scale {
     /// The analysed number of a value f ≥ 0 (sr⁻¹).
     #[inline]
-    pub(crate) fn of(self, f: f64) -> f64 {
+    pub(crate) fn apply(self, f: f64) -> f64 {
         match self {
             Scale::Value => f,
             Scale::Log => (f + FLOOR).ln(),

@@ -3,22 +3,20 @@
 //! 2015 ask for).
 //!
 //! The set holds every pair that is in the box itself, or by a symmetry of the form, and every
-//! turn of it about the normal: what measuring the box tells about a BRDF with these symmetries.
+//! turn of it about the normal: what a measurement of the box determines of a BRDF with these symmetries.
 //! Its measure in d omega_i d omega_o is the integral of the Jacobian over the physical part of the
 //! box, times 2π for the turn, times the images of each point, shared among those that are in the
 //! box as well.
 
-mod text;
-
 use crate::brdf::Brdf;
+use crate::error::{ParameterError, one_of};
 use crate::geometry::{Direction, DirectionPair};
 use crate::instrument::Machine;
 use crate::metrics;
 use crate::numeric::last_where;
-use crate::parametrization::{self, Coords, Parametrization, WarpSpec};
+use crate::parametrization::{Axis, Coords, Parametrization, Unit, usual_form};
 use crate::sampling::{Random, Sobol, gauss_legendre};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
@@ -165,6 +163,51 @@ pub struct Image {
 }
 
 impl Subset {
+    /// Reads a box: `symbol=low..high`, separated by commas; angles in degrees; axes that are not
+    /// named are free.
+    ///
+    /// # Errors
+    /// An axis that the form does not have, one named twice, a range that is no `low..high` with
+    /// low < high, or leaves the axis.
+    ///
+    /// # Panics
+    /// If the form has four axes.
+    ///
+    /// ```
+    /// use gonio::analysis::Subset;
+    /// use gonio::geometry::Symmetry;
+    /// let form = gonio::parametrization::find("hybrid").unwrap().form(Symmetry::FULL);
+    /// let subset = Subset::read(form, "h_bar=0..0.2, delta=30..60")?;
+    /// assert_eq!(subset.ranges()[1], [0.0, 1.0]);
+    /// # Ok::<(), gonio::error::ParameterError>(())
+    /// ```
+    pub fn read(form: Arc<dyn Parametrization>, text: &str) -> Result<Self, ParameterError> {
+        let axes = form.axes().to_vec();
+        assert_eq!(axes.len(), 3, "subsets are those of an isotropic form");
+        let mut ranges = [0, 1, 2].map(|i| axes[i].range);
+        let mut named = [false; 3];
+        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+            let (symbol, range) = part.split_once('=').ok_or_else(|| {
+                ParameterError::new(
+                    "box",
+                    format!("{part:?}"),
+                    "axis=low..high, separated by commas, e.g. k=0.5..0.7",
+                )
+            })?;
+            let symbol = symbol.trim();
+            let Some(i) = axes.iter().position(|a| a.symbol == symbol) else {
+                let symbols = one_of(symbol, axes.iter().map(|a| a.symbol));
+                let allowed = format!("an axis of {}: {symbols}", form.name());
+                return Err(ParameterError::new("box", format!("{symbol:?}"), allowed));
+            };
+            if std::mem::replace(&mut named[i], true) {
+                return Err(ParameterError::new("box", part, "each axis once"));
+            }
+            ranges[i] = read_range(&axes[i], range.trim())?;
+        }
+        Ok(Self::new(form, ranges))
+    }
+
     /// The box of `ranges` in a 3-D form.
     ///
     /// # Panics
@@ -417,7 +460,7 @@ impl Subset {
         }
     }
 
-    /// Its image in another form: the smallest box, as far as some 40 000 pairs tell, and how much
+    /// Its image in another form: the smallest box, of some 40 000 pairs, and how much
     /// of it the set, of this measure, fills. `None` if no point of the box was found physical.
     /// Across the ends of a periodic axis the box is the whole axis.
     pub fn image(&self, form: &Arc<dyn Parametrization>, measure: &Estimate) -> Option<Image> {
@@ -451,13 +494,7 @@ impl Subset {
     /// the peak, where narrow lobes are wide, and the share is that of the points in the set. A
     /// small set with few of these points is integrated on its own.
     pub fn energy_share(&self, brdf: &dyn Brdf) -> Option<Estimate> {
-        let warps = BTreeMap::from([("theta_h".to_owned(), WarpSpec::SquareRoot)]);
-        let spread = parametrization::find("half-difference")
-            .and_then(|entry| entry.warped(self.form.symmetry(), &warps).ok());
-        // Named by this crate's own registry, with a warp that theta_h has.
-        let Some(form) = spread else {
-            unreachable!("half-difference with a warp on theta_h is missing");
-        };
+        let form = usual_form(self.form.symmetry());
         let ranges = [0, 1, 2].map(|i| form.axes()[i].range);
         let whole = Subset::new(form, ranges);
         let mut hits = 0;
@@ -522,4 +559,34 @@ fn ends(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
         None => Some([v, v]),
         Some([lo, hi]) => Some([v.min(lo), v.max(hi)]),
     })
+}
+
+fn read_range(axis: &Axis, text: &str) -> Result<[f64; 2], ParameterError> {
+    let [least, most] = axis.range.map(|end| axis.file_value(end));
+    let unit = match axis.unit {
+        Unit::Radian => ", in degrees",
+        Unit::One => "",
+    };
+    let refused = || {
+        let allowed = format!("low..high with {least} <= low < high <= {most}{unit}");
+        ParameterError::new(format!("box: {}", axis.symbol), text, allowed)
+    };
+    let (low, high) = text.split_once("..").ok_or_else(refused)?;
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let (low, high) = (
+        number(low).ok_or_else(refused)?,
+        number(high).ok_or_else(refused)?,
+    );
+    // NaN fails.
+    if !(least <= low && low < high && high <= most) {
+        return Err(refused());
+    }
+    // The ends themselves to the bit: 90° in radians may round past π/2.
+    let inside = |value: f64| match (value == least, value == most, axis.unit) {
+        (true, ..) => axis.range[0],
+        (_, true, _) => axis.range[1],
+        (.., Unit::Radian) => value.to_radians(),
+        (.., Unit::One) => value,
+    };
+    Ok([inside(low), inside(high)])
 }

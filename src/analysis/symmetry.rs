@@ -12,7 +12,7 @@
 //! alone, so beside it stands the *pairwise error*, the root mean square of
 //! (f(p) − f(T p))/½ (f(p) + f(T p)), in which a dim brushed base under a clear lacquer counts as much
 //! as the lacquer's peak. A symmetry holds if both are within the tolerance. The largest
-//! |ln f(p) − ln f(T p)| is told too; a single bad pair decides it: noise near the horizon, a hole.
+//! |ln f(p) − ln f(T p)| is reported too; a single bad pair decides it: noise near the horizon, a hole.
 //!
 //! The angles are whole steps of the tables that are measured at equal azimuths, so that a table is not
 //! called anisotropic for being interpolated.

@@ -3,7 +3,7 @@
 use super::{Effort, Ladder, Row, Section, Settings};
 use crate::error::Error;
 
-/// Who is told how far benches are, and may stop them.
+/// Observer of the progress of benches, which may stop them.
 pub(crate) trait Listener {
     /// False if they shall stop; asked before every pass.
     fn go_on(&self) -> bool;

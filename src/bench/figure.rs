@@ -3,15 +3,11 @@
 use super::front::front_of;
 use super::row::{cases, grouped};
 use super::{Diagram, Machine, Row, Section};
-use crate::error::Error;
 use crate::report::{self, Axis, Mark, Panel, Series, each_once};
 
 /// A panel for each case and diagram: a line for each choice, or dots where there are many of a colour, and a dashed
 /// line through the front.
-///
-/// # Errors
-/// As [`report::svg`].
-pub fn svg(section: &Section, rows: &[Row], machine: &Machine) -> Result<String, Error> {
+pub fn svg(section: &Section, rows: &[Row], machine: &Machine) -> String {
     let colors = each_once(rows.iter().map(|row| row.names[section.color].as_str()));
     let panels: Vec<Panel> = cases(rows)
         .iter()

@@ -1,7 +1,7 @@
 //! Ladders: a choice, and what is timed and judged on each of its rungs.
 
-use super::Value;
 use crate::statistics::median;
+use crate::validation::Estimate;
 use std::cell::Cell;
 use std::time::Instant;
 
@@ -83,8 +83,8 @@ impl Watch {
 /// How good what a pass made is.
 #[derive(Clone, Debug)]
 pub struct Judged {
-    /// A value for each column of the section.
-    pub values: Vec<Value>,
+    /// A value for each column of the section; its error is a standard error, or the bound to which it is known.
+    pub values: Vec<Estimate>,
     /// True if a further rung would make the same.
     pub is_last: bool,
     /// True if errors may be extrapolated beyond this rung.
@@ -93,7 +93,7 @@ pub struct Judged {
 
 impl Judged {
     /// Of a rung like others.
-    pub(crate) fn new(values: Vec<Value>) -> Self {
+    pub(crate) fn new(values: Vec<Estimate>) -> Self {
         Self {
             values,
             is_last: false,
@@ -176,12 +176,12 @@ pub struct Ladder {
     pub names: Vec<String>,
     /// Its rungs.
     pub rungs: Vec<Rung>,
-    /// Tells the seconds of a pass and of judging it, rung by rung; `None`: those of the first rung, in proportion to
+    /// Expected seconds of a pass and of judging it, rung by rung; `None`: those of the first rung, in proportion to
     /// the work.
     pub pilot: Option<Box<Pilot>>,
 }
 
-/// Tells what a ladder will take.
+/// Expected [seconds of a pass, seconds of judging it] of each rung.
 type Pilot = dyn Fn() -> Result<Vec<[f64; 2]>, String>;
 
 impl Ladder {
@@ -230,7 +230,7 @@ mod tests {
             passes.set(passes.get() + 1);
             Ok(passes.get())
         };
-        let judge = |n: usize| Ok(Judged::new(vec![Value::exact(n as f64)]));
+        let judge = |n: usize| Ok(Judged::new(vec![Estimate::new(n as f64, None)]));
         Rung::new("", 1.0, pass, judge)
     }
 

@@ -6,7 +6,7 @@ use std::fs;
 /// What times depend on.
 #[derive(Clone, Debug, Serialize)]
 pub struct Machine {
-    /// Name of the processor, or of its architecture where the system does not tell.
+    /// Name of the processor, or of its architecture where the system does not say.
     pub cpu: String,
     /// Threads that work.
     pub threads: usize,
@@ -43,7 +43,7 @@ pub(super) struct Memory {
 }
 
 impl Memory {
-    /// What is held now, and from where on the peak counts; `None` where the system does not tell.
+    /// What is held now, and from where on the peak counts; `None` where the system does not say.
     pub(crate) fn watched() -> Option<Self> {
         // Resets the peak (proc(5)); where that is not allowed, the peak is at least no less than it was.
         fs::write("/proc/self/clear_refs", "5").ok()?;

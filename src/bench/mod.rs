@@ -13,7 +13,6 @@ mod reach;
 mod row;
 mod sections;
 mod table;
-mod value;
 
 pub(crate) use engine::{Listener, Task};
 pub(crate) use figure::svg;
@@ -24,7 +23,6 @@ pub use reach::{Time, reached};
 pub(crate) use row::Row;
 pub use sections::all;
 pub(crate) use table::{Layout, csv, fronts, json};
-pub(crate) use value::Value;
 
 use crate::error::Error;
 use std::path::PathBuf;
@@ -82,7 +80,7 @@ pub struct Diagram {
     pub x: &'static str,
     /// The column along the vertical axis.
     pub y: &'static str,
-    /// True if less is better along both: the best choices are told apart.
+    /// True if less is better along both: the best choices are marked.
     pub has_front: bool,
 }
 
@@ -105,7 +103,7 @@ impl Diagram {
         }
     }
 
-    /// Name of the column that says which rows are on the front.
+    /// Name of the column that marks the rows on the front.
     pub fn column(&self) -> String {
         format!("front_{}_{}", self.y, self.x)
     }
@@ -126,7 +124,7 @@ pub struct Section {
     pub columns: &'static [Column],
     /// Its diagrams, for each of what rows are compared within.
     pub diagrams: &'static [Diagram],
-    /// Columns and values for which the seconds to reach them are told.
+    /// Columns and values for which the seconds to reach them are printed.
     pub targets: (&'static [&'static str], &'static [f64]),
     /// The choices.
     ///

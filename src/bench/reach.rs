@@ -61,8 +61,8 @@ impl Time {
     }
 }
 
-/// Choices that are told for each error, at most.
-const TOLD: usize = 4;
+/// Choices that are printed for each error, at most.
+const MOST_PRINTED: usize = 4;
 
 /// The choices of each case that reach an error soonest, and how many times the seconds of the first the others take;
 /// empty of a section without targets.
@@ -98,7 +98,7 @@ fn line(section: &Section, case: &[&Row], column: &str, target: f64) -> String {
     let place = section.place(column);
     let known = case
         .iter()
-        .filter_map(|r| r.values.get(place?)?.uncertainty);
+        .filter_map(|r| r.values.get(place?)?.standard_error);
     if known.reduce(f64::min).is_some_and(|known| known > target) {
         return " not known to that".into();
     }
@@ -119,9 +119,9 @@ fn line(section: &Section, case: &[&Row], column: &str, target: f64) -> String {
         a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
     });
     let least = times.first().map_or(1.0, |(_, t)| t.seconds());
-    let told = times
+    let printed = times
         .iter()
-        .take(TOLD)
+        .take(MOST_PRINTED)
         .enumerate()
         .map(|(i, (choice, time))| {
             let seconds = time.seconds();
@@ -131,5 +131,5 @@ fn line(section: &Section, case: &[&Row], column: &str, target: f64) -> String {
             };
             format!("  {choice} {}{seconds:.1e} s{ratio}", time.mark())
         });
-    told.collect()
+    printed.collect()
 }

@@ -1,6 +1,7 @@
 //! Rows: one rung each.
 
-use super::{Times, Value};
+use super::Times;
+use crate::validation::Estimate;
 
 /// What was measured on a rung.
 #[derive(Clone, Debug)]
@@ -10,7 +11,7 @@ pub struct Row {
     /// Times of its passes.
     pub times: Times,
     /// Values, in the order of the section's columns.
-    pub values: Vec<Value>,
+    pub values: Vec<Estimate>,
     /// True if the error may be extrapolated beyond it.
     pub is_lawful: bool,
 }

@@ -3,9 +3,10 @@
 use super::front::{front_of, is_on_fronts};
 use super::row::cases;
 use super::{Machine, Row, Section, Task};
+use crate::report::csv::text as csv_text;
+use crate::report::in_memory;
 use crate::report::schema::{Cell, Schema, columns};
 use serde_json::Value as Json;
-use std::io::{self, Write};
 
 /// Widths of the columns of a table for people.
 pub(crate) struct Layout {
@@ -69,7 +70,7 @@ impl Layout {
         let numbers: Vec<String> = row
             .values
             .iter()
-            .map(|v| match (v.value, v.uncertainty) {
+            .map(|v| match (v.value, v.standard_error) {
                 (None, _) => "–".into(),
                 (Some(x), None) => shown(x),
                 (Some(x), Some(u)) => format!("{x:.2e} ± {u:.1e}"),
@@ -128,7 +129,7 @@ fn schema<'a>(section: &Section) -> Schema<Placed<'a>> {
         });
         if let Some(name) = column.uncertainty {
             schema = schema.and(columns! { (row, _) in Placed<'a>;
-                name => Json::from(row.values[i].uncertainty),
+                name => Json::from(row.values[i].standard_error),
             });
         }
     }
@@ -139,24 +140,17 @@ fn schema<'a>(section: &Section) -> Schema<Placed<'a>> {
     schema
 }
 
-/// Writes rows with a head; the machine is in each of them.
-///
-/// # Errors
-/// Those of writing.
-pub(crate) fn csv(
-    section: &Section,
-    rows: &[Row],
-    machine: &Machine,
-    out: &mut dyn Write,
-) -> io::Result<()> {
+/// Rows as CSV with a head; the machine is in each of them.
+pub(crate) fn csv(section: &Section, rows: &[Row], machine: &Machine) -> String {
     let schema = schema(section);
-    let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(schema.names().chain(["cpu", "threads"]))?;
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    in_memory(csv.write_record(schema.names().chain(["cpu", "threads"])));
     let of_machine = [machine.cpu.clone(), machine.threads.to_string()];
     for row in placed(section, rows) {
-        csv.write_record(schema.cells(&row).map(Cell::text).chain(of_machine.clone()))?;
+        let cells = schema.cells(&row).map(Cell::text);
+        in_memory(csv.write_record(cells.chain(of_machine.clone())));
     }
-    csv.flush()
+    csv_text(csv)
 }
 
 /// Rows as JSON objects.

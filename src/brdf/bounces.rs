@@ -1,38 +1,41 @@
-//! Light told apart by the number of facets it met: f_r = f₁ + f₂ + f₃₊.
+//! Light by its scattering order, the number of facets it met: f_r = f₁ + f₂ + f₃₊.
 
 use super::{Brdf, ChannelValues};
 use crate::geometry::DirectionPair;
+use crate::registry::named;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Classes of light: one facet, two, three or more.
+/// Number of classes of scattering order: 1, 2, 3 or more.
 pub const CLASSES: usize = 3;
 
-/// Light that is asked for, by the number of facets it met.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Part {
-    /// All of it.
-    #[default]
-    All,
-    /// One facet.
-    First,
-    /// Two.
-    Second,
-    /// Three or more.
-    Later,
-    /// Two or more.
-    Multiple,
+named! {
+    /// Light that is asked for, by the number of facets it met.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Part {
+        /// All of it.
+        #[default]
+        All = "all",
+        /// One facet.
+        First = "first",
+        /// Two.
+        Second = "second",
+        /// Three or more.
+        Later = "later",
+        /// Two or more.
+        Multiple = "multiple",
+    }
 }
 
 impl Part {
     /// The parts of one class each, in the order of the classes.
     pub const CLASSES: [Part; CLASSES] = [Part::First, Part::Second, Part::Later];
 
-    /// The part of one class that light of so many facets, 1 or more, is in.
-    pub fn of(met: usize) -> Part {
-        Self::CLASSES[met.clamp(1, CLASSES) - 1]
+    /// The part of one class that light of scattering order `order`, 1 or more, is in.
+    pub fn from_order(order: usize) -> Part {
+        Self::CLASSES[order.clamp(1, CLASSES) - 1]
     }
 
     /// The classes that it is made of.
@@ -46,12 +49,12 @@ impl Part {
         }
     }
 
-    /// True if light of so many facets, 1 or more, is in it.
-    pub fn holds(self, met: usize) -> bool {
-        self.classes().contains(&(met.clamp(1, CLASSES) - 1))
+    /// True if light of scattering order `order`, 1 or more, is in it.
+    pub fn holds(self, order: usize) -> bool {
+        self.classes().contains(&(order.clamp(1, CLASSES) - 1))
     }
 
-    /// The largest number of facets that has to be followed for it.
+    /// Highest scattering order that has to be followed for it.
     pub fn last(self) -> usize {
         match self.classes().end {
             CLASSES => usize::MAX,
@@ -63,13 +66,7 @@ impl Part {
 /// As a config writes it.
 impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            Part::All => "all",
-            Part::First => "first",
-            Part::Second => "second",
-            Part::Later => "later",
-            Part::Multiple => "multiple",
-        })
+        f.write_str(self.name())
     }
 }
 
@@ -114,7 +111,7 @@ impl SplitErrors {
     }
 
     /// That of a part; of two classes as if they had nothing to do with each other.
-    pub fn of(&self, part: Part) -> f64 {
+    pub fn error(&self, part: Part) -> f64 {
         match part {
             Part::All => self.sum,
             part => self.classes[part.classes()]
@@ -124,7 +121,7 @@ impl SplitErrors {
     }
 }
 
-/// f_r of one pair by the number of facets, and what it may be off by: sr⁻¹, without the cosine.
+/// f_r of one pair by scattering order, and its standard errors: sr⁻¹, without the cosine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Split {
     /// Value of each class and channel.
@@ -155,7 +152,7 @@ impl Split {
         sum
     }
 
-    /// The same without the classes that are not in a part.
+    /// This split with the classes outside `part` set to 0.
     pub fn only(mut self, part: Part) -> Self {
         let kept = part.classes();
         for class in (0..CLASSES).filter(|class| !kept.contains(class)) {
@@ -165,14 +162,16 @@ impl Split {
             }
         }
         for errors in [&mut self.transport, &mut self.realisation] {
-            errors.sum = errors.of(part);
+            errors.sum = errors.error(part);
         }
         self
     }
 
     /// Standard error of the luminance of a part, both kinds together.
     pub fn error(&self, part: Part) -> f64 {
-        self.transport.of(part).hypot(self.realisation.of(part))
+        self.transport
+            .error(part)
+            .hypot(self.realisation.error(part))
     }
 }
 
@@ -181,8 +180,8 @@ impl Split {
 pub struct LightPath {
     /// Where it came from and where it left to.
     pub pair: DirectionPair,
-    /// Facets it met, 1 or more.
-    pub met: usize,
+    /// Scattering order, 1 or more.
+    pub order: usize,
     /// Luminance that is left of it, 1 of a path that lost nothing.
     pub light: f64,
 }
@@ -196,9 +195,9 @@ pub enum Source {
     Pair(u64),
 }
 
-/// A BRDF that tells light apart by the number of facets it met.
+/// A BRDF that separates light by scattering order.
 pub trait SplitBrdf: Brdf {
-    /// f_r of a pair by the number of facets, in the channels of the BRDF; 0 of classes that the material does not ask for.
+    /// f_r of a pair by scattering order, in the channels of the BRDF; 0 of classes that the material does not ask for.
     fn split(&self, pair: &DirectionPair) -> Split;
 
     /// Follows `count` paths of block `block` and hands over those that leave. Light comes from the hemisphere as its cosine, so

@@ -4,7 +4,8 @@ use crate::registry::named;
 use serde::{Deserialize, Serialize};
 
 named! {
-    /// The coordinates that a BRDF favours by its formula or by how it was tabulated.
+    /// The coordinates that a BRDF favours by its formula or by how it was tabulated; the summary is one sentence about the
+    /// bias, for a report.
     ///
     /// A lobe that is a function of one coordinate is constant along all other axes: sampling
     /// along that axis needs fewer nodes than any other, and a comparison on such a truth says
@@ -14,48 +15,28 @@ named! {
     #[serde(rename_all = "kebab-case")]
     pub enum Favours {
         /// A distribution of theta_h (and phi_h): an axis of half/difference coordinates.
-        HalfAngle = "theta_h",
+        HalfAngle = "theta_h":
+            "What varies most is a function of theta_h, an axis of half-difference coordinates: \
+             it favours them.",
         /// A distribution of |h_bar|: an axis of orthographic and hybrid coordinates (and of Stark's, squared).
-        ProjectedHalf = "h_bar",
+        ProjectedHalf = "h_bar":
+            "What varies most is a function of |h_bar|, an axis of hybrid, orthographic and Stark's \
+             coordinates: it favours them.",
         /// None: no dominant factor is constant along the axes of one parametrization.
-        Neither = "neither",
+        Neither = "neither":
+            "What varies most is no function of theta_h or of |h_bar| alone: \
+             no parametrization is favoured by construction.",
         /// A table over half/difference coordinates, denser at small theta_h.
-        HalfDifferenceTable = "half-difference table",
+        HalfDifferenceTable = "half-difference table":
+            "The table was sampled in half-difference coordinates with a square root in theta_h: \
+             it favours a grid in the same coordinates with the same warp.",
         /// A table over spherical coordinates.
-        SphericalTable = "spherical table",
+        SphericalTable = "spherical table":
+            "The table was sampled in spherical coordinates: \
+             it favours a grid in the same coordinates.",
         /// A reconstruction of readings.
-        Reconstruction = "reconstruction",
-    }
-}
-
-impl Favours {
-    /// One sentence about the bias, for a report.
-    pub fn reason(self) -> &'static str {
-        match self {
-            Favours::HalfAngle => {
-                "What varies most is a function of theta_h, an axis of half-difference coordinates: \
-                 it favours them."
-            }
-            Favours::ProjectedHalf => {
-                "What varies most is a function of |h_bar|, an axis of hybrid, orthographic and Stark's \
-                 coordinates: it favours them."
-            }
-            Favours::Neither => {
-                "What varies most is no function of theta_h or of |h_bar| alone: \
-                 no parametrization is favoured by construction."
-            }
-            Favours::HalfDifferenceTable => {
-                "The table was sampled in half-difference coordinates with a square root in theta_h: \
-                 it favours a grid in the same coordinates with the same warp."
-            }
-            Favours::SphericalTable => {
-                "The table was sampled in spherical coordinates: \
-                 it favours a grid in the same coordinates."
-            }
-            Favours::Reconstruction => {
-                "It is a reconstruction of readings: \
-                 it favours the coordinates that these were interpolated in."
-            }
-        }
+        Reconstruction = "reconstruction":
+            "It is a reconstruction of readings: \
+             it favours the coordinates that these were interpolated in.",
     }
 }

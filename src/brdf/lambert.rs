@@ -26,14 +26,14 @@ formula! {
 /// Lambert's BRDF.
 pub type Lambert = Shaped<Flat>;
 
-/// The same at all pairs.
+/// A shape that is 1 at all pairs.
 #[derive(Clone, Copy, Debug)]
 pub struct Flat;
 
 impl Lambert {
     /// A diffuse reflector of the given albedo.
     pub fn new(albedo: Spectrum, channels: Channels) -> Self {
-        Self::of(BLACK, (&albedo, FRAC_1_PI), Flat, channels)
+        Self::on_base(BLACK, (&albedo, FRAC_1_PI), Flat, channels)
     }
 }
 

@@ -7,19 +7,16 @@
 //! | isotropy | f unchanged when the sample turns | [`isotropy`] |
 //! | bilateral symmetry | f unchanged by a mirror through t–n and b–n | [`bilateral_symmetry`] |
 //! | energy | ∫ f cos θ_i dω_i ≤ 1 for every ω_o | [`directional_albedo`], [`max_albedo`] |
-//! | sampling | draws follow their density | [`chi_squared`] |
 //!
 //! Nothing here judges: a caller compares the result with what the BRDF declares and with the
 //! accuracy it needs. Pairs without data are left out and counted.
 
 mod albedo;
-mod chi_squared;
 mod lobe;
 
 pub use albedo::{
     DirectionalAlbedo, MaxAlbedo, directional_albedo, max_albedo, noisy_albedo, standard_views,
 };
-pub use chi_squared::{ChiSquared, chi_squared};
 
 use super::{Brdf, ChannelValues, Presence};
 use crate::geometry::{Direction, DirectionPair};
@@ -27,7 +24,7 @@ use crate::sampling::{Random, cosine_hemisphere, ggx_half_vector};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// The largest difference between two evaluations that a law says are equal.
+/// The largest difference between two evaluations that are equal by a law.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Deviation {
     /// Largest |a − b|/max(|a|, |b|) over pairs and channels.

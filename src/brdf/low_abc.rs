@@ -178,7 +178,7 @@ impl LowAbc {
             c: p.c,
             excess: fresnel::excess(p.ior),
         };
-        Self::of((&p.k_d, FRAC_1_PI), (&p.a, scale), abc, channels)
+        Self::on_base((&p.k_d, FRAC_1_PI), (&p.a, scale), abc, channels)
     }
 }
 

@@ -88,7 +88,7 @@ impl Marks {
         self.0.values().sum()
     }
 
-    /// The sentence that says it; `None` if there is none.
+    /// The sentence that describes it; `None` if there is none.
     pub fn warning(&self) -> Option<String> {
         let each = self.0.iter();
         let each = each.map(|(mark, n)| format!("{mark} in {}", count(*n, "cell")));

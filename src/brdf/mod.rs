@@ -119,7 +119,7 @@ pub trait Brdf: Send + Sync {
         }
     }
 
-    /// What should be told of it, a sentence each.
+    /// What is peculiar about it, a sentence each.
     fn remarks(&self) -> Vec<String> {
         Vec::new()
     }
@@ -134,13 +134,13 @@ pub trait Brdf: Send + Sync {
         0
     }
 
-    /// Itself, if it tells light apart by the number of facets it met.
+    /// Itself, if it separates light by scattering order.
     fn as_split(&self) -> Option<&dyn SplitBrdf> {
         None
     }
 
-    /// The MERL table that this is. Whoever copies it asks for cells: some hold data at the horizon,
-    /// where no pair asks for it.
+    /// The MERL table that this is: copies need its cells, some of which hold data at the horizon, where no
+    /// pair is looked up.
     fn as_merl(&self) -> Option<&measured::merl::Merl> {
         None
     }
@@ -185,7 +185,7 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     /// The kind and every key with its value, defaults filled in; reading it back gives the same spec.
     fn resolved(&self) -> registry::Keys;
 
-    /// A short name that tells this material from others of its kind, e.g. `ggx-0.3`.
+    /// A short name that distinguishes this material from others of its kind, e.g. `ggx-0.3`.
     fn label(&self) -> String;
 
     /// Checks every parameter, that a scene in `channels` can make use of it, and the header and size
@@ -282,7 +282,7 @@ pub enum BuildError {
 }
 
 impl BuildError {
-    /// The same of a table inside another, with its key spelled from the outer one.
+    /// This error for a table inside `table`: a parameter's key gets that prefix.
     pub fn within(self, table: &str) -> Self {
         match self {
             BuildError::Parameter(e) => e.within(table).into(),
@@ -316,13 +316,7 @@ family! {
         test_functions::S,
         test_functions::G,
         sum::ENTRY,
-        measured::MERL,
-        measured::UTIA,
-        measured::RGL,
-        measured::TENSOR_TREE,
-        measured::ZEMAX,
-        measured::TABULATED,
-    ]
+    ] + measured::entries()
 }
 
 /// Reads a material from keys, as [`BrdfSpec::resolved`] gives them.

@@ -1,4 +1,4 @@
-//! A BRDF, and somebody who sees every look at it.
+//! A BRDF whose evaluations are observed.
 
 use super::measured::merl::Merl;
 use super::{Brdf, LightPath, Part, Presence, SampleBrdf, Source, Split, SplitBrdf, of_wrapped};
@@ -30,7 +30,7 @@ pub struct ObservedBrdf<'a, F> {
 const BETWEEN: usize = 256;
 
 impl<'a, F: Fn(&[f64], &[Presence]) + Send + Sync> ObservedBrdf<'a, F> {
-    /// A BRDF that tells `seen` of every look.
+    /// A BRDF that calls `seen` after each evaluation.
     pub fn new(brdf: &'a dyn Brdf, seen: F) -> Self {
         Self {
             brdf,
@@ -39,7 +39,7 @@ impl<'a, F: Fn(&[f64], &[Presence]) + Send + Sync> ObservedBrdf<'a, F> {
         }
     }
 
-    /// The same, without data from when `stopped` is true: a loop over many pairs ends soon, its further pairs without data.
+    /// This BRDF, without data once `stopped` is true: a loop over many pairs ends soon, its further pairs without data.
     #[must_use]
     pub fn until(mut self, stopped: &'a (dyn Fn() -> bool + Sync)) -> Self {
         self.stopped = Some(stopped);
@@ -102,7 +102,7 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for ObservedBrdf<'_, F> {
     }
 }
 
-/// A value that is told apart is seen as one; paths are not.
+/// A value by scattering order is one evaluation; paths are not observed.
 impl<F: Fn(&[f64], &[Presence]) + Send + Sync> SplitBrdf for ObservedBrdf<'_, F> {
     fn split(&self, pair: &DirectionPair) -> Split {
         let dark = || Split::dark(self.channels().count());

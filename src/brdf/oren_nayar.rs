@@ -64,7 +64,7 @@ impl OrenNayar {
             b,
             conserves_energy: planes([&albedo], &channels).all(|[rho]| rho * (a + 0.5 * b) <= 1.0),
         };
-        Self::of(BLACK, (&albedo, FRAC_1_PI), grooves, channels)
+        Self::on_base(BLACK, (&albedo, FRAC_1_PI), grooves, channels)
     }
 }
 

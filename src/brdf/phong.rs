@@ -64,7 +64,7 @@ impl Phong {
             mixture: Mixture::new(&rho_d, &rho_s),
             conserves_energy: planes([&rho_d, &rho_s], &channels).all(|[d, s]| d + s <= 1.0),
         };
-        Self::of((&rho_d, FRAC_1_PI), (&rho_s, c), power, channels)
+        Self::on_base((&rho_d, FRAC_1_PI), (&rho_s, c), power, channels)
     }
 }
 

@@ -51,7 +51,7 @@ fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
     let Some(of) = of else {
         let message = "of is missing from the retro-reflective material; allowed: the table of a \
                        material, e.g. of = { kind = \"ggx\" }";
-        return Err(ReadError::at(span, message));
+        return Err(ReadError::new(span, message));
     };
     let of = super::read(of)?;
     Ok(Box::new(RetroReflectiveSpec { of }))

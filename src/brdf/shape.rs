@@ -46,7 +46,7 @@ pub struct Shaped<S> {
 
 impl<S: Shape> Shaped<S> {
     /// Of a base and a scale, each a spectrum that f_r is linear in, times a factor.
-    pub(super) fn of(
+    pub(super) fn on_base(
         base: (&Spectrum, f64),
         scale: (&Spectrum, f64),
         shape: S,

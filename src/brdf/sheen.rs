@@ -57,7 +57,7 @@ impl Sheen {
         let rim = Rim {
             half_exponent: 0.5 * n,
         };
-        Self::of(BLACK, (&rho, scale), rim, channels)
+        Self::on_base(BLACK, (&rho, scale), rim, channels)
     }
 }
 

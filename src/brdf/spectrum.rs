@@ -65,7 +65,7 @@ impl SampledSpectrum {
     }
 
     /// The value at a wavelength (nm); outside the range the nearest.
-    fn at(&self, nm: f64) -> f64 {
+    fn value_at(&self, nm: f64) -> f64 {
         let above = self.nm.partition_point(|x| *x < nm);
         let (below, above) = (above.saturating_sub(1), above.min(self.nm.len() - 1));
         let [x0, x1] = [self.nm[below], self.nm[above]];
@@ -123,7 +123,7 @@ impl Spectrum {
         match (self, channels) {
             (Spectrum::Grey(v), _) => *v,
             (Spectrum::Rgb(v), Channels::Luminance | Channels::Rgb) => v[plane],
-            (Spectrum::Sampled(s), Channels::Wavelengths(w)) => s.at(w.nm()[plane]),
+            (Spectrum::Sampled(s), Channels::Wavelengths(w)) => s.value_at(w.nm()[plane]),
             // What `within` refuses is taken for grey.
             (Spectrum::Rgb(_) | Spectrum::Sampled(_), _) => self.luminance(),
         }

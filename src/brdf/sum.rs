@@ -44,7 +44,7 @@ pub struct ComponentSpec {
 }
 
 /// The sum's own keys; `component` is taken out before and listed for the message about an
-/// unknown key. The same for a component's `brdf`.
+/// unknown key. So is a component's `brdf`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {
@@ -66,7 +66,7 @@ fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
     let Keys { .. } = registry::parse(table)?;
     let Some(items) = items else {
         let message = "component is missing from the sum; allowed: an array of { weight, brdf }";
-        return Err(ReadError::at(span, message));
+        return Err(ReadError::new(span, message));
     };
     let component = items.into_iter().map(read_component);
     Ok(Box::new(SumSpec {
@@ -80,7 +80,7 @@ fn read_component(mut item: Table<'_>) -> Result<ComponentSpec, ReadError> {
     let ComponentKeys { weight, .. } = registry::parse(item)?;
     let Some(brdf) = brdf else {
         let message = "brdf is missing from a component; allowed: a table with a kind";
-        return Err(ReadError::at(span, message));
+        return Err(ReadError::new(span, message));
     };
     Ok(ComponentSpec {
         weight,

@@ -90,7 +90,9 @@ impl BrdfSpec for TestFunctionSpec {
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         let scale = (&Spectrum::Grey(1.0), 1.0);
-        Ok(Box::new(TestFunction::of(BLACK, scale, *self, channels)))
+        Ok(Box::new(TestFunction::on_base(
+            BLACK, scale, *self, channels,
+        )))
     }
 }
 

@@ -63,7 +63,7 @@ impl Ward {
             mixture: Mixture::new(&rho_d, &rho_s),
         };
         let scale = 1.0 / (4.0 * PI * ax * ay);
-        Self::of((&rho_d, FRAC_1_PI), (&rho_s, scale), gaussian, channels)
+        Self::on_base((&rho_d, FRAC_1_PI), (&rho_s, scale), gaussian, channels)
     }
 }
 

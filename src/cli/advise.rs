@@ -1,9 +1,8 @@
 //! `gonio advise`.
 
 use super::brdf_args::BrdfArgs;
-use super::collect::{collect, tell_failures};
 use super::output::{JsonArgs, print_json};
-use super::run::tell_missing;
+use super::run::{collect, note_missing, print_failures};
 use super::verbosity::note;
 use super::{ThreadArgs, print};
 use crate::error::{Error, ParameterError, count, one_of};
@@ -78,7 +77,7 @@ impl Advise {
             Some(target) => BrdfArgs::new(target.clone(), self.set, None).plan()?,
             None => super::any_plan(&Source::new("gonio advise", FORMULAS))?.into_moments(),
         };
-        tell_missing(&materials.missing);
+        note_missing(&materials.missing);
         let asked = AdviceSpec {
             allowance: match self.minutes {
                 Some(minutes) => Allowance::Minutes(minutes),
@@ -93,7 +92,7 @@ impl Advise {
             built_in_prior: self.target.is_some(),
         };
         let advised = asked.advise(materials, collect)?;
-        tell_failures(&advised.failures);
+        print_failures(&advised.failures);
         if !advised.left_out.is_empty() {
             note(&format!("gonio: left out: {}", advised.left_out.join(", ")));
         }

@@ -12,6 +12,7 @@ use crate::error::Error;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use serde_json::{Map, json};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -65,36 +66,36 @@ impl Bench {
             views: self.views.map(|n| n as usize),
             merl: self.merl.clone(),
         };
-        let mut told = BenchOutput {
+        let mut output = BenchOutput {
             stop: stop_flag(""),
             progress: Progress::new(),
             layout: None,
         };
         let mut tasks = Vec::new();
         for section in sections {
-            tasks.push(Task::new(section, &settings, &mut told)?);
+            tasks.push(Task::new(section, &settings, &mut output)?);
         }
         let seconds: f64 = tasks.iter().map(Task::seconds).sum();
         note(&format!("gonio: takes about {}", shown(seconds)));
-        told.progress = Progress::of((STEPS * seconds) as u64, "benches");
-        self.measure(&tasks, &mut told)
+        output.progress = Progress::with_work((STEPS * seconds) as u64, "benches");
+        self.measure(&tasks, &mut output)
     }
 
-    fn measure(&self, tasks: &[Task], told: &mut BenchOutput) -> Result<(), Error> {
+    fn measure(&self, tasks: &[Task], output: &mut BenchOutput) -> Result<(), Error> {
         let machine = Machine::this();
         let mut objects = Map::new();
         let mut count = 0;
         for task in tasks {
-            if told.is_stopped() {
+            if output.is_stopped() {
                 break;
             }
             let section = task.section;
             if !self.json.wanted() {
                 let layout = Layout::new(task);
-                told.progress.suspend(|| print(&layout.head(&machine)))?;
-                told.layout = Some(layout);
+                output.progress.suspend(|| print(&layout.head(&machine)))?;
+                output.layout = Some(layout);
             }
-            let rows = task.run(told)?;
+            let rows = task.run(output)?;
             count += rows.len();
             match self.json.wanted() {
                 true => {
@@ -102,11 +103,12 @@ impl Bench {
                 }
                 false => {
                     let text = fronts(section, &rows) + &reached(section, &rows) + "\n";
-                    told.progress.suspend(|| print(&text))?;
+                    output.progress.suspend(|| print(&text))?;
                 }
             }
             if let Some([csv, svg]) = self.files(section) {
-                told.progress
+                output
+                    .progress
                     .suspend(|| write(section, &rows, &machine, [&csv, &svg]))?;
             }
         }
@@ -115,7 +117,7 @@ impl Bench {
                 &json!({"cpu": machine.cpu, "threads": machine.threads, "sections": objects}),
             )?;
         }
-        if told.is_stopped() {
+        if output.is_stopped() {
             // The folder is made with the first file.
             let folder = self.output.clone().filter(|dir| count > 0 && dir.exists());
             let path = folder.unwrap_or_else(|| "stdout".into());
@@ -146,8 +148,9 @@ fn write(
     [csv, svg]: [&Path; 2],
 ) -> Result<(), Error> {
     csv.parent().map_or(Ok(()), make_folder)?;
-    write_file(csv, |mut out| bench::csv(section, rows, machine, &mut out))?;
-    write_text(svg, &bench::svg(section, rows, machine)?)
+    let table = bench::csv(section, rows, machine);
+    write_file(csv, |out| out.write_all(table.as_bytes()))?;
+    write_text(svg, &bench::svg(section, rows, machine))
 }
 
 /// The rows that are printed, and the bar below them.

@@ -2,7 +2,7 @@
 
 use super::progress::Progress;
 use super::verbosity::{detail, say};
-use super::{build, choose_material, named_by};
+use super::{build, choose_material, keep_named};
 use crate::brdf::{Brdf, Channels};
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
@@ -36,15 +36,6 @@ pub(super) struct BrdfArgs {
 }
 
 impl BrdfArgs {
-    /// Arguments with a target and nothing else.
-    pub(super) fn of(target: &str) -> Self {
-        Self {
-            target: target.into(),
-            set: Vec::new(),
-            material: None,
-        }
-    }
-
     /// Arguments from their values, for commands where the target is optional.
     pub(super) fn new(target: String, set: Vec<String>, material: Option<String>) -> Self {
         Self {
@@ -63,7 +54,7 @@ impl BrdfArgs {
             Source::new(self.target.as_str(), text)
         };
         let of_config = is_config(&self.target);
-        let is_table = formats::of_name(path).is_some_and(|f| f.read_table.is_some());
+        let is_table = formats::of_name(path).is_some_and(|f| f.table.read.is_some());
         let of_dir = !is_table && path.is_dir();
         let mut source = match keys_of_file(path) {
             _ if of_config => {
@@ -80,7 +71,7 @@ impl BrdfArgs {
                 single(format!("kind = \"{}\"", self.target))
             }
             Some(keys) => single(keys.to_string()),
-            None if path.is_file() => single(ReadingsSpec::of(path.into()).to_string()),
+            None if path.is_file() => single(ReadingsSpec::keys_of(path.into()).to_string()),
             None => {
                 let message = format!(
                     "this is neither a config (*.toml), a table ({}), a folder of them, readings ({}) nor \
@@ -107,7 +98,7 @@ impl BrdfArgs {
                 source.set(&format!("material.0.{assignment}"), label)?;
             }
         }
-        if !Kind::of(&source)?.has_profiles() {
+        if !Kind::of_config(&source)?.has_profiles() {
             // Its own run may not want moments; this command does.
             source.set("quantities=[\"moments\"]", "quantities".into())?;
         }
@@ -115,7 +106,7 @@ impl BrdfArgs {
     }
 
     /// The materials, each with its BRDF in luminance, or in the wavelengths of its scene: `visit` is called for one after the other.
-    /// One that cannot be built is told on stderr, and left out if there are others.
+    /// One that cannot be built is reported on stderr, and left out if there are others.
     ///
     /// # Errors
     /// What `visit` returns; the reason, if no material can be built; else how many cannot.
@@ -127,7 +118,7 @@ impl BrdfArgs {
         let plan = self.plan()?;
         let (channels, materials) = (plan.seen_in(Channels::Luminance), plan.materials);
         let mut failed = 0;
-        let mut progress = Progress::of(materials.len() as u64, "");
+        let mut progress = Progress::with_work(materials.len() as u64, "");
         for material in &materials {
             progress.doing(|| material.name.clone());
             match build(material, channels.clone()) {
@@ -169,9 +160,7 @@ impl BrdfArgs {
     pub(super) fn plan(&self) -> Result<MomentsPlan, Error> {
         let mut plan = AnyPlan::read(&self.source()?)?.into_moments();
         let only = self.material.as_deref();
-        named_by("--material", only, &plan.materials, |m| &m.name)?;
-        plan.materials
-            .retain(|m| only.is_none_or(|name| m.name == name));
+        keep_named("--material", only, &mut plan.materials, |m| &m.name)?;
         super::remark(&plan.materials);
         Ok(plan)
     }

@@ -111,7 +111,7 @@ impl<'a> CachedBrdf<'a> {
     }
 
     /// Says where the values are when a signal ends the program; `anew`: one that would begin without them.
-    pub(super) fn tell_when_stopped(&self, anew: bool) {
+    pub(super) fn report_on_signal(&self, anew: bool) {
         let path = self.path.display().to_string();
         let again = match anew {
             true => "the same command without --force",

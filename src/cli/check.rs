@@ -52,17 +52,17 @@ impl Check {
 
     fn describe<E: Described>(&self, plan: &E) -> Result<(), Error> {
         let json = self.json.wanted();
-        let mut told = Description {
+        let mut description = Description {
             json,
             sheet: Map::new(),
         };
-        let infeasible = plan.describe(&mut told)?;
+        let infeasible = plan.describe(&mut description)?;
         if json {
-            print_json(&told.sheet)?;
+            print_json(&description.sheet)?;
         }
         infeasible.map_or(Ok(()), Err)?;
         // What is wrong with other materials is said before there is a plan.
-        let is_table = |file: &PathBuf| of_name(file).is_some_and(|f| f.read_table.is_some());
+        let is_table = |file: &PathBuf| of_name(file).is_some_and(|f| f.table.read.is_some());
         let has_table = |m: &&Material| m.spec.tables().files.iter().any(is_table);
         let mut first = None;
         for material in plan.head().materials.iter().filter(has_table) {
@@ -87,16 +87,16 @@ impl Check {
 /// A plan that can describe its run.
 trait Described: Experiment {
     /// Describes it; also returns the first plan that an instrument cannot carry out.
-    fn describe(&self, told: &mut Description) -> Result<Option<Error>, Error>;
+    fn describe(&self, description: &mut Description) -> Result<Option<Error>, Error>;
 }
 
 impl Described for MomentsPlan {
-    fn describe(&self, told: &mut Description) -> Result<Option<Error>, Error> {
-        told.head(self.head())?;
+    fn describe(&self, description: &mut Description) -> Result<Option<Error>, Error> {
+        description.head(self.head())?;
         let spec = &self.moments.spec;
         let channels: Vec<_> = spec.channels.iter().map(|c| c.name()).collect();
         let profiles = self.materials.len() * channels.len();
-        told.text(&format!(
+        description.text(&format!(
             "\ngroups: {}\nchannels: {}\nviews: {} up to {}°, moments to order {}\nestimator: {}\n\
              {}, {}\n",
             self.groups().join(", "),
@@ -108,26 +108,26 @@ impl Described for MomentsPlan {
             count(profiles, "profile"),
             count(profiles * spec.views, "row"),
         ))?;
-        told.fact("groups", self.groups());
-        told.fact("channels", channels);
-        told.fact("views", spec.views);
-        told.fact("max_view_deg", spec.max_view_deg);
-        told.fact("order", spec.order.get());
-        told.fact("estimator", self.moments.estimator.label());
-        told.fact("profile_count", profiles);
-        told.fact("row_count", profiles * spec.views);
+        description.fact("groups", self.groups());
+        description.fact("channels", channels);
+        description.fact("views", spec.views);
+        description.fact("max_view_deg", spec.max_view_deg);
+        description.fact("order", spec.order.get());
+        description.fact("estimator", self.moments.estimator.label());
+        description.fact("profile_count", profiles);
+        description.fact("row_count", profiles * spec.views);
         Ok(None)
     }
 }
 
 impl Described for RelationsPlan {
-    fn describe(&self, told: &mut Description) -> Result<Option<Error>, Error> {
-        self.base.describe(told)?;
+    fn describe(&self, description: &mut Description) -> Result<Option<Error>, Error> {
+        self.base.describe(description)?;
         let lights: Vec<_> = self.lightings.iter().map(|l| l.name.as_str()).collect();
         let along: Vec<_> = self.along.iter().map(|a| a.name()).collect();
         let each = self.views.len() * along.len();
         let relations = self.base.materials.len() * lights.len() * each;
-        told.text(&format!(
+        description.text(&format!(
             "\nlightings: {}\nviews: {}, along {}, window {}°\n{}\n",
             lights.join(", "),
             self.views.len(),
@@ -135,29 +135,29 @@ impl Described for RelationsPlan {
             self.spec.window_deg,
             count(relations, "relation"),
         ))?;
-        told.fact("lightings", lights);
-        told.fact("along", along);
-        told.fact("window_deg", self.spec.window_deg);
-        told.fact("relation_count", relations);
+        description.fact("lightings", lights);
+        description.fact("along", along);
+        description.fact("window_deg", self.spec.window_deg);
+        description.fact("relation_count", relations);
         Ok(None)
     }
 }
 
 impl Described for Plan {
-    fn describe(&self, told: &mut Description) -> Result<Option<Error>, Error> {
-        told.head(self.head())?;
+    fn describe(&self, description: &mut Description) -> Result<Option<Error>, Error> {
+        description.head(self.head())?;
         // Those of readings and minutes are found for each instrument, see below.
         let known = self
             .symmetries()
             .into_iter()
             .filter(|_| !self.budgets.is_empty());
         for symmetry in known {
-            told.text(&format!("\nschedules for {}\n", symmetry))?;
-            schedules(self, symmetry, told)?;
+            description.text(&format!("\nschedules for {}\n", symmetry))?;
+            schedules(self, symmetry, description)?;
         }
         if let Some(table) = &self.moments {
             let (spec, estimator) = (&table.spec, table.estimator.label());
-            told.fact(
+            description.fact(
                 "moments",
                 json!({
                     "views": spec.views,
@@ -166,7 +166,7 @@ impl Described for Plan {
                     "estimator": estimator,
                 }),
             );
-            told.text(&format!(
+            description.text(&format!(
                 "\nmoments: {} up to {}°, to order {}, by {estimator}; one profile a material and a reconstruction\n",
                 count(spec.views, "view"),
                 spec.max_view_deg,
@@ -178,7 +178,7 @@ impl Described for Plan {
                 let most = method.up_to.map_or(most, |up_to| most.min(up_to));
                 let minutes = values * method.method.value_seconds(most) / 60.0;
                 if minutes > 1.0 {
-                    told.text(&format!(
+                    description.text(&format!(
                         "  slow: some {minutes:.0} min of one core for each material by {} at {}, as each value takes {:.0} µs\n",
                         method.label(),
                         count(most, "reading"),
@@ -195,9 +195,9 @@ impl Described for Plan {
         let measures: Vec<_> = self.measures.iter().map(|m| m.name()).collect();
         let infeasible = match self.instruments.is_empty() {
             true => None,
-            false => ways(self, told)?,
+            false => ways(self, description)?,
         };
-        told.text(&format!(
+        description.text(&format!(
             "\nreconstructions: {}\nmeasures: {}, at {} or more, up to {}, until standard errors are below {} %\nseeds: {:?}\n{}, {}, {}\n",
             names.join(", "),
             measures.join(", "),
@@ -209,15 +209,15 @@ impl Described for Plan {
             count(self.jobs(), "reconstruction"),
             count(self.rows(), "row"),
         ))?;
-        told.fact("reconstructions", names);
-        told.fact("measures", measures);
-        told.fact("pairs", self.metrics.pairs);
-        told.fact("max_pairs", self.metrics.max_pairs);
-        told.fact("tolerance", self.metrics.tolerance);
-        told.fact("seeds", self.seeds.clone());
-        told.fact("schedule_count", self.units().len());
-        told.fact("reconstruction_count", self.jobs());
-        told.fact("row_count", self.rows());
+        description.fact("reconstructions", names);
+        description.fact("measures", measures);
+        description.fact("pairs", self.metrics.pairs);
+        description.fact("max_pairs", self.metrics.max_pairs);
+        description.fact("tolerance", self.metrics.tolerance);
+        description.fact("seeds", self.seeds.clone());
+        description.fact("schedule_count", self.units().len());
+        description.fact("reconstruction_count", self.jobs());
+        description.fact("row_count", self.rows());
         Ok(infeasible)
     }
 }
@@ -252,16 +252,11 @@ impl Description {
         self.fact("materials", Json::Array(Vec::new()));
         for m in head.materials {
             columns.row(&format!("  {}\t{}", m.name, m.symmetry));
-            let Symmetry {
-                isotropic,
-                reciprocal,
-                bilateral,
-            } = m.symmetry;
             let row = json!({
                 "name": m.name,
-                "isotropic": isotropic,
-                "reciprocal": reciprocal,
-                "bilateral": bilateral,
+                "isotropic": m.symmetry.isotropic,
+                "reciprocal": m.symmetry.reciprocal,
+                "bilateral": m.symmetry.bilateral,
             });
             self.row("materials", row);
         }
@@ -318,7 +313,7 @@ fn is_instrument(source: &Source) -> Result<bool, Error> {
 /// Values of a reconstruction that the moments of a view are integrated from, about.
 const VALUES: f64 = 4.5e4;
 
-/// What there is to tell of the poses of a planner that learns.
+/// What a table has in the place of the poses of a planner that learns.
 const FROM_READINGS: &str = "chosen from readings";
 
 /// Widths of the columns of coordinates and of sample sets.
@@ -329,9 +324,9 @@ fn widths(plan: &Plan) -> [usize; 2] {
 }
 
 /// Prints the schedules of the first seed, line by line: large ones take their time.
-fn schedules(plan: &Plan, symmetry: Symmetry, told: &mut Description) -> Result<(), Error> {
+fn schedules(plan: &Plan, symmetry: Symmetry, description: &mut Description) -> Result<(), Error> {
     let [w, v] = widths(plan);
-    told.text(&format!(
+    description.text(&format!(
         "  {:<w$}  {:<v$}  {:>8}  {:>8}  {:>10}  nodes\n",
         "parametrization", "sample set", "budget", "poses", "unphysical"
     ))?;
@@ -355,10 +350,9 @@ fn schedules(plan: &Plan, symmetry: Symmetry, told: &mut Description) -> Result<
                     Some(Ok(schedule)) => {
                         row["poses"] = schedule.poses.len().into();
                         row["unphysical_share"] = schedule.unphysical_share.into();
-                        let lattice = schedule.lattice.as_ref();
-                        row["nodes"] = json!(lattice.map(|lattice| lattice.shape().to_vec()));
-                        let shape = schedule.lattice.as_ref().map(|lattice| {
-                            let shape = lattice.shape();
+                        let shape = schedule.lattice.as_ref().map(|lattice| lattice.shape());
+                        row["nodes"] = json!(shape.as_ref().map(|shape| shape.to_vec()));
+                        let shape = shape.map(|shape| {
                             let shape: Vec<_> = shape.iter().map(usize::to_string).collect();
                             shape.join("×")
                         });
@@ -370,8 +364,8 @@ fn schedules(plan: &Plan, symmetry: Symmetry, told: &mut Description) -> Result<
                         )
                     }
                 };
-                told.row("schedules", row);
-                told.text(&format!(
+                description.row("schedules", row);
+                description.text(&format!(
                     "  {:<w$}  {:<v$}  {budget:>8}  {line}\n",
                     coordinates.label(),
                     set.name
@@ -385,13 +379,13 @@ fn schedules(plan: &Plan, symmetry: Symmetry, told: &mut Description) -> Result<
 /// Prints every instrument's time and reach for the schedules of the first seed.
 ///
 /// Returns the first plan that one cannot carry out.
-fn ways(plan: &Plan, told: &mut Description) -> Result<Option<Error>, Error> {
+fn ways(plan: &Plan, description: &mut Description) -> Result<Option<Error>, Error> {
     let mut infeasible = None;
     let mut router = Router::default();
     let [w, v] = widths(plan);
     for (i, instrument) in plan.instruments.iter().enumerate() {
         let order = instrument.use_of.order.name();
-        told.text(&format!(
+        description.text(&format!(
             "\n{} visits the poses in the order {order}\n  {:<w$}  {:<v$}  {:>13}  {:>8}  {:>7}  {:>9}  out of reach\n",
             instrument.name,
             "parametrization",
@@ -438,8 +432,8 @@ fn ways(plan: &Plan, told: &mut Description) -> Result<Option<Error>, Error> {
                         )
                     }),
                 };
-                told.row("visits", row);
-                told.text(&format!(
+                description.row("visits", row);
+                description.text(&format!(
                     "  {coordinates:<w$}  {:<v$}  {allowed:>13}  {}\n",
                     set.name,
                     line.trim_end()

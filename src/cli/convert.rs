@@ -18,7 +18,7 @@ use clap::Args;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Pairs that reciprocity and holes are told of.
+/// Pairs that reciprocity and holes are stated of.
 const PAIRS: usize = 4096;
 
 #[derive(Debug, Args)]
@@ -62,7 +62,7 @@ impl Convert {
         let format = format_of(&WRITE, self.format, output)?;
         let of_table = |input: &PathBuf| {
             let format = formats::of_name(input)?;
-            Some((format, format.read_table?))
+            Some((format, format.table.read?))
         };
         match (inputs, inputs.iter().find_map(of_table)) {
             ([one], Some((own, read))) => {
@@ -91,12 +91,12 @@ impl Convert {
         format: Format,
         output: &Path,
     ) -> Result<(), Error> {
-        let told = |e: &dyn std::fmt::Display| Error::data(input, e);
+        let unreadable = |e: &dyn std::fmt::Display| Error::data(input, e);
         writer(&WRITE_TABLE, &format, output)?;
         self.table.suits(format)?;
         refuse_unwritable(output, self.force)?;
         let brdf = spec.widest_channels().and_then(|c| spec.build(c));
-        let brdf = brdf.map_err(|e| told(&e))?;
+        let brdf = brdf.map_err(|e| unreadable(&e))?;
         for remark in brdf.remarks() {
             say(&format!("gonio: {}: {remark}", input.display()));
         }

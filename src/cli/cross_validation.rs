@@ -107,7 +107,8 @@ impl CrossValidationArgs {
             }
             false => methods,
         };
-        let progress = Progress::of(validation.tasks(methods.len()) as u64, "cross-validates");
+        let progress =
+            Progress::with_work(validation.tasks(methods.len()) as u64, "cross-validates");
         let ranked = validation
             .rank(methods, || progress.count(1))
             .map_err(|e| Error::data(path, e))?;

@@ -104,12 +104,12 @@ impl DensityArgs {
             };
             let logs: Vec<Vec<Option<f64>>> = files.iter().map(of).collect();
             // What is independent: files, or the poses of the only one.
-            let mean = |logs: &Vec<Option<f64>>| Some(mean_and_error(&there(logs))?.0);
+            let mean = |logs: &Vec<Option<f64>>| Some(mean_and_error(&present(logs))?.0);
             let values = match logs.as_slice() {
                 [only] => only.clone(),
                 _ => logs.iter().map(mean).collect(),
             };
-            let known = mean_and_error(&there(&values));
+            let known = mean_and_error(&present(&values));
             let (log_density, standard_error) = known.ok_or_else(|| too_few("poses"))?;
             let own = mean_and_error(&density.of_own()).ok_or_else(|| too_few(&points()))?;
             let line = Line {
@@ -178,6 +178,6 @@ impl DensityArgs {
 }
 
 /// Those that are there.
-fn there(values: &[Option<f64>]) -> Vec<f64> {
+fn present(values: &[Option<f64>]) -> Vec<f64> {
     values.iter().copied().flatten().collect()
 }

@@ -101,11 +101,11 @@ impl Distortion {
 
     fn alignment(&self) -> Result<(), Error> {
         let (rows, outcome) = self.all_shares(&Weight::ALL, false);
-        self.write(&AlignmentRow::of(&rows), alignment_table, outcome)?;
+        self.write(&AlignmentRow::rows(&rows), alignment_table, outcome)?;
         let Some(path) = &self.picture else {
             return Ok(());
         };
-        write_text(path, &alignment_svg(&rows)?)
+        write_text(path, &alignment_svg(&rows))
     }
 
     /// The shares of every material in every parametrization; `gradients`: the energies of its gradient, too.
@@ -131,7 +131,7 @@ impl Distortion {
                     let found = view.distortion();
                     let gradients = gradients.then(|| view.gradients());
                     let (name, axes) = (&material.name, form.axes());
-                    rows.extend(SharesRow::of(
+                    rows.extend(SharesRow::rows(
                         name,
                         entry.kind,
                         axes,

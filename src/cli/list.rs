@@ -15,6 +15,7 @@ use crate::moments;
 use crate::parametrization;
 use crate::reconstruct;
 use crate::registry::{self, Entry};
+use crate::report;
 use crate::schedule;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -51,61 +52,19 @@ enum Family {
     Columns,
 }
 
-/// The tables of the other kinds of experiments: each with its columns and their
-/// meaning; groups of like columns share a line.
-const MORE_COLUMNS: &str = "\
-ranking.csv
-metric, measure, truth | which ranking; truth is empty for all of them
-materials | materials of that truth
-parametrization, …, allowed | which choice, as in results.csv
-place | among the choices that have all materials, from 1
-mean | geometric mean of the error over materials
-ratio_to_best, _low, _high | ratio to the best choice with its 95 % bootstrap interval over materials
-p | Wilcoxon signed-rank test against the best, adjusted for the number of choices (Holm)
-wins, losses, ties | materials on which it is better or worse than the best by more than the band
-verdict | against the best
-readings, instrument_seconds | geometric means over materials
-order, order_low, order_high | slope of ln error on ln readings over the budgets, with its 95 % interval over materials
-
-profiles.csv (also of gonio moments)
-material, channel, theta_o_deg | which slice
-energy | rad²/sr: the integral of f_r over theta and phi, no cosine
-mean_10, mean_01 | mean direction along theta and phi, rad
-covariance_20, _11, _02 | central, rad²
-skewness_30, _21, _12, _03 | standardised by sigma
-kurtosis_40, …, _04 | excess: less that of a normal distribution of the same correlation
-*_uncertainty | standard deviation (random estimators) or error bound, in the same unit
-missing_share | share of the square (theta, phi) without data
-clamped_share | share of it that was below the diffuse part
-evaluations | values of the BRDF that were looked at
-unresolved | why the uncertainties are not to be trusted; empty if they are
-
-fits.csv: averages and counts are over the fitted views
-diffuse | what was subtracted before, 1/sr
-energy_base, ramp_height | rad²/sr; ramp_slope: per rad of theta_o
-knot_0_deg, knot_1_deg | where the ramp starts and ends; *_at_bound: at an end of the fitted views
-energy_*, mean_*, variance_* | mean absolute and root mean square errors: rad²/sr, rad, rad²
-mean_slope | of the mean over theta_o: −1 mirror, 0 Lambertian
-average_variance | (sigma_theta² + sigma_phi²)/2, rad²
-skewness_30, kurtosis_40 | averages
-horizon_* | share of a profile's course that a cut by the horizon explains; empty without course
-
-correlations.csv: over the materials of a group
-between | orders: of the first channel; channels: of one quantity
-pearson, spearman | of the averages of both quantities
-materials | that have both
-
-relations.csv
-slice_*, slope | moments of the slice at theta_o, and how its mean moves with the view
-rendered_* | windowed moments of reflected radiance: radiance × rad, rad, rad²
-printed_*, corrected_*, windowed_* | the same as each form predicts it
-*_error | relative to the rendered value; of means in rendered standard deviations
-cut_share | share of the window beyond the horizon";
+/// The tables of the other kinds of experiments.
+const MORE_COLUMNS: [&str; 5] = [
+    report::RANKING_COLUMNS,
+    report::PROFILE_COLUMNS,
+    report::FIT_COLUMNS,
+    report::CORRELATION_COLUMNS,
+    report::RELATION_COLUMNS,
+];
 
 /// Members of a family, under a title.
 #[derive(Serialize)]
 struct Section {
-    family: &'static str,
+    family: String,
     title: String,
     members: Vec<Member>,
     /// Characters of a name, and between it and what it means.
@@ -158,9 +117,9 @@ impl List {
 }
 
 impl Section {
-    fn new(family: &'static str, title: &str, members: impl IntoIterator<Item = Member>) -> Self {
+    fn new(family: &str, title: &str, members: impl IntoIterator<Item = Member>) -> Self {
         Self {
-            family,
+            family: family.into(),
             title: title.into(),
             members: members.into_iter().collect(),
             width: [16, 2],
@@ -195,77 +154,64 @@ impl Member {
         }
     }
 
-    fn with(mut self, facts: impl IntoIterator<Item = String>) -> Self {
+    fn with_facts(mut self, facts: impl IntoIterator<Item = String>) -> Self {
         self.facts = facts.into_iter().collect();
         self
     }
 }
 
 fn sections(family: Family) -> Vec<Section> {
-    let (name, title, members): (_, _, Vec<Member>) = match family {
+    let (title, members): (_, Vec<Member>) = match family {
         Family::Experiments => (
-            "experiments",
             "experiments: experiment = …",
             (Kind::ALL.iter().map(|k| Member::new(k.name(), k.summary()))).collect(),
         ),
         Family::Estimators => (
-            "estimators",
             "estimators of moments: estimator = { kind = … } in [moments]",
             entries(&moments::all(), |estimator| estimator.resolved()),
         ),
         Family::Lightings => (
-            "lightings",
             "lightings: [[lighting]] with kind = … of relations, [lighting] of moments",
             entries(&lighting::all(), |light| light.resolved()),
         ),
         Family::Surfaces => (
-            "surfaces",
             "surfaces: gonio surface KIND, --set KEY=VALUE to change one of its defaults",
             surfaces(),
         ),
         Family::Facets => (
-            "facets",
             "facets: facets = { kind = … } of smith-multiple and of surfaces",
             entries(&light_paths::facets(), |facets| facets.resolved()),
         ),
         Family::Instruments => return instruments(),
         Family::Formats => (
-            "formats",
             "formats: of files, by extension or --format",
             formats::all().into_iter().map(format).collect(),
         ),
         Family::Materials => (
-            "materials",
             "materials: [[material]] with kind = …",
             entries(&experiment::materials(), |spec| spec.resolved()),
         ),
         Family::SampleSets => (
-            "sample-sets",
             "sample sets: [[sample_set]] with kind = …",
             entries(&schedule::all(), |set| set.resolved()),
         ),
         Family::Planners => (
-            "planners",
             "planners: [[sample_set]] with kind = …, and gonio next",
             entries(&acquisition::all(), |planner| planner.resolved()),
         ),
         Family::Reconstructions => (
-            "reconstructions",
             "reconstructions: [[reconstruction]] with kind = …",
             entries(&reconstruct::all(), |method| method.resolved()),
         ),
         Family::Parametrizations => (
-            "parametrizations",
             "parametrizations: [[parametrization]] with kind = …",
             parametrizations(),
         ),
         Family::Warps => (
-            "warps",
             "warps: warp = { AXIS = NAME } in a [[parametrization]], { AXIS = { kind = NAME, … } } with keys",
             entries(&parametrization::warps(), |warp| warp.resolved()),
         ),
         Family::Measures => (
-            "measures",
             "measures: measures = [ … ]",
             (Measure::ALL
                 .iter()
@@ -274,7 +220,9 @@ fn sections(family: Family) -> Vec<Section> {
         ),
         Family::Columns => return columns(),
     };
-    vec![Section::new(name, title, members)]
+    let name = family.to_possible_value();
+    let name = name.map_or(String::new(), |name| name.get_name().into());
+    vec![Section::new(&name, title, members)]
 }
 
 /// Surfaces with their default size and resolution: the examples of tests are small.
@@ -308,7 +256,7 @@ fn format(format: formats::Format) -> Member {
     let endings = format.extensions.iter().map(|e| format!(".{e}"));
     let endings = endings.collect::<Vec<_>>().join(", ");
     let fact = format!("{endings}: {}", format.holds().join(", "));
-    Member::new(format.name, format.summary).with([fact])
+    Member::new(format.name, format.summary).with_facts([fact])
 }
 
 /// The columns of every table.
@@ -327,7 +275,7 @@ fn columns() -> Vec<Section> {
         table("results.csv and results.jsonl", 22, &mut Row::columns()),
         table(times, 22, &mut Row::times()),
     ];
-    for more in MORE_COLUMNS.split("\n\n") {
+    for more in MORE_COLUMNS {
         let (file, columns) = more.split_once('\n').unwrap_or((more, ""));
         let mut columns = columns.lines().filter_map(|line| line.split_once(" | "));
         sections.push(table(file, 32, &mut columns));
@@ -335,7 +283,7 @@ fn columns() -> Vec<Section> {
     sections
 }
 
-/// The presets in their most telling numbers, and the classes a file can name.
+/// The presets in a few numbers, and the classes a file can name.
 fn instruments() -> Vec<Section> {
     let presets = instrument::presets().into_iter().filter_map(|preset| {
         // The tests read every preset, so that each of them reads.
@@ -348,7 +296,7 @@ fn instruments() -> Vec<Section> {
                 axis.name, axis.min_deg, axis.max_deg, axis.speed_deg_per_s
             )
         });
-        Some(Member::new(preset.name, &spec.about).with(facts.into_iter().chain(axes)))
+        Some(Member::new(preset.name, &spec.about).with_facts(facts.into_iter().chain(axes)))
     });
     let classes = instrument::classes();
     let required = classes.iter().map(|class| {
@@ -359,7 +307,7 @@ fn instruments() -> Vec<Section> {
             format!("{:<16} on {parent}, about [{x}, {y}, {z}]", axis.role)
         });
         let summary = class.summary.to_owned();
-        Member::new(class.name, "").with(std::iter::once(summary).chain(facts))
+        Member::new(class.name, "").with_facts(std::iter::once(summary).chain(facts))
     });
     let keys = Use::KEYS.map(|(key, meaning)| Member::new(key, meaning));
     let orders = Order::ALL.map(|order| Member::new(order.name(), order.summary()));

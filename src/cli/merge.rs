@@ -76,7 +76,7 @@ impl Merge {
             let of = |(place, row): &(usize, E::Record)| {
                 (expected[*place].material, row.material().1.to_owned())
             };
-            let meant = meant(plan, dir, &rows.iter().map(of).collect())?;
+            let meant = meant_materials(plan, dir, &rows.iter().map(of).collect())?;
             for (place, row) in rows {
                 let (material, material_key) = row.material();
                 if meant.get(&expected[place].material).map(String::as_str) != Some(material_key) {
@@ -195,7 +195,7 @@ impl Merge {
 
 /// Which of the materials of that name the rows of a part mean: of a formula that of the config; of
 /// files, which may be elsewhere, the only one, or the one whose files are here.
-fn meant<E: Shown>(
+fn meant_materials<E: Shown>(
     plan: &E,
     dir: &Path,
     found: &BTreeSet<(usize, RowKey)>,

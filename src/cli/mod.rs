@@ -9,7 +9,6 @@ mod brdf_args;
 mod cached;
 mod check;
 mod claims;
-mod collect;
 mod config_args;
 mod convert;
 mod cross_validation;
@@ -60,7 +59,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use values::{NoNumber, budget, minutes, number, whole};
+use values::{budget, in_range, minutes, whole};
 pub use verbosity::say_error;
 use verbosity::{VerbosityArgs, color_of, detail, say, wrote};
 
@@ -75,7 +74,7 @@ pub struct Cli {
     #[command(subcommand)]
     command: Command,
     #[command(flatten)]
-    talk: VerbosityArgs,
+    verbosity: VerbosityArgs,
 }
 
 /// A choice between commands, each of which runs.
@@ -165,15 +164,15 @@ impl Cli {
         let command = signed(Self::command()).color(color_of(std::env::args_os()));
         let matches = command.try_get_matches();
         let read = matches.and_then(|matches| Self::from_arg_matches(&matches));
-        read.unwrap_or_else(|e| tell(&e))
+        read.unwrap_or_else(|e| end_with(&e))
     }
 
     /// Does what the command line asks for.
     ///
     /// # Errors
-    /// Anything; [`Error::exit_code`] tells what kind.
+    /// Anything; [`Error::exit_code`] has a number for each kind.
     pub fn run(self) -> Result<(), Error> {
-        self.talk.apply();
+        self.verbosity.apply();
         check_threads()?;
         signals::watch()?;
         let start = Instant::now();
@@ -210,7 +209,7 @@ fn check_threads() -> Result<(), Error> {
 }
 
 /// Prints the help that was asked for, or why a command line is refused, and ends the process.
-fn tell(e: &clap::Error) -> ! {
+fn end_with(e: &clap::Error) -> ! {
     if e.kind() == clap::error::ErrorKind::InvalidUtf8 {
         let named = std::env::args_os().find(|argument| argument.to_str().is_none());
         let named = named.unwrap_or_default();
@@ -228,7 +227,7 @@ fn tell(e: &clap::Error) -> ! {
 }
 
 /// The commands with options that take a negative number for a value, and not for another option:
-/// whoever reads the value says what is allowed.
+/// the reader of the value says what is allowed.
 fn signed(command: clap::Command) -> clap::Command {
     let command = command.mut_args(|arg| {
         let valued = !arg.is_positional() && arg.get_action().takes_values();
@@ -318,7 +317,7 @@ fn choose_material<'a>(
             let message = format!("this config has several materials; allowed: one of {allowed}");
             Err(Error::config("--material", message))
         }
-        (Some(_), all) => Ok(named_by("--material", name, all, |m| &m.name)?[0]),
+        (Some(name), all) => named("--material", name, all, |m| &m.name),
     }
 }
 
@@ -350,25 +349,38 @@ fn set_all(source: &mut Source, set: &[String]) -> Result<(), Error> {
         .try_for_each(|assignment| source.set(assignment, format!("--set {assignment}")))
 }
 
-/// What an option chooses of the config: one or more of this name; all without the option.
-fn named_by<'a, T>(
+/// The first member of a list of the config that has the name an option gives.
+fn named<'a, T>(
+    option: &str,
+    name: &str,
+    all: &'a [T],
+    name_of: impl Fn(&T) -> &str,
+) -> Result<&'a T, Error> {
+    let found = all.iter().find(|member| name_of(member) == name);
+    found.ok_or_else(|| {
+        let names = each_once(all.iter().map(|member| name_of(member).to_owned()));
+        let allowed = match names.is_empty() {
+            true => "another option, as the config has none of these".into(),
+            false => one_of(name, names),
+        };
+        let name = excerpt(name);
+        let message = format!("\"{name}\" is not in this config; allowed: {allowed}");
+        Error::config(option, message)
+    })
+}
+
+/// Leaves of a list of the config what an option names: one member or more; all without the option.
+fn keep_named<T>(
     option: &str,
     name: Option<&str>,
-    all: impl IntoIterator<Item = &'a T>,
-    name_of: impl Fn(&'a T) -> &'a str,
-) -> Result<Vec<&'a T>, Error> {
-    let all: Vec<&T> = all.into_iter().collect();
-    let Some(name) = name else {
-        return Ok(all);
-    };
-    let chosen = all.iter().copied().filter(|member| name_of(member) == name);
-    match chosen.collect::<Vec<_>>() {
-        none if none.is_empty() => {
-            let names = all.into_iter().map(|member| name_of(member).to_owned());
-            Err(unknown(option, name, names))
-        }
-        chosen => Ok(chosen),
+    all: &mut Vec<T>,
+    name_of: impl Fn(&T) -> &str,
+) -> Result<(), Error> {
+    if let Some(name) = name {
+        named(option, name, all, &name_of)?;
+        all.retain(|member| name_of(member) == name);
     }
+    Ok(())
 }
 
 /// The instrument of this name in a plan, else the preset or file.
@@ -377,18 +389,6 @@ fn planned_instrument(plan: &Plan, name: &str) -> Result<PlannedInstrument, Erro
         Some(planned) => Ok(planned.clone()),
         None => PlannedInstrument::load(name, Order::default()),
     }
-}
-
-/// The error for a name that the config has not; `allowed` is listed without repetitions.
-fn unknown(option: &str, name: &str, allowed: impl IntoIterator<Item = String>) -> Error {
-    let names = each_once(allowed);
-    let allowed = match names.is_empty() {
-        true => "another option, as the config has none of these".into(),
-        false => one_of(name, names),
-    };
-    let name = excerpt(name);
-    let message = format!("\"{name}\" is not in this config; allowed: {allowed}");
-    Error::config(option, message)
 }
 
 /// Each value once, in the order in which they come.
@@ -412,12 +412,18 @@ fn build(material: &Material, channels: Channels) -> Result<Box<dyn Brdf>, Error
         let files: String = files.collect();
         format!("gonio: material {}{files}", material.name)
     });
-    let brdf = material.spec.build(channels).map_err(|e| match e {
-        BuildError::Data { path, message } => Error::data(path, message),
-        e => Error::config(format!("--material {}", material.name), e),
-    })?;
+    let brdf = material.spec.build(channels);
+    let brdf = brdf.map_err(|e| not_built(&format!("--material {}", material.name), e))?;
     doubt(material, &*brdf);
     Ok(brdf)
+}
+
+/// The error of a material or a lighting that cannot be built; `place` is where its keys are.
+fn not_built(place: &str, e: BuildError) -> Error {
+    match e {
+        BuildError::Data { path, message } => Error::data(path, message),
+        e => Error::config(place, e),
+    }
 }
 
 /// Says what is doubtful about the files of a material that was built.
@@ -459,7 +465,7 @@ fn choices<T: Copy + Send + Sync>(
     one_value(named.collect())
 }
 
-/// The same without its name.
+/// Reads one of the values of an option by its name: the value alone.
 fn choice_of<T: Copy + Send + Sync>(all: &'static [Choice<T>]) -> impl TypedValueParser<Value = T> {
     choices(all).map(|choice| choice.value)
 }
@@ -554,7 +560,7 @@ fn refuse_existing(path: &Path, force: bool) -> Result<(), Error> {
     }
 }
 
-/// The same of a file whose folder must be there.
+/// Refuses what [`refuse_existing`] does, and a file whose folder is not there.
 fn refuse_unwritable(path: &Path, force: bool) -> Result<(), Error> {
     let destination = destination(path)?;
     let dir = destination

@@ -1,24 +1,18 @@
 //! `gonio moments`.
 
 use super::brdf_args::BrdfArgs;
-use super::collect::{collect, tell_failures};
-use super::run::tell_missing;
+use super::output::{Format, one_format};
+use super::run::{collect, note_missing, print_failures};
 use super::verbosity::{note, wrote};
-use super::{ThreadArgs, make_folder, print, refuse_existing, text, written};
+use super::{ThreadArgs, make_folder, print, refuse_existing, written};
 use crate::error::{Error, count_are};
 use crate::experiment::Failure;
 use crate::experiment::moments::{MaterialProfiles, MomentsPlan, ProfileRow};
 use crate::files::write_atomically;
 use crate::report::{profiles_csv, profiles_json};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
-    Csv,
-    Json,
-}
 
 #[derive(Debug, Args)]
 pub(super) struct Moments {
@@ -27,7 +21,7 @@ pub(super) struct Moments {
     #[command(flatten)]
     threads: ThreadArgs,
     /// Format of what is printed
-    #[arg(long, value_enum, default_value = "csv", conflicts_with = "output")]
+    #[arg(long, value_parser = one_format([Format::Csv, Format::Json]), default_value = "csv", conflicts_with = "output")]
     format: Format,
     /// JSON: the same as --format json
     #[arg(long, conflicts_with_all = ["format", "output"])]
@@ -58,12 +52,12 @@ impl Moments {
             }
             None => Vec::new(),
         };
-        tell_missing(&plan.missing);
+        note_missing(&plan.missing);
         let (profiles, failures) = collect(&plan)?;
         if let (Some(failure), true) = (failures.first(), profiles.is_empty()) {
             return Err(unusable(&plan, failure, self.brdf.place()));
         }
-        tell_failures(&failures);
+        print_failures(&failures);
         for material in plan.materials.iter().filter(|m| !m.symmetry.isotropic) {
             note(&format!(
                 "gonio: {} is anisotropic; its slices are those of views at azimuth 0",
@@ -99,39 +93,29 @@ impl Moments {
             }),
         };
         let Some(dir) = &self.output else {
-            let mut out = Vec::new();
-            let made = match self.json || self.format == Format::Json {
-                true => profiles_json(&rows, &mut out),
-                false => profiles_csv(&rows, &mut out),
-            };
-            made.map_err(Error::internal)?;
-            print(&text(out)?)?;
+            print(&match self.json || self.format == Format::Json {
+                true => profiles_json(&rows),
+                false => profiles_csv(&rows),
+            })?;
             return failed(Path::new("stdout"));
         };
         make_folder(dir)?;
-        written(
-            &files[0],
-            write_atomically(&files[0], |out| profiles_csv(&rows, out)),
-        )?;
-        written(
-            &files[1],
-            write_atomically(&files[1], |out| profiles_json(&rows, out)),
-        )?;
+        let write = |path: &Path, text: &str| {
+            let made = write_atomically(path, |out| out.write_all(text.as_bytes()));
+            written(path, made)
+        };
         let config = toml::to_string(&plan.resolved).map_err(Error::internal)?;
-        written(
-            &files[2],
-            write_atomically(&files[2], |out| out.write_all(config.as_bytes())),
-        )?;
+        let texts = [profiles_csv(&rows), profiles_json(&rows), config];
+        for (path, text) in files.iter().zip(&texts) {
+            write(path, text)?;
+        }
         for profile in &profiles {
             let mut of = plan.materials.iter().filter(|m| m.name == profile.material);
             let bilateral = of.next().is_some_and(|m| m.symmetry.bilateral);
             let sheet = crate::report::material_sheet(profile, bilateral);
-            let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
+            let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns);
             let path = diagram(dir, &profile.material);
-            written(
-                &path,
-                write_atomically(&path, |out| out.write_all(svg.as_bytes())),
-            )?;
+            write(&path, &svg)?;
         }
         for path in files.iter().filter(|path| path.exists()) {
             wrote(path);

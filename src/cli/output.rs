@@ -1,22 +1,28 @@
 //! Tables that are printed for people, or written for programs.
 
-use super::verbosity::wrote;
-use super::{print, refuse_unwritable};
+use super::{one_value, print, refuse_unwritable, write_file};
 use crate::error::Error;
-use crate::files::write_atomically;
 use crate::report::{rows_csv, rows_json};
+use clap::builder::TypedValueParser;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::ffi::OsStr;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
+/// Formats of what is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Format {
     /// For people
     Text,
     Csv,
     Json,
+}
+
+/// Reads the name of one of some formats.
+pub(super) fn one_format<const N: usize>(of: [Format; N]) -> impl TypedValueParser<Value = Format> {
+    let value = |format: Format| Some((format, format.to_possible_value()?));
+    one_value(of.into_iter().filter_map(value).collect())
 }
 
 /// `--json`, where a table is printed for people.
@@ -47,7 +53,7 @@ impl JsonArgs {
 
 /// Prints a value as JSON.
 pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
-    let text = serde_json::to_string_pretty(value).map_err(|e| Error::Internal(e.to_string()))?;
+    let text = serde_json::to_string_pretty(value).map_err(Error::internal)?;
     print(&(text + "\n"))
 }
 
@@ -78,7 +84,7 @@ pub(super) struct DrawingArgs {
 }
 
 impl DrawingArgs {
-    /// Refuses what cannot be written, and to replace a file unless told to; before anything is computed.
+    /// Refuses what cannot be written, and to replace a file unless `force`; before anything is computed.
     pub(super) fn check(&self) -> Result<(), Error> {
         let Some(path) = &self.output else {
             return Ok(());
@@ -98,10 +104,7 @@ impl DrawingArgs {
 
 /// Writes a file of text, and says so.
 pub(super) fn write_text(path: &Path, text: &str) -> Result<(), Error> {
-    write_atomically(path, |out| out.write_all(text.as_bytes()))
-        .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))?;
-    wrote(path);
-    Ok(())
+    write_file(path, |out| out.write_all(text.as_bytes()))
 }
 
 /// How, and where to.
@@ -122,12 +125,12 @@ pub(super) struct OutputArgs {
 }
 
 impl OutputArgs {
-    /// Refuses to replace a file unless told to; before anything is computed.
+    /// Refuses to replace a file unless `force`; before anything is computed.
     pub(super) fn check(&self) -> Result<(), Error> {
         self.check_also(self.output.as_deref())
     }
 
-    /// The same for a file beside the table.
+    /// Refuses to replace a file beside the table unless `force`.
     pub(super) fn check_also(&self, file: Option<&Path>) -> Result<(), Error> {
         file.map_or(Ok(()), |path| refuse_unwritable(path, self.force))
     }
@@ -143,12 +146,7 @@ impl OutputArgs {
         rows: &[T],
         text: impl FnOnce(&[T]) -> String,
     ) -> Result<(), Error> {
-        self.write(
-            rows,
-            text,
-            |r, out| rows_csv(r, out),
-            |r, out| rows_json(r, out),
-        )
+        self.write(rows, text, rows_csv, rows_json)
     }
 
     /// Prints or writes rows.
@@ -156,25 +154,18 @@ impl OutputArgs {
         &self,
         rows: &R,
         text: impl FnOnce(&R) -> String,
-        csv: impl FnOnce(&R, &mut Vec<u8>) -> io::Result<()>,
-        json: impl FnOnce(&R, &mut Vec<u8>) -> io::Result<()>,
+        csv: impl FnOnce(&R) -> String,
+        json: impl FnOnce(&R) -> String,
     ) -> Result<(), Error> {
-        let mut bytes = Vec::new();
         let format = if self.json { Format::Json } else { self.format };
         let made = match format {
-            Format::Text => bytes.write_all(text(rows).as_bytes()),
-            Format::Csv => csv(rows, &mut bytes),
-            Format::Json => json(rows, &mut bytes),
+            Format::Text => text(rows),
+            Format::Csv => csv(rows),
+            Format::Json => json(rows),
         };
-        made.map_err(|e| Error::Internal(e.to_string()))?;
         match &self.output {
-            Some(path) => write_atomically(path, |out| out.write_all(&bytes))
-                .map_err(|e| Error::output(path, format!("cannot write this file: {e}")))
-                .map(|()| wrote(path)),
-            None => {
-                let text = String::from_utf8(bytes).map_err(|e| Error::Internal(e.to_string()))?;
-                print(&text)
-            }
+            Some(path) => write_text(path, &made),
+            None => print(&made),
         }
     }
 }

@@ -3,9 +3,9 @@
 use super::brdf_args::BrdfArgs;
 use super::output::{DrawingArgs, JsonArgs};
 use super::progress::Progress;
-use super::{NoNumber, ThreadArgs, choice_of, number, print, whole};
+use super::{ThreadArgs, choice_of, in_range, print, whole};
 use crate::brdf::{Brdf, Channels, Part, SplitBrdf};
-use crate::error::{Error, in_left_open};
+use crate::error::{Error, left_open};
 use crate::experiment::materials;
 use crate::parametrization;
 use crate::registry;
@@ -39,7 +39,7 @@ pub(super) struct PathsArgs {
     #[arg(long, value_parser = choice_of(&BOUNCES), default_value = "second")]
     bounce: Part,
     /// Share of it in a box, at least
-    #[arg(long, value_name = "SHARE", default_value_t = 0.9, value_parser = purity)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.9, value_parser = in_range("purity", left_open(0.0, 1.0)))]
     purity: f64,
     #[command(flatten)]
     json: JsonArgs,
@@ -49,18 +49,14 @@ pub(super) struct PathsArgs {
     threads: ThreadArgs,
 }
 
-fn purity(text: &str) -> Result<f64, NoNumber> {
-    number(text, |n| in_left_open("purity", n, 0.0, 1.0))
-}
-
 impl PathsArgs {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
         self.drawing.check()?;
         let (material, brdf) = self.brdf.one(Channels::Luminance)?;
-        let split = told_apart(&material.name, &*brdf)?;
+        let split = split_of(&material.name, &*brdf)?;
         let entries = parametrization::all();
-        let mut progress = Progress::of(1 + entries.len() as u64, "");
+        let mut progress = Progress::with_work(1 + entries.len() as u64, "");
         let report = BouncesReport::new(
             &material.name,
             split,
@@ -82,12 +78,12 @@ impl PathsArgs {
             true => print(&format!("{}\n", report.json()))?,
             false => print(&report.text())?,
         }
-        self.drawing.write(|| report.svg())
+        self.drawing.write(|| Ok(report.svg()))
     }
 }
 
-/// The material as one that tells its bounces apart.
-fn told_apart<'a>(name: &str, brdf: &'a dyn Brdf) -> Result<&'a dyn SplitBrdf, Error> {
+/// The material as one whose light is split by scattering order.
+fn split_of<'a>(name: &str, brdf: &'a dyn Brdf) -> Result<&'a dyn SplitBrdf, Error> {
     brdf.as_split().ok_or_else(|| {
         let kinds = materials().into_iter().filter(|entry| {
             let spec = registry::read_text(entry, entry.examples.first().copied().unwrap_or(""));

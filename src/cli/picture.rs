@@ -3,8 +3,10 @@
 use super::brdf_args::BrdfArgs;
 use super::progress::Progress;
 use super::verbosity::note;
-use super::{ThreadArgs, commands, make_folder, member, print, refuse_existing, write_file};
-use crate::brdf::{Brdf, BuildError, Channels};
+use super::{
+    ThreadArgs, commands, make_folder, member, not_built, print, refuse_existing, write_file,
+};
+use crate::brdf::{Brdf, Channels};
 use crate::error::{Error, count, excerpt, one_of};
 use crate::formats::{self, READ_ENVIRONMENT};
 use crate::instrument::{Ideal, Instrument};
@@ -156,7 +158,7 @@ impl Hemispheres {
     fn run(self) -> Result<(), Error> {
         let (charts, views) = (self.charts.entries()?, self.views.checked()?);
         let [svg] = self.folder.free("hemispheres", ["svg"])?;
-        let text = hemispheres_svg(&charts, views)?;
+        let text = hemispheres_svg(&charts, views);
         make_folder(&self.folder.output)?;
         write_file(&svg, |out| out.write_all(text.as_bytes()))
     }
@@ -179,7 +181,7 @@ impl Functions {
         let (charts, views) = (self.charts.entries()?, self.views.checked()?);
         let phis = self.azimuths.checked()?;
         let [svg] = self.folder.free("functions", ["svg"])?;
-        let text = test_functions_svg(&charts, views, phis)?;
+        let text = test_functions_svg(&charts, views, phis);
         make_folder(&self.folder.output)?;
         write_file(&svg, |out| out.write_all(text.as_bytes()))
     }
@@ -217,7 +219,7 @@ impl Slices {
         let stem = format!("{}_slices", file_stem(&name));
         let [svg, exr] = self.folder.free(&stem, ["svg", "exr"])?;
         let slices = BrdfSlices::new(&*brdf, &charts, phis, self.resolution.into());
-        let text = slices.svg(&name)?;
+        let text = slices.svg(&name);
         make_folder(&self.folder.output)?;
         write_file(&svg, |out| out.write_all(text.as_bytes()))?;
         write_file(&exr, |out| slices.write_exr(out))
@@ -267,10 +269,7 @@ impl Scene {
                 registry::read_text(entry, "").map_err(Error::internal)?
             }
         };
-        spec.build().map_err(|e| match e {
-            BuildError::Data { path, message } => Error::data(path, message),
-            e => Error::config("--lighting", e),
-        })
+        spec.build().map_err(|e| not_built("--lighting", e))
     }
 }
 
@@ -302,14 +301,14 @@ impl Sphere {
             start.elapsed().as_secs_f64()
         ));
         make_folder(&self.folder.output)?;
-        write_file(&png, |out| image.write_png(image.white(), out))?;
+        write_file(&png, |out| out.write_all(&image.png(image.white())))?;
         write_file(&exr, |out| image.write_exr(out))
     }
 }
 
 /// Draws with a progress bar. How many pairs a picture asks for is known by two small ones.
 fn watched<T>(brdf: &dyn Brdf, resolution: usize, draw: impl Fn(&dyn Brdf, usize) -> T) -> T {
-    let progress = Progress::of(0, "draws");
+    let progress = Progress::with_work(0, "draws");
     if progress.is_hidden() {
         return draw(brdf, resolution);
     }
@@ -388,8 +387,7 @@ impl Compare {
         let methods = reconstruct::all();
         let name = &self.reconstruction;
         let method = member("--reconstruction", "reconstruction", name, &methods)?;
-        let internal = |e: registry::ReadError| Error::Internal(e.to_string());
-        let method = registry::read_text(&method, "").map_err(internal)?;
+        let method = registry::read_text(&method, "").map_err(Error::internal)?;
         let light = self.scene.light()?;
         let (name, truth) = material(&self.brdf)?;
         let warps = self.warps()?;
@@ -413,7 +411,7 @@ impl Compare {
         let sets = schedule::all();
         let set = sets.iter().find(|e| e.kind == set);
         let set = set.ok_or_else(|| Error::Internal("a sample set is gone".into()))?;
-        let set = registry::read_text(set, keys).map_err(internal)?;
+        let set = registry::read_text(set, keys).map_err(Error::internal)?;
         let poses = set
             .plan(&form, budget, 1)
             .map_err(|e| Error::config("--budget", e))?;
@@ -432,8 +430,8 @@ impl Compare {
             count(measurement.readings(), "reading"),
             coordinates.join(" ")
         );
-        let bytes = pictures.png()?;
-        let text = pictures.svg(&title, &bytes)?;
+        let bytes = pictures.png();
+        let text = pictures.svg(&title, &bytes);
         make_folder(&self.folder.output)?;
         print(&format!("{title}\n{}\n", pictures.errors()))?;
         write_file(&svg, |out| out.write_all(text.as_bytes()))?;

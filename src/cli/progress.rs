@@ -31,14 +31,14 @@ impl Progress {
     }
 
     /// A bar of some work, and what it is.
-    pub(super) fn of(work: u64, what: &str) -> Self {
+    pub(super) fn with_work(work: u64, what: &str) -> Self {
         let progress = Self::new();
         progress.begin(work);
         progress.bar.set_message(what.to_owned());
         progress
     }
 
-    /// A bar that nobody sees, which counts.
+    /// A bar that is not shown, which counts.
     pub(super) fn hidden() -> Self {
         let bar = ProgressBar::hidden();
         Self { bar, done: 0.0 }
@@ -49,7 +49,7 @@ impl Progress {
         self.bar.position()
     }
 
-    /// Tells the whole of the work.
+    /// Sets the whole of the work.
     pub(super) fn begin(&self, work: u64) {
         self.bar.set_length(work);
     }
@@ -61,13 +61,13 @@ impl Progress {
         }
     }
 
-    /// Tells some work that is done.
+    /// Adds some work that is done.
     pub(super) fn advance(&mut self, work: f64) {
         self.done += work;
         self.bar.set_position(self.done as u64);
     }
 
-    /// Tells some work that is done, from any thread.
+    /// Adds some work that is done, from any thread.
     pub(super) fn count(&self, work: u64) {
         self.bar.inc(work);
     }
@@ -79,7 +79,7 @@ impl Progress {
         })
     }
 
-    /// Shows what an engine tells.
+    /// Shows the step and the progress of an event.
     pub(super) fn follow<R>(&mut self, event: &Event<'_, R>) {
         match event {
             Event::Doing(what) => self.doing(|| what.to_string()),
@@ -88,7 +88,7 @@ impl Progress {
         }
     }
 
-    /// True if nobody sees it.
+    /// True if it is not shown.
     pub(super) fn is_hidden(&self) -> bool {
         self.bar.is_hidden()
     }
@@ -120,8 +120,8 @@ mod tests {
             let progress = Progress::hidden();
             let watched = progress.watches(&brdf);
             let path = dir.path().join(format.name);
-            format.write_table.unwrap()(&watched, Tabulation::default(), &path).unwrap();
-            let said = format.table_pairs.unwrap()(&brdf, 0).unwrap();
+            format.table.write.unwrap()(&watched, Tabulation::default(), &path).unwrap();
+            let said = format.table.pairs.unwrap()(&brdf, 0).unwrap();
             assert_eq!(progress.counted(), said, "{}", format.name);
         }
     }

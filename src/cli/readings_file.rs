@@ -89,7 +89,7 @@ impl<'a> ReadingsFile<'a> {
         self.format.one_light && formats::of_name(self.path) != Some(self.format)
     }
 
-    /// Writes the readings, and tells what the format has no place for.
+    /// Writes the readings, and notes what the format has no place for.
     pub(crate) fn write(
         &self,
         measurement: &Measurement,

@@ -20,7 +20,7 @@ use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::{About, Flags, Measurement, Outcome};
 use crate::metrics::{self, Measure, MetricsSpec, TestSet};
 use crate::parametrization;
-use crate::reconstruct::{self, Coverage, Covered, Fill, TOLD};
+use crate::reconstruct::{self, Coverage, Covered, Fill, MOST_PREDICTED};
 use crate::report::Columns;
 use crate::report::pictures::{Relative, uncertainty_svg};
 use crate::schedule::Pose;
@@ -125,7 +125,7 @@ pub(super) fn symmetry(text: &str) -> Result<Symmetry, ParameterError> {
 
 /// The names of fills.
 fn fill() -> impl TypedValueParser<Value = Fill> {
-    let named = |(fill, name)| (fill, PossibleValue::new(name));
+    let named = |fill: Fill| (fill, PossibleValue::new(fill.name()));
     one_value(Fill::ALL.map(named).into())
 }
 
@@ -134,15 +134,15 @@ const FEW: f64 = 0.05;
 
 /// Shares of the table by coverage; one of which hardly anything is between readings is doubted.
 fn shares(covered: &Covered<'_>, readings: usize) -> String {
-    let all = Coverage::ALL.iter().zip(covered.shares());
+    let all = Coverage::ALL.into_iter().zip(covered.shares());
     let mut few = all.clone();
-    if few.any(|((of, _), share)| *of == Coverage::Interpolated && share < FEW) {
+    if few.any(|(of, share)| of == Coverage::Interpolated && share < FEW) {
         let readings = count(readings, "reading");
         say(&format!(
             "gonio: hardly any of this table is between its {readings}"
         ));
     }
-    let shares = all.map(|((_, name), share)| format!("{:.1} % {name}", 100.0 * share));
+    let shares = all.map(|(of, share)| format!("{:.1} % {}", 100.0 * share, of.name()));
     let shares: Vec<String> = shares.collect();
     format!("coverage of the table: {}\n", shares.join(", "))
 }
@@ -227,8 +227,8 @@ impl Reconstruct {
         }
         let predictive = made.predictive();
         if let Some(expected) = predictive.as_ref().and_then(|known| expected(&**known)) {
-            let told = with_bound(&expected, measurement.readings());
-            print(&format!("  {told}\n"))?;
+            let errors = with_bound(&expected, measurement.readings());
+            print(&format!("  {errors}\n"))?;
         }
         let replicated = match truth.is_some() || self.uncertainty.is_some() {
             true => made.replicated().map_err(failed)?,
@@ -236,7 +236,7 @@ impl Reconstruct {
         };
         if where_uncertain.is_some() && replicated.is_none() {
             let message = format!(
-                "most readings have no uncertainty; allowed: readings with type_a or type_b, or --reconstruction kriging of up to {TOLD}"
+                "most readings have no uncertainty; allowed: readings with type_a or type_b, or --reconstruction kriging of up to {MOST_PREDICTED}"
             );
             return Err(Error::data(path, message));
         }
@@ -245,7 +245,7 @@ impl Reconstruct {
                 let set = TestSet::new(&measures, &metrics);
                 let set = set.map_err(|e| Error::config("metrics", e))?;
                 let against = made.against(&*truth, &set).map_err(failed)?;
-                print(&table_of(&against, set.measures()))?;
+                print(&table_of(&against, &set.measures))?;
             }
             Some(Truth::Readings(jury)) => {
                 let predicted = metrics::evaluate(brdf, jury.pairs());
@@ -280,7 +280,7 @@ impl Reconstruct {
         };
         let title = format!("{}: {}", path.display(), made.method.label());
         let at = |pairs: &[DirectionPair]| -> Vec<f64> {
-            let all = replicated.iter().flat_map(|r| r.at(pairs));
+            let all = replicated.iter().flat_map(|r| r.luminance_at(pairs));
             all.map(|u| u.share(u.uncertainty())).collect()
         };
         let of = match predictive {
@@ -288,7 +288,7 @@ impl Reconstruct {
             None => "of its readings",
         };
         let relative = replicated.map(|_| Relative { at: &at, of });
-        let svg = uncertainty_svg(&title, relative, &made.cover().map_err(failed)?)?;
+        let svg = uncertainty_svg(&title, relative, &made.cover().map_err(failed)?);
         let drawn = write_atomically(path, |out| out.write_all(svg.as_bytes()));
         written(path, drawn)
     }
@@ -355,7 +355,7 @@ impl Reconstruct {
         };
         let path = Path::new(target);
         let format = formats::of_name(path);
-        if format.is_some_and(|f| f.read_readings.is_some() && f.read_table.is_none()) {
+        if format.is_some_and(|f| f.read_readings.is_some() && f.table.read.is_none()) {
             let (other, notes) = self.read(&[path.to_owned()])?;
             print(&format!(
                 "against {}: {}{notes}",
@@ -367,9 +367,9 @@ impl Reconstruct {
                 Err(e) => Err(Error::data(path, e)),
             };
         }
-        let source = BrdfArgs::of(target).source()?;
+        let source = BrdfArgs::new(target.clone(), Vec::new(), None).source()?;
         let (materials, metrics, measures) =
-            if is_config(target) && !Kind::of(&source)?.has_profiles() {
+            if is_config(target) && !Kind::of_config(&source)?.has_profiles() {
                 let plan = Plan::read(&source)?;
                 (plan.materials, plan.metrics, plan.measures)
             } else {
@@ -465,8 +465,6 @@ fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
     let light = SkySpec::default().build();
     let light = light.map_err(Error::internal)?;
     let image = crate::report::pictures::render_sphere(brdf, &*light, PICTURE, SAMPLES);
-    written(
-        path,
-        write_atomically(path, |out| image.write_png(image.white(), out)),
-    )
+    let png = image.png(image.white());
+    written(path, write_atomically(path, |out| out.write_all(&png)))
 }

@@ -2,7 +2,6 @@
 
 mod acquisition;
 mod consumers;
-mod explain;
 mod moments;
 mod relations;
 
@@ -10,15 +9,15 @@ use super::progress::Progress;
 use super::signals::{self, stop_flag};
 use super::verbosity::{detail, note};
 use super::{ConfigArgs, SeedArgs, ThreadArgs, any_plan, print};
-use crate::error::{Error, count_are};
+use crate::error::{Error, count, count_are};
 use crate::experiment::{
     AnyPlan, Counts, Experiment, Extent, Observer, Record, RowKey, Shard, Source, Stage, Summary,
-    Tuned, material_key,
+    Tuned, Work, material_key,
 };
 use crate::report::{Machine, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
 use clap::Args;
 use consumers::Consumers;
-use explain::explained;
+pub(super) use consumers::{collect, print_failures};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -151,7 +150,7 @@ impl Run {
         started: SystemTime,
     ) -> Result<(), Error> {
         let head = plan.head();
-        tell_missing(head.missing);
+        note_missing(head.missing);
         let stem = self.stem();
         let dir = match &self.output {
             Some(dir) => dir.clone(),
@@ -214,7 +213,7 @@ impl Run {
             shard: self.shard.map(|s| s.to_string()),
             ..Outcome::default()
         };
-        tell_inputs(&summary);
+        note_inputs(&summary);
         let manifest = Manifest::new(head, source, summary.inputs.clone(), outcome, None);
         let end = End {
             keys: &summary.keys,
@@ -296,17 +295,47 @@ fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(),
     print(&out)
 }
 
-/// Tells the files that a run has read, where details are wanted.
-pub(super) fn tell_inputs(summary: &Summary) {
+/// Lists the files that a run has read on stderr, with `--verbose`.
+pub(super) fn note_inputs(summary: &Summary) {
     for input in &summary.inputs {
         detail(|| format!("gonio: read {}", input.path.display()));
     }
 }
 
 /// Writes the materials that a config names but its folder lacks to stderr.
-pub(super) fn tell_missing(names: &[String]) {
+pub(super) fn note_missing(names: &[String]) {
     if !names.is_empty() {
         let list = names.join(", ");
         note(&format!("gonio: not in materials_dir, skipped: {list}"));
     }
+}
+
+/// What a run did, and what it had no need to do: a line for each kind of work of each stage, and one for each thing that
+/// was left out and why. `rows` are those that were made, and those that were known before.
+fn explained(
+    counts: &Counts,
+    seconds_of: &BTreeMap<String, f64>,
+    rows: [usize; 2],
+    left_out: &[(&'static str, String)],
+) -> String {
+    let mut out = String::from("\nwhat was done\n");
+    for stage in Stage::ALL {
+        let of = |work: &Work| counts.get(stage, *work);
+        let seconds = format!("{:.3} s", seconds_of[stage.name()]);
+        let mut head = [stage.name(), &seconds];
+        for work in Work::ALL.iter().filter(|work| of(work) > 0) {
+            let [name, seconds] = std::mem::take(&mut head);
+            let (number, what) = (of(work), work.summary());
+            out += &format!("  {name:<12}{seconds:>12}{number:>15}  {what}\n");
+        }
+    }
+    let [made, known] = rows.map(|n| count(n, "row"));
+    out += &format!("  {made} made, {known} known before\n");
+    if !left_out.is_empty() {
+        out += "what was left out\n";
+    }
+    for (name, why) in left_out {
+        out += &format!("  {name:<12}{why}\n");
+    }
+    out
 }

@@ -4,11 +4,12 @@ use super::output::JsonArgs;
 use super::reading::ReadingArgs;
 use super::verbosity::note;
 use super::{
-    ConfigArgs, SeedArgs, assumed, each_once, format_names, format_of, make_folder, named_by,
-    one_value, planned_instrument, refuse_existing, refuse_unwritable, write_file, writer, written,
+    ConfigArgs, SeedArgs, assumed, each_once, format_names, format_of, keep_named, make_folder,
+    named, one_value, planned_instrument, refuse_existing, refuse_unwritable, write_file, writer,
+    written,
 };
 use crate::error::{Error, ParameterError, count, in_left_open};
-use crate::experiment::{Allowance, Plan, PlannedInstrument, Router, ScheduleKey, Source};
+use crate::experiment::{Plan, PlannedInstrument, Router, ScheduleKey, Source};
 use crate::formats::{CSV, Format, WRITE_SCHEDULE, WriteSchedule};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::Order;
@@ -105,7 +106,7 @@ fn tolerance(text: &str) -> Result<f64, ParameterError> {
 struct Made {
     schedule: Arc<crate::schedule::Schedule>,
     itinerary: Option<Itinerary>,
-    /// Poses that have no reading yet; `None`: nobody asked.
+    /// Poses that have no reading yet; `None`: not asked for.
     left: Option<Vec<u32>>,
     budget: usize,
 }
@@ -180,9 +181,14 @@ impl Schedule {
         let mut source = self.config.source()?;
         self.seed.apply(&mut source)?;
         suppose_material(&mut source)?;
-        let plan = Plan::read(&source)?;
-        let instruments = self.instruments(&plan)?;
-        let keys = self.choose(&plan, &instruments)?;
+        let mut plan = Plan::read(&source)?;
+        let symmetries = self.select(&mut plan)?;
+        let units = plan.units();
+        let of = |symmetry| units.iter().map(move |unit| (unit, symmetry));
+        let keys = symmetries.into_iter().flat_map(of);
+        let keys: Vec<ScheduleKey<'_>> = keys
+            .map(|(unit, symmetry)| plan.schedule_key(unit, symmetry))
+            .collect();
         let done = self.read()?;
         let mut maker = Maker {
             options: &self,
@@ -215,7 +221,7 @@ impl Schedule {
         let write = self.writer(self.format)?;
         refuse_unwritable(&self.output, self.force)?;
         let summary = maker.write(key, write, &self.output)?;
-        self.tell(&summary.into_iter().collect::<Vec<_>>())
+        self.print_summaries(&summary.into_iter().collect::<Vec<_>>())
     }
 
     /// The pairs that were read already; `None` without `--append`.
@@ -235,7 +241,7 @@ impl Schedule {
     }
 
     /// Prints what was written.
-    fn tell(&self, summaries: &[Summary]) -> Result<(), Error> {
+    fn print_summaries(&self, summaries: &[Summary]) -> Result<(), Error> {
         let lines = |all: &&[Summary]| all.iter().map(Summary::line).collect();
         self.json.print(&summaries, lines)
     }
@@ -245,72 +251,37 @@ impl Schedule {
         writer(&WRITE_SCHEDULE, &format, &self.output)
     }
 
-    /// The schedules that the options select.
-    fn choose<'a>(
-        &self,
-        plan: &'a Plan,
-        instruments: &'a [PlannedInstrument],
-    ) -> Result<Vec<ScheduleKey<'a>>, Error> {
-        let material = self.material.as_deref();
-        let materials = named_by("--material", material, &plan.materials, |m| &m.name)?;
-        let symmetries = match material {
+    /// Leaves in a plan what the options select, and gives it what they ask for beside it; returns the symmetries
+    /// that are selected.
+    fn select(&self, plan: &mut Plan) -> Result<Vec<Symmetry>, Error> {
+        plan.instruments = self.instruments(plan)?;
+        let symmetries = match &self.material {
             None => plan.symmetries(),
-            Some(_) => vec![materials[0].symmetry],
-        };
-        let (name, all) = (self.parametrization.as_deref(), &plan.parametrizations);
-        let named = named_by("--parametrization", name, all, |c| c.name())?;
-        let chosen = named_by("--warp", self.warp.as_deref(), named, |c| &c.warp)?;
-        let (name, all) = (self.sample_set.as_deref(), &plan.sample_sets);
-        let sets = named_by("--sample-set", name, all, |s| &s.name)?;
-        let allowances = self.allowances(plan, instruments)?;
-        let instruments: Vec<Option<&PlannedInstrument>> = match instruments {
-            [] => vec![None],
-            list => list.iter().map(Some).collect(),
-        };
-        let mut keys = Vec::new();
-        for &symmetry in &symmetries {
-            for &coordinates in &chosen {
-                for &sample_set in &sets {
-                    for &instrument in &instruments {
-                        for &allowance in &allowances {
-                            keys.extend(plan.seeds.iter().map(|&seed| ScheduleKey {
-                                coordinates,
-                                symmetry,
-                                sample_set,
-                                allowance,
-                                instrument,
-                                seed,
-                                material: None,
-                            }));
-                        }
-                    }
-                }
+            Some(name) => {
+                vec![named("--material", name, &plan.materials, |m| &m.name)?.symmetry]
             }
+        };
+        let (name, all) = (self.parametrization.as_deref(), &mut plan.parametrizations);
+        keep_named("--parametrization", name, all, |c| c.name())?;
+        keep_named("--warp", self.warp.as_deref(), all, |c| &c.warp)?;
+        let (name, all) = (self.sample_set.as_deref(), &mut plan.sample_sets);
+        keep_named("--sample-set", name, all, |s| &s.name)?;
+        let of_instruments = [
+            ("--readings", self.readings.is_some()),
+            ("--minutes", self.minutes.is_some()),
+        ];
+        let asked = of_instruments.into_iter().find(|(_, is_asked)| *is_asked);
+        if let (Some((option, _)), []) = (asked, &plan.instruments[..]) {
+            let message = "is for an instrument, and there is none; allowed: with --instrument, \
+                           or a config that has one";
+            return Err(Error::config(option, message));
         }
-        Ok(keys)
-    }
-
-    /// The allowances that the options ask for, else the config's.
-    fn allowances(
-        &self,
-        plan: &Plan,
-        instruments: &[PlannedInstrument],
-    ) -> Result<Vec<Allowance>, Error> {
-        let budget = self.budget.map(Allowance::Poses);
-        let readings = self
-            .readings
-            .map(|n| ("--readings", Allowance::Readings(n)));
-        let minutes = self.minutes.map(|m| ("--minutes", Allowance::Minutes(m)));
-        match (budget, readings.or(minutes)) {
-            (Some(budget), _) => Ok(vec![budget]),
-            (None, Some((option, _))) if instruments.is_empty() => {
-                let message = "is for an instrument, and there is none; allowed: with --instrument, \
-                               or a config that has one";
-                Err(Error::config(option, message))
-            }
-            (None, Some((_, wanted))) => Ok(vec![wanted]),
-            (None, None) => Ok(plan.allowances()),
+        if asked.is_some() || self.budget.is_some() {
+            plan.budgets = self.budget.into_iter().collect();
+            plan.readings = self.readings.into_iter().collect();
+            plan.minutes = self.minutes.into_iter().collect();
         }
+        Ok(symmetries)
     }
 
     /// The instruments that the options select; none: the poses as they are.
@@ -354,7 +325,7 @@ impl Schedule {
         let summaries = keys
             .iter()
             .filter_map(|key| maker.write(key, write, &path(key)).transpose());
-        self.tell(&summaries.collect::<Result<Vec<_>, _>>()?)
+        self.print_summaries(&summaries.collect::<Result<Vec<_>, _>>()?)
     }
 }
 
@@ -475,57 +446,39 @@ fn names_folder(path: &Path) -> bool {
     text.ends_with(b"/") || text.ends_with(std::path::MAIN_SEPARATOR_STR.as_bytes())
 }
 
-/// A sentence about the options that tell several schedules apart.
+/// A sentence about the options in which the schedules of a plan differ.
 fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
-    let names = |of: fn(&ScheduleKey<'_>) -> String| each_once(keys.iter().map(of));
-    // By the kinds of allowances; where there is more than one, each value is a choice.
-    let allowances = |of: fn(Allowance) -> Option<String>| {
-        each_once(keys.iter().filter_map(|k| of(k.allowance)))
-    };
-    let budgets = allowances(|a| match a {
-        Allowance::Poses(n) => Some(n.to_string()),
-        _ => None,
-    });
-    let readings = allowances(|a| match a {
-        Allowance::Readings(n) => Some(n.to_string()),
-        _ => None,
-    });
-    let minutes = allowances(|a| match a {
-        Allowance::Minutes(m) => Some(m.to_string()),
-        _ => None,
-    });
-    let several = budgets.len() + readings.len() + minutes.len() > 1;
-    let materials = if keys.iter().any(|k| k.symmetry != keys[0].symmetry) {
-        plan.materials.iter().map(|m| m.name.clone()).collect()
-    } else {
-        Vec::new()
-    };
+    let kinds = plan.parametrizations.iter().map(|c| c.name());
+    let warps = plan.parametrizations.iter().map(|c| &c.warp);
+    let sets = plan.sample_sets.iter().map(|s| s.name.clone());
+    let instruments = plan.instruments.iter().map(|i| i.name.clone());
+    let is_folded_differently = keys.iter().any(|k| k.symmetry != keys[0].symmetry);
+    let materials = plan.materials.iter().filter(|_| is_folded_differently);
+    let materials = materials.map(|m| m.name.clone());
+    // Where there is more than one allowance, each is a choice.
+    let fewest = if plan.allowances().len() > 1 { 1 } else { 2 };
     let options = [
-        (
-            "--parametrization",
-            names(|k| k.coordinates.name().into()),
-            2,
-        ),
-        ("--warp", names(|k| k.coordinates.warp.clone()), 2),
-        ("--sample-set", names(|k| k.sample_set.name.clone()), 2),
-        ("--budget", budgets, if several { 1 } else { 2 }),
-        ("--readings", readings, if several { 1 } else { 2 }),
-        ("--minutes", minutes, if several { 1 } else { 2 }),
-        (
-            "--instrument",
-            names(|k| k.instrument.map_or(String::new(), |i| i.name.clone())),
-            2,
-        ),
-        ("--seed", names(|k| k.seed.to_string()), 2),
-        ("--material", materials, 2),
-    ]
-    .into_iter()
-    .filter(|(_, names, fewest)| names.len() >= *fewest)
-    .map(|(option, names, _)| format!("{option} ({})", names.join(", ")));
-    let options: Vec<_> = options.collect();
+        ("--parametrization", names(kinds), 2),
+        ("--warp", names(warps), 2),
+        ("--sample-set", names(sets), 2),
+        ("--budget", names(&plan.budgets), fewest),
+        ("--readings", names(&plan.readings), fewest),
+        ("--minutes", names(&plan.minutes), fewest),
+        ("--instrument", names(instruments), 2),
+        ("--seed", names(&plan.seeds), 2),
+        ("--material", names(materials), 2),
+    ];
+    let options = options.into_iter();
+    let options = options.filter(|(_, names, fewest)| names.len() >= *fewest);
+    let options = options.map(|(option, names, _)| format!("{option} ({})", names.join(", ")));
     format!(
         "this config has {} schedules; choose one with {}",
         keys.len(),
-        options.join(", ")
+        options.collect::<Vec<_>>().join(", ")
     )
+}
+
+/// Values of an option, each once.
+fn names<T: ToString>(all: impl IntoIterator<Item = T>) -> Vec<String> {
+    each_once(all.into_iter().map(|value| value.to_string()))
 }

@@ -83,9 +83,9 @@ impl Slice {
         for ((view, slice), flat) in views.iter().zip(&slices).zip(&flat) {
             let (name, channel) = (&material.name, self.channel.name());
             let title = format!("{name}: {channel} of the slice at θ_o = {view}°");
-            let figure = slice_svg(&title, slice, flat, range, self.radius)?;
+            let figure = slice_svg(&title, slice, flat, range, self.radius);
             let [png, csv, svg] = ["png", "csv", "svg"].map(|ending| path(*view, ending));
-            write_file(&png, |out| flat.write_png(range, out))?;
+            write_file(&png, |out| out.write_all(&flat.png(range)))?;
             write_file(&csv, |out| flat.write_csv(out))?;
             write_file(&svg, |out| out.write_all(figure.as_bytes()))?;
         }

@@ -58,7 +58,7 @@ impl Stability {
         let families = all.iter().filter(wanted);
         let families: Vec<_> = families.map(|f| (f.name, f.checks(extent))).collect();
         let laws: usize = families.iter().map(|(_, checks)| checks.len()).sum();
-        let progress = Progress::of(laws as u64, "");
+        let progress = Progress::with_work(laws as u64, "");
         let stop = stop_flag("");
         let findings = stability::run(families, &stop, &|| progress.count(1));
         drop(progress);

@@ -1,7 +1,7 @@
 //! `gonio subset`.
 
 use super::brdf_args::BrdfArgs;
-use super::output::DrawingArgs;
+use super::output::{DrawingArgs, Format, one_format};
 use super::progress::Progress;
 use super::{ThreadArgs, member, print, whole};
 use crate::analysis::bounces::PathSample;
@@ -12,16 +12,9 @@ use crate::geometry::Symmetry;
 use crate::instrument::{self, Machine};
 use crate::parametrization;
 use crate::report::SubsetReport;
-use clap::{Args, ValueEnum};
+use clap::Args;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// For people
-    Text,
-    Json,
-}
-
-/// Light paths that are followed of a material that tells its bounces apart.
+/// Light paths that are followed of a material whose light is split by scattering order.
 const PATHS: usize = 1 << 18;
 
 /// Name, symmetries and BRDF of a material.
@@ -48,7 +41,7 @@ pub(super) struct Subset {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<0, { u64::MAX }>)]
     seed: u64,
     /// Format of what is printed
-    #[arg(long, value_enum, default_value = "text")]
+    #[arg(long, value_parser = one_format([Format::Text, Format::Json]), default_value = "text")]
     format: Format,
     /// JSON: the same as --format json
     #[arg(long, conflicts_with = "format")]
@@ -85,7 +78,7 @@ impl Subset {
             Some((sample, capture))
         });
         let energy = material.map(|(name, _, brdf)| {
-            let progress = Progress::of(ENERGY_PAIRS, "energy");
+            let progress = Progress::with_work(ENERGY_PAIRS, "energy");
             let share = subset.energy_share(&progress.watches(&*brdf));
             (name, share)
         });
@@ -106,13 +99,14 @@ impl Subset {
             bounces,
             subset: &subset,
         };
-        match self.format {
-            Format::Text if !self.json => print(&report.text())?,
-            Format::Text | Format::Json => print(&format!("{:#}\n", report.json()))?,
+        match self.json || self.format == Format::Json {
+            true => print(&format!("{:#}\n", report.json()))?,
+            false => print(&report.text())?,
         }
         self.drawing.write(|| {
             let title = format!("{}: {}", self.parametrization, self.bounds);
-            crate::report::svg(&title, &report.panels(&background()?), 3)
+            let panels = report.panels(&background()?);
+            Ok(crate::report::svg(&title, &panels, 3))
         })
     }
 

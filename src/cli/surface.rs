@@ -2,10 +2,10 @@
 
 use super::output::JsonArgs;
 use super::verbosity::{detail, say};
-use super::{NoNumber, ThreadArgs, member, number, set_all, whole};
+use super::{ThreadArgs, in_range, member, set_all, whole};
 use crate::brdf::{BuildError, Channels};
-use crate::error::{Error, ParameterError, count, in_closed, in_left_open};
-use crate::experiment::{KeyPath, Source};
+use crate::error::{Error, count, left_open};
+use crate::experiment::Source;
 use crate::geometry::Direction;
 use crate::light_paths::surface::{self, HeightField, Optics, Statistics, SurfaceSpec};
 use crate::light_paths::{Energies, FacetsSpec, Transport, TransportSpec, read_facets};
@@ -31,10 +31,10 @@ pub(super) struct SurfaceArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Elevations of the light, degrees
-    #[arg(long, value_name = "DEG,…", value_delimiter = ',', default_value = "0,30,60,80", value_parser = elevation)]
+    #[arg(long, value_name = "DEG,…", value_delimiter = ',', default_value = "0,30,60,80", value_parser = in_range("elevation", 0.0..=89.9))]
     elevation: Vec<f64>,
     /// Azimuth of the light, degrees from the x axis
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = azimuth)]
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = in_range("azimuth", -360.0..=360.0))]
     azimuth: f64,
     /// Rays from each elevation
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = whole::<2, 1_000_000_000_000>)]
@@ -43,27 +43,15 @@ pub(super) struct SurfaceArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<0, { u64::MAX }>)]
     seed: u64,
     /// Width of a cell, µm, of a surface without a key pitch_um [default: 1]
-    #[arg(long, value_name = "UM", value_parser = length_um)]
+    #[arg(long, value_name = "UM", value_parser = in_range("length", left_open(0.0, 1e9)))]
     pitch_um: Option<f64>,
     /// Wavelength that the surface is compared with, µm
-    #[arg(long, value_name = "UM", default_value_t = 0.55, value_parser = length_um)]
+    #[arg(long, value_name = "UM", default_value_t = 0.55, value_parser = in_range("length", left_open(0.0, 1e9)))]
     wavelength_um: f64,
     #[command(flatten)]
     json: JsonArgs,
     #[command(flatten)]
     threads: ThreadArgs,
-}
-
-fn elevation(text: &str) -> Result<f64, NoNumber> {
-    number(text, |n| in_closed("elevation", n, 0.0, 89.9))
-}
-
-fn azimuth(text: &str) -> Result<f64, NoNumber> {
-    number(text, |n| in_closed("azimuth", n, -360.0, 360.0))
-}
-
-fn length_um(text: &str) -> Result<f64, NoNumber> {
-    number(text, |n| in_left_open("length", n, 0.0, 1e9))
 }
 
 /// Lengths from here on are printed with an exponent, cells.
@@ -137,29 +125,24 @@ impl SurfaceArgs {
         let entry = member("KIND", "surface", &self.kind, &surface::all())?;
         let mut source = Source::new(self.kind.as_str(), "");
         set_all(&mut source, &self.set)?;
-        let told = |e| source.error(e);
+        let unreadable = |e| source.error(e);
         let mut table = source.table()?;
-        let facets = registry::take_table(&mut table, "facets").map_err(told)?;
+        let facets = registry::take_table(&mut table, "facets").map_err(unreadable)?;
         let facets = facets
             .map(read_facets)
             .transpose()
-            .map_err(told)?
+            .map_err(unreadable)?
             .unwrap_or_default();
-        let spec = (entry.read)(table).map_err(told)?;
-        let refused = |e: ParameterError| {
-            let mut keys = e.key.split('.');
-            let first = KeyPath::of(keys.next().unwrap_or_default());
-            source.error_at(&keys.fold(first, |path, key| path.key(key)), e)
-        };
-        let told = |e| match e {
-            BuildError::Parameter(e) => refused(e),
+        let spec = (entry.read)(table).map_err(unreadable)?;
+        let unbuilt = |e| match e {
+            BuildError::Parameter(e) => source.place(&e.key).error(e),
             BuildError::Data { path, message } => Error::data(path, message),
         };
-        facets.check(&Channels::Luminance).map_err(told)?;
+        facets.check(&Channels::Luminance).map_err(unbuilt)?;
         for file in spec.files() {
             detail(|| format!("gonio: surface {}, reads {}", self.kind, file.display()));
         }
-        let field = spec.build(0).map_err(told)?;
+        let field = spec.build(0).map_err(unbuilt)?;
         Ok((spec, field, facets))
     }
 }

@@ -39,7 +39,7 @@ impl SymmetryArgs {
         let plan = self.brdf.plan()?;
         let pairs = analysis::symmetry_pairs();
         let (mut violations, mut sheets) = (Vec::new(), Vec::new());
-        let mut progress = Progress::of(plan.materials.len() as u64, "");
+        let mut progress = Progress::with_work(plan.materials.len() as u64, "");
         for (i, material) in plan.materials.iter().enumerate() {
             progress.doing(|| material.name.clone());
             let brdf = build(material, plan.seen_in(Channels::Luminance))?;
@@ -145,7 +145,7 @@ impl<'a> Sheet<'a> {
         Self {
             material: &material.name,
             favours: favours.name(),
-            favours_because: favours.reason(),
+            favours_because: favours.summary(),
             alignment,
             symmetries,
             savings: analysis::savings(holding),

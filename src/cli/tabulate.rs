@@ -78,9 +78,9 @@ impl Tabulate {
         pairs(format, 0, &*brdf, &self.output, &name)?;
         let key = material_key(material)?;
         let kept = CachedBrdf::new(&*brdf, &key, &self.output, self.force)?;
-        kept.tell_when_stopped(self.force);
+        kept.report_on_signal(self.force);
         match self.table.write(format, &kept, &self.output, &name) {
-            // The same command may find room for what it could not write; what is refused would be refused again.
+            // A repeated command may find room for what could not be written; a refusal would be repeated.
             Err(e @ Error::Output { .. }) => Err(e),
             result => kept.done().and(result.map(drop)),
         }
@@ -111,8 +111,8 @@ impl TableArgs {
 
     /// Refuses a tolerance of tables whose errors are not known, and to fill those that have no empty cells.
     pub fn suits(&self, format: Format) -> Result<(), Error> {
-        if self.fill && !format.has_holes {
-            let with = WRITE_TABLE.formats().filter(|f| f.has_holes);
+        if self.fill && !format.table.has_holes {
+            let with = WRITE_TABLE.formats().filter(|f| f.table.has_holes);
             let names: Vec<_> = with.map(|f| f.name).collect();
             let message = format!(
                 "tables of {} have no empty cells and are always filled; allowed: --fill with {}",
@@ -121,8 +121,8 @@ impl TableArgs {
             );
             return Err(Error::config("--fill", message));
         }
-        if self.tolerance.is_some() && format.read_table.is_none() {
-            let read = WRITE_TABLE.formats().filter(|f| f.read_table.is_some());
+        if self.tolerance.is_some() && format.table.read.is_none() {
+            let read = WRITE_TABLE.formats().filter(|f| f.table.read.is_some());
             let names: Vec<_> = read.map(|f| f.name).collect();
             let message = format!(
                 "tables of {} are not read back, so that their errors are unknown; allowed: --tolerance with {}",
@@ -152,18 +152,18 @@ impl TableArgs {
                 fill: self.fill,
             };
             write(format, tabulation, brdf, path, place)?;
-            let Some(read) = format.read_table else {
+            let Some(read) = format.table.read else {
                 return Ok(None);
             };
             let table = read(path.into()).build(brdf.channels().clone());
             let table = table.map_err(|e| Error::data(path, e))?;
             let errors = TableErrors::between(brdf, &*table).map_err(|e| Error::data(path, e))?;
-            print(&errors.told())?;
+            print(&errors.text())?;
             let Some(tolerance) = self.tolerance.filter(|t| !errors.are_within(*t)) else {
                 return Ok(Some(table));
             };
             size += 1;
-            if size == format.table_sizes {
+            if size == format.table.sizes {
                 return Err(Error::Violation(format!(
                     "the table errs by {}; asked: at most {tolerance}, and this format has no finer table",
                     errors.largest()
@@ -212,7 +212,7 @@ impl TableErrors {
         self.largest() <= tolerance
     }
 
-    fn told(&self) -> String {
+    fn text(&self) -> String {
         let number = |x: Option<f64>| x.map_or("none".into(), |x| format!("{x:.4}"));
         let of = |(measure, e, up_to): (Measure, &Errors, f64)| {
             let lost = e.pairs_unreconstructed;
@@ -252,7 +252,7 @@ pub(super) fn write(
 ) -> Result<(), Error> {
     let table = writer(&WRITE_TABLE, &format, path)?;
     let all = pairs(format, tabulation.size, brdf, path, place)?;
-    let progress = Progress::of(all, "tabulates");
+    let progress = Progress::with_work(all, "tabulates");
     // Bits of the largest value so far: those of positive numbers stand in their order.
     let largest = AtomicU64::new(0);
     let width = brdf.channels().count();
@@ -263,7 +263,7 @@ pub(super) fn write(
         largest.fetch_max(most.to_bits(), Ordering::Relaxed);
         progress.count(presence.len() as u64);
     });
-    let filled = table(&brdf, tabulation, path).map_err(|e| told(e, path, place))?;
+    let filled = table(&brdf, tabulation, path).map_err(|e| refused(e, path, place))?;
     let largest = f64::from_bits(largest.load(Ordering::Relaxed));
     drop(progress);
     wrote(path);
@@ -284,13 +284,13 @@ pub(super) fn pairs(
     path: &Path,
     place: &str,
 ) -> Result<u64, Error> {
-    let pairs = format.table_pairs.map_or(Ok(0), |pairs| pairs(brdf, size));
-    pairs.map_err(|e| told(e, path, place))
+    let pairs = format.table.pairs.map_or(Ok(0), |pairs| pairs(brdf, size));
+    pairs.map_err(|e| refused(e, path, place))
 }
 
-fn told(error: TableError, path: &Path, place: &str) -> Error {
+fn refused(error: TableError, path: &Path, place: &str) -> Error {
     match error {
-        TableError::Io(_) => Error::output(path, error),
-        TableError::Unsuited(_) => Error::config(place, error),
+        TableError::Io(..) => Error::output(path, error),
+        _ => Error::config(place, error),
     }
 }

@@ -3,7 +3,7 @@
 use super::brdf_args::BrdfArgs;
 use super::progress::Progress;
 use super::verbosity::wrote;
-use super::{ThreadArgs, build, named_by, print, refuse_unwritable};
+use super::{ThreadArgs, build, named, print, refuse_unwritable};
 use crate::brdf::Channels;
 use crate::error::{Error, count};
 use crate::experiment;
@@ -54,12 +54,12 @@ impl Train {
         refuse_unwritable(&self.output, self.force)?;
         let mut materials = self.brdf.plan()?.materials;
         for name in &self.except {
-            named_by("--except", Some(name), &materials, |m| &m.name)?;
+            named("--except", name, &materials, |m| &m.name)?;
         }
         materials.retain(|m| !self.except.contains(&m.name));
         let refused = |e: TrainError| Error::config("gonio train", e);
         let mut training = Training::new(self.nodes as usize).map_err(refused)?;
-        let mut progress = Progress::of(materials.len() as u64, "");
+        let mut progress = Progress::with_work(materials.len() as u64, "");
         for material in &materials {
             progress.doing(|| material.name.clone());
             let channels = match material.is_coloured() {

@@ -1,7 +1,8 @@
 //! Numbers of options.
 
-use crate::error::{ParameterError, in_left_open};
+use crate::error::{self, ParameterError, left_open};
 use crate::experiment::{MAX_BUDGET, MAX_MINUTES};
+use std::ops::RangeBounds;
 
 /// Reads a number of configurations: 1000, or 1e6.
 pub(super) fn budget(text: &str) -> Result<usize, ParameterError> {
@@ -33,16 +34,18 @@ pub(super) fn whole<const LEAST: u64, const MOST: u64>(text: &str) -> Result<u64
         })
 }
 
-/// Reads a number that `check` takes.
-pub(super) fn number(
-    text: &str,
-    check: impl FnOnce(f64) -> Result<f64, ParameterError>,
-) -> Result<f64, NoNumber> {
-    let number = text.trim().parse().unwrap_or(f64::NAN);
-    check(number).map_err(|e| NoNumber(e.allowed))
+/// Reads a number in a range.
+pub(super) fn in_range(
+    key: &'static str,
+    range: impl RangeBounds<f64> + Clone + Send + Sync + 'static,
+) -> impl Fn(&str) -> Result<f64, NoNumber> + Clone + Send + Sync + 'static {
+    move |text: &str| {
+        let number = text.trim().parse().unwrap_or(f64::NAN);
+        error::in_range(key, number, &range).map_err(|e| NoNumber(e.allowed))
+    }
 }
 
 /// Reads a time in minutes: 90, or 0.5.
 pub(super) fn minutes(text: &str) -> Result<f64, NoNumber> {
-    number(text, |n| in_left_open("minutes", n, 0.0, MAX_MINUTES))
+    in_range("minutes", left_open(0.0, MAX_MINUTES))(text)
 }

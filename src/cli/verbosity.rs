@@ -27,54 +27,56 @@ pub(super) struct VerbosityArgs {
 }
 
 /// The options of this process; a library call has none.
-static TALK: OnceLock<VerbosityArgs> = OnceLock::new();
+static OPTIONS: OnceLock<VerbosityArgs> = OnceLock::new();
 
 impl VerbosityArgs {
     pub(super) fn apply(self) {
         // Set once: a process has one command line.
-        let _ = TALK.set(self);
+        let _ = OPTIONS.set(self);
     }
 }
 
-/// True if only errors are told.
+/// True if stderr has errors only.
 pub(super) fn is_quiet() -> bool {
-    TALK.get().is_some_and(|talk| talk.quiet)
+    OPTIONS.get().is_some_and(|options| options.quiet)
 }
 
-/// True if everything is told.
+/// True with `--verbose`.
 pub(super) fn is_verbose() -> bool {
-    TALK.get().is_some_and(|talk| talk.verbose)
+    OPTIONS.get().is_some_and(|options| options.verbose)
 }
 
-/// Writes a line to stderr. Where nobody reads stderr any more there is nobody to tell, and no
+/// Writes a line to stderr. A stderr that is closed is no
 /// reason to end otherwise than without that line (`eprintln!` would panic).
 pub(crate) fn say(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
-/// Tells something that is no error.
+/// Writes a line that is no error to stderr, unless `--quiet`.
 pub(super) fn note(line: &str) {
     if !is_quiet() {
         say(line);
     }
 }
 
-/// Tells the path of a file that was written. Results alone go to stdout: paths are notes.
+/// Notes the path of a file that was written. Results alone go to stdout: paths are notes.
 pub(super) fn wrote(path: &Path) {
     note(&printable(&path.display().to_string()));
 }
 
-/// Tells what is only told with `--verbose`.
+/// Writes a line to stderr with `--verbose`.
 pub(super) fn detail(line: impl FnOnce() -> String) {
     if is_verbose() {
         say(&printable(&line()));
     }
 }
 
-/// Tells an error and what it is because of.
+/// Writes an error and its cause to stderr.
 pub fn say_error(error: &dyn std::error::Error) {
     let style = AnsiColor::Red.on_default().bold();
-    let choice = TALK.get().map_or(ColorChoice::Never, |talk| talk.color);
+    let choice = OPTIONS
+        .get()
+        .map_or(ColorChoice::Never, |options| options.color);
     let coloured = match choice {
         ColorChoice::Always => true,
         ColorChoice::Never => false,

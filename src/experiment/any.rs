@@ -1,4 +1,4 @@
-//! The experiment of a config, whatever its kind: the one place where kinds are told apart.
+//! The experiment of a config, whatever its kind: the only place that distinguishes kinds.
 
 use super::kind::Kind;
 use super::moments::{AnalysisSpec, MomentsPlan};
@@ -24,7 +24,7 @@ impl AnyPlan {
     /// # Errors
     /// As [`Plan::read`].
     pub fn read(source: &Source) -> Result<Self, Error> {
-        Ok(match Kind::of(source)? {
+        Ok(match Kind::of_config(source)? {
             Kind::Acquisition | Kind::Study => Self::Acquisition(Box::new(Plan::read(source)?)),
             Kind::Moments => Self::Moments(Box::new(MomentsPlan::read(source)?)),
             Kind::Relations => Self::Relations(Box::new(RelationsPlan::read(source)?)),

@@ -1,16 +1,84 @@
-//! Checks of lists and names in a config: refuses empty lists and duplicates.
+//! Places in a config, and checks of lists and names there: refuses empty lists and duplicates.
 
 use super::keypath::KeyPath;
 use super::source::Source;
 use super::tables::Named;
+use crate::brdf::BuildError;
 use crate::error::{Error, ParameterError, excerpt};
 use std::collections::HashSet;
-use std::fmt::Display;
+use std::fmt::{self, Display, Formatter};
 
-/// The path of a parameter, whose key may be dotted, in the table at `base`.
-pub(super) fn below(base: &KeyPath, key: &str) -> KeyPath {
-    key.split('.')
-        .fold(base.clone(), |path, part| path.key(part))
+/// A place in a config, which errors about its value name.
+#[derive(Clone)]
+pub(crate) struct Place<'s> {
+    source: &'s Source,
+    path: KeyPath,
+}
+
+impl Source {
+    /// The place of a key of the top level; the key of a table within is dotted.
+    pub(crate) fn place(&self, key: &str) -> Place<'_> {
+        let (source, path) = (self, KeyPath::default());
+        Place { source, path }.key(key)
+    }
+}
+
+impl<'s> Place<'s> {
+    /// The place of a key of the table here; the key of a table within is dotted.
+    pub(crate) fn key(&self, key: &str) -> Self {
+        let keys = key.split('.');
+        Self {
+            path: keys.fold(self.path.clone(), |path, key| path.key(key)),
+            ..*self
+        }
+    }
+
+    /// The place of an element of the list here.
+    pub(crate) fn index(&self, index: usize) -> Self {
+        Self {
+            path: self.path.index(index),
+            ..*self
+        }
+    }
+
+    /// An error about the value here, in a sentence.
+    pub(crate) fn error(&self, sentence: impl Display) -> Error {
+        self.source.error_at(&self.path, sentence)
+    }
+
+    /// An error about the value here, in a sentence that begins with the place.
+    pub(crate) fn problem(&self, predicate: impl Display) -> Error {
+        self.error(format_args!("{self} {predicate}"))
+    }
+
+    /// The error of a value here that is not allowed.
+    pub(crate) fn refused(&self, value: impl Display, allowed: impl Into<String>) -> Error {
+        self.error(ParameterError::new(self.to_string(), value, allowed))
+    }
+
+    /// The error of a parameter of the table here, named from the top of the config.
+    pub(crate) fn refused_key(&self, e: &ParameterError) -> Error {
+        self.key(&e.key).error(format_args!("{self}.{e}"))
+    }
+
+    /// The error of a material or lighting here, by who must act.
+    pub(crate) fn not_built(&self, e: BuildError) -> Error {
+        match e {
+            BuildError::Parameter(e) => self.refused_key(&e),
+            BuildError::Data { path, message } => Error::data(path, message),
+        }
+    }
+
+    /// The line, or the option, that sets the value here.
+    pub(crate) fn location(&self) -> String {
+        self.source.location(&self.path)
+    }
+}
+
+impl Display for Place<'_> {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        self.path.fmt(f)
+    }
 }
 
 /// The items without those that came before.
@@ -24,69 +92,50 @@ pub(super) fn each_once<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> 
     distinct
 }
 
-/// The error of a value that is not allowed.
-pub(super) fn refused(
-    source: &Source,
-    path: &KeyPath,
-    value: impl Display,
-    allowed: impl Into<String>,
-) -> Error {
-    source.error_at(path, ParameterError::new(path.to_string(), value, allowed))
-}
-
-/// The error of a parameter of the table at `base`, named from the top of the config.
-pub(super) fn refused_in(source: &Source, base: &KeyPath, e: &ParameterError) -> Error {
-    source.error_at(&below(base, &e.key), format!("{base}.{e}"))
-}
-
 /// Refuses an empty list and one that names something twice.
 pub(super) fn distinct<T, S: Display + Eq + std::hash::Hash>(
-    source: &Source,
-    key: &str,
+    at: &Place<'_>,
     list: &[T],
     show: impl Fn(&T) -> S,
 ) -> Result<(), Error> {
-    refuse_empty(source, key, list)?;
+    refuse_empty(at, list)?;
     let mut seen = HashSet::new();
     for (i, item) in list.iter().enumerate() {
         if !seen.insert(show(item)) {
-            let path = below(&KeyPath::default(), key).index(i);
-            let message = format!("{path} = {} is there twice; allowed: once", show(item));
-            return Err(source.error_at(&path, message));
+            let predicate = format!("= {} is there twice; allowed: once", show(item));
+            return Err(at.index(i).problem(predicate));
         }
     }
     Ok(())
 }
 
 /// Refuses an empty list.
-pub(super) fn refuse_empty<T>(source: &Source, key: &str, list: &[T]) -> Result<(), Error> {
-    if list.is_empty() {
-        let message = format!("{key} = []: allowed is at least one");
-        return Err(source.error_at(&below(&KeyPath::default(), key), message));
+pub(super) fn refuse_empty<T>(at: &Place<'_>, list: &[T]) -> Result<(), Error> {
+    match list.is_empty() {
+        true => Err(at.problem("= []: allowed is at least one")),
+        false => Ok(()),
     }
-    Ok(())
 }
 
 /// Gives every choice its name, written or made from its keys.
 pub(super) fn name_all<T: ?Sized>(
-    source: &Source,
-    key: &str,
+    at: &Place<'_>,
     list: Vec<Named<T>>,
     label: impl Fn(&T) -> String,
 ) -> Result<Vec<(String, Box<T>)>, Error> {
-    refuse_empty(source, key, &list)?;
+    refuse_empty(at, &list)?;
     let mut names = Names::default();
     let mut out = Vec::with_capacity(list.len());
     for (i, Named { name, choice }) in list.into_iter().enumerate() {
         let name = name.unwrap_or_else(|| label(&choice));
-        names.take(source, &KeyPath::of(key).index(i), &name)?;
+        names.take(&at.index(i), &name)?;
         out.push((name, choice));
     }
     Ok(out)
 }
 
-/// Bytes of a name. File systems allow 255, of which endings and whatever tells several files of one
-/// name apart need some.
+/// Bytes of a name. File systems allow 255, of which endings and what distinguishes several files of one
+/// name need some.
 const LONGEST_NAME: usize = 200;
 
 /// Names already used in a plan.
@@ -94,28 +143,23 @@ const LONGEST_NAME: usize = 200;
 pub(super) struct Names(HashSet<String>);
 
 impl Names {
-    /// Takes the name of the table at `path`; refuses one already taken.
-    pub(super) fn take(
-        &mut self,
-        source: &Source,
-        path: &KeyPath,
-        name: &str,
-    ) -> Result<(), Error> {
-        let place = path.key("name");
+    /// Takes the name of a table; refuses one already taken.
+    pub(super) fn take(&mut self, table: &Place<'_>, name: &str) -> Result<(), Error> {
+        let place = table.key("name");
         if name.trim().is_empty() || name.chars().any(char::is_control) {
             let allowed = "a text that is not blank and has no control characters";
-            return Err(refused(source, &place, format!("{name:?}"), allowed));
+            return Err(place.refused(format!("{name:?}"), allowed));
         }
         if name.len() > LONGEST_NAME {
             let allowed = format!("at most {LONGEST_NAME} bytes, as names become those of files");
-            return Err(refused(source, &place, format!("{name:?}"), allowed));
+            return Err(place.refused(format!("{name:?}"), allowed));
         }
         if !self.0.insert(name.to_owned()) {
             let name = excerpt(name);
-            let message = format!(
-                "{place} = {name:?} is taken; allowed: names that differ, e.g. name = \"{name}-2\""
+            let predicate = format!(
+                "= {name:?} is taken; allowed: names that differ, e.g. name = \"{name}-2\""
             );
-            return Err(source.error_at(&place, message));
+            return Err(place.problem(predicate));
         }
         Ok(())
     }

@@ -3,7 +3,6 @@
 pub use super::material::Material;
 use super::tuning::Tuning;
 use crate::acquisition::Planner;
-
 use crate::error::{Error, count};
 use crate::geometry::Symmetry;
 use crate::parametrization::{Parametrization, ParametrizationSpec, WarpError};
@@ -51,7 +50,7 @@ impl Coordinates {
         self.spec.form(symmetry)
     }
 
-    /// The same of a plan.
+    /// The form for a material of a plan.
     ///
     /// # Errors
     /// [`Error::Internal`]: the plan has checked the warps.

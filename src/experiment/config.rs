@@ -1,13 +1,12 @@
-//! The keys of a config with their values, read but not yet checked against each other.
+//! The keys of a config with their values: ranges, and keys that exclude each other, are checked.
 //!
 //! Each table of a config is a plain struct that refuses unknown keys; each choice (material,
-//! sample set, reconstruction) is read by its own registry. Whether the values fit each other is
+//! sample set, reconstruction) is read by its own registry. Whether the choices fit each other is
 //! [`Plan`](super::Plan)'s business.
 
-use super::checks::distinct;
+use super::checks::{distinct, refuse_empty};
 use super::choices::MAX_BUDGET;
 use super::instruments::{self, InstrumentTable};
-use super::keypath::KeyPath;
 use super::kind::{Kind, QuantityGroup};
 use super::materials::{MaterialTable, material};
 use super::moments::MomentsTable;
@@ -18,9 +17,9 @@ use super::tables::{Named, named, refuse_unknown, take_list};
 use super::training::TuningTable;
 use crate::acquisition::{self, Planner};
 use crate::brdf::Channels;
-use crate::error::{Error, ParameterError, in_closed};
+use crate::error::{Error, ParameterError, in_closed, in_left_open};
 use crate::formats::{Format, WRITE_SCHEDULE};
-use crate::metrics::{Measure, MetricsSpec};
+use crate::metrics::{self, Measure, MetricsSpec};
 use crate::parametrization::{self, Form, HalfDifference, ParametrizationSpec, Warps};
 use crate::reconstruct::{self, Coordinates, Multilinear, Reconstruct};
 use crate::registry::{self, ReadError, Table, keys};
@@ -28,8 +27,9 @@ use crate::schedule::Grid;
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
 /// The keys of a config's top level.
 const KEYS: [&str; 25] = [
@@ -62,7 +62,7 @@ const KEYS: [&str; 25] = [
 
 /// An experiment as it was written, defaults filled in.
 #[derive(Debug)]
-pub(crate) struct Config<'s> {
+pub struct Config<'s> {
     /// The text, for the places of later errors.
     pub source: &'s Source,
     /// The keys that are no tables.
@@ -75,10 +75,8 @@ pub(crate) struct Config<'s> {
     pub parametrizations: Vec<ParametrizationSpec>,
     /// The sample sets.
     pub sample_sets: Vec<Named<dyn Planner>>,
-    /// The reconstructions.
-    pub reconstructions: Vec<Named<dyn Reconstruct>>,
-    /// Budget limit and sample set of each reconstruction, in the order of `reconstructions`.
-    pub reach: Vec<Reach>,
+    /// The reconstructions, each with its budget limit and sample set.
+    pub reconstructions: Vec<(Named<dyn Reconstruct>, Reach)>,
     /// Coordinates that scattered readings are interpolated in; empty: those of their schedule.
     pub coordinates: Vec<Coordinates>,
     /// The instruments; none: the ideal one.
@@ -114,7 +112,7 @@ pub struct Reach {
 keys! {
     /// The keys of the top level that are no tables.
     #[derive(PartialEq)]
-    pub(crate) struct Scalars {
+    pub struct Scalars {
         /// The question the experiment asks; for people.
         #[serde(skip_serializing_if = "Option::is_none")]
         question: Option<String> = None;
@@ -203,7 +201,7 @@ impl<'s> Config<'s> {
     /// # Errors
     /// [`Error::Config`] with the place of the first key that is unknown, missing or of another type.
     pub fn read(source: &'s Source) -> Result<Self, Error> {
-        let kind = Kind::of(source)?;
+        let kind = Kind::of_config(source)?;
         if kind.has_profiles() {
             return Err(Kind::Acquisition.refusal(kind, source));
         }
@@ -233,14 +231,13 @@ impl<'s> Config<'s> {
             coordinates: take_list(table, "coordinates", registry::parse)?.unwrap_or_default(),
             report: registry::take(table, "report", registry::parse)?.unwrap_or_default(),
             pictures: PictureSpec::take(table, kind.draws())?,
-            reach: take_reach(table)?,
             materials: take_list(table, "material", material)?.unwrap_or_default(),
             parametrizations: take_list(table, "parametrization", parametrization)?
                 .unwrap_or_else(|| vec![usual()]),
             sample_sets: take_list(table, "sample_set", |t| named(t, acquisition::read))?
                 .unwrap_or_else(|| vec![grid()]),
-            reconstructions: take_list(table, "reconstruction", |t| named(t, reconstruct::read))?
-                .unwrap_or_else(|| vec![multilinear()]),
+            reconstructions: take_list(table, "reconstruction", reconstruction)?
+                .unwrap_or_else(|| vec![(multilinear(), Reach::default())]),
             instruments: take_list(table, "instrument", instruments::table)?.unwrap_or_default(),
             merl: registry::take_table(table, "merl")?,
             metrics: registry::take(table, "metrics", registry::parse)?.unwrap_or_default(),
@@ -261,21 +258,20 @@ impl<'s> Config<'s> {
 
     fn check(&self) -> Result<(), Error> {
         let source = self.source;
-        in_closed("band", self.band, 1.0, 10.0)
-            .map_err(|e| source.error_at(&KeyPath::of("band"), e))?;
+        in_closed("band", self.band, 1.0, 10.0).map_err(|e| source.place("band").error(e))?;
         self.pictures.check(source)?;
-        for (i, reach) in self.reach.iter().enumerate() {
-            let path = KeyPath::of("reconstruction").index(i).key("up_to");
+        for (i, (_, reach)) in self.reconstructions.iter().enumerate() {
             if let Some(n) = reach.up_to
                 && !(1..=MAX_BUDGET as i64).contains(&n)
             {
                 let allowed = format!("a whole number from 1 to {MAX_BUDGET}");
-                let e = ParameterError::new(path.to_string(), n, allowed);
-                return Err(source.error_at(&path, e));
+                let at = source.place("reconstruction").index(i);
+                return Err(at.key("up_to").refused(n, allowed));
             }
         }
         if !self.coordinates.is_empty() {
-            distinct(source, "coordinates", &self.coordinates, Coordinates::label)?;
+            let at = source.place("coordinates");
+            distinct(&at, &self.coordinates, Coordinates::label)?;
         }
         Ok(())
     }
@@ -291,41 +287,163 @@ fn take_band(config: &mut Table<'_>) -> Result<f64, ReadError> {
     };
     let span = value.span();
     let value = f64::deserialize(toml::de::ValueDeserializer::from(value));
-    value.map_err(|e| ReadError::at(span, e.message()))
+    value.map_err(|e| ReadError::new(span, e.message()))
 }
 
-/// Takes the keys of every `[[reconstruction]]` that say where it is used; what is no list of tables
-/// is left for its reader to refuse.
-fn take_reach(config: &mut Table<'_>) -> Result<Vec<Reach>, ReadError> {
-    let Some(list) = config.get_mut().get_mut("reconstruction") else {
-        return Ok(vec![Reach::default()]);
-    };
-    let DeValue::Array(items) = list.get_mut() else {
-        return Ok(Vec::new());
-    };
-    let mut all = Vec::new();
-    for item in items.iter_mut() {
-        let span = item.span();
-        let mut own = DeTable::new();
-        if let DeValue::Table(table) = item.get_mut() {
-            for key in ["up_to", "on"] {
-                if let Some((key, value)) = table.remove_entry(key) {
-                    own.insert(key, value);
-                }
+/// Reads a `[[reconstruction]]`, and the keys of it that say where it is used.
+fn reconstruction(mut table: Table<'_>) -> Result<(Named<dyn Reconstruct>, Reach), ReadError> {
+    let mut own = DeTable::new();
+    for key in ["up_to", "on"] {
+        own.extend(table.get_mut().remove_entry(key));
+    }
+    let reach = registry::parse(toml::Spanned::new(table.span(), own))?;
+    Ok((named(table, reconstruct::read)?, reach))
+}
+
+/// Lists of whole numbers, each in range and each once.
+pub(super) struct Numbers {
+    pub seeds: Vec<u64>,
+    pub budgets: Vec<usize>,
+    pub readings: Vec<usize>,
+}
+
+impl Numbers {
+    /// Checks them and `minutes`, and that there is at least one seed and one allowance.
+    pub(super) fn checked(config: &Config<'_>) -> Result<Self, Error> {
+        let (source, scalars) = (config.source, &config.scalars);
+        // Each in its range, and as an unsigned number.
+        let convert = |key: &str, list: &[i64], range: RangeInclusive<i64>| {
+            if let Some(i) = list.iter().position(|value| !range.contains(value)) {
+                let (min, max) = range.into_inner();
+                let allowed = format!("a whole number from {min} to {max}");
+                return Err(source.place(key).index(i).refused(list[i], allowed));
+            }
+            let unsigned = list.iter().map(|value| value.unsigned_abs());
+            Ok(unsigned.collect::<Vec<u64>>())
+        };
+        let seeds = convert("seeds", &scalars.seeds, 0..=i64::MAX)?;
+        distinct(&source.place("seeds"), &seeds, u64::to_string)?;
+        let counts = |key: &str, list: &[i64]| {
+            let counts = convert(key, list, 1..=MAX_BUDGET as i64)?;
+            // In range of usize by its limit.
+            let counts: Vec<usize> = counts.into_iter().map(|count| count as usize).collect();
+            if !counts.is_empty() {
+                distinct(&source.place(key), &counts, usize::to_string)?;
+            }
+            Ok::<_, Error>(counts)
+        };
+        let budgets = counts("budgets", &scalars.budgets)?;
+        let readings = counts("readings", &scalars.readings)?;
+        let minutes = &scalars.minutes;
+        if readings.is_empty() && minutes.is_empty() {
+            refuse_empty(&source.place("budgets"), &budgets)?;
+        }
+        let at = source.place("minutes");
+        if !minutes.is_empty() {
+            distinct(&at, minutes, f64::to_string)?;
+        }
+        for (i, &m) in minutes.iter().enumerate() {
+            let at = at.index(i);
+            in_left_open(&at.to_string(), m, 0.0, MAX_MINUTES).map_err(|e| at.error(e))?;
+        }
+        for (key, used) in [
+            ("readings", !readings.is_empty()),
+            ("minutes", !minutes.is_empty()),
+        ] {
+            if used && config.instruments.is_empty() {
+                return Err(source.place(key).problem(
+                    "are those of an instrument, and there is none; allowed: with an [[instrument]] only",
+                ));
             }
         }
-        all.push(registry::parse(toml::Spanned::new(span, own))?);
+        Ok(Self {
+            seeds,
+            budgets,
+            readings,
+        })
     }
-    Ok(all)
 }
 
-/// The tables of a config that a plan has in another form.
-pub(super) struct Written<'c> {
-    /// The keys that are no tables.
-    pub scalars: toml::Table,
-    /// Number of the materials that have a table.
-    pub materials: usize,
-    pub reconstructions: &'c [(String, std::sync::Arc<dyn Reconstruct>)],
-    pub reach: &'c [Reach],
-    pub coordinates: &'c [Coordinates],
+/// The longest time a schedule may be asked to take: a year.
+pub(crate) const MAX_MINUTES: f64 = 525_600.0;
+
+pub(super) fn check_metrics(config: &Config<'_>) -> Result<(), Error> {
+    let at = config.source.place("metrics");
+    let refuse = |e: ParameterError| {
+        // Keys that only fail together are listed with commas; the first one is a place.
+        let first = e.key.split(',').next().unwrap_or(&e.key);
+        at.key(first).error(format!("{at}.{e}"))
+    };
+    config.metrics.check().map_err(refuse)?;
+    // A window that keeps next to nothing shows in the first few pairs.
+    let few = MetricsSpec {
+        pairs: config.metrics.pairs.min(16),
+        ..config.metrics.clone()
+    };
+    for &measure in &config.scalars.measures {
+        metrics::test_pairs(measure, &few).map_err(refuse)?;
+    }
+    Ok(())
+}
+
+/// True if moments are to be compared.
+pub(super) fn check_quantities(config: &Config<'_>) -> Result<bool, Error> {
+    let source = config.source;
+    let wanted = config.scalars.quantities.as_deref().unwrap_or_default();
+    if !wanted.is_empty() {
+        distinct(&source.place("quantities"), wanted, |q| q.name())?;
+    }
+    let wanted = wanted.contains(&QuantityGroup::Moments);
+    let Some(moments) = &config.moments else {
+        return Ok(wanted);
+    };
+    if !wanted {
+        let predicate = "has keys for a quantity that is not asked for; allowed: with quantities = \
+                         [\"moments\"] only";
+        return Err(source.place("moments").problem(predicate));
+    }
+    moments.check(source)?;
+    let at = source.place("moments.channels");
+    match moments.spec.channels.as_slice() {
+        [channel]
+            if config.scalars.channels == Channels::Rgb
+                || channel.needs() == Channels::Luminance =>
+        {
+            Ok(true)
+        }
+        [channel] => Err(at.problem(format_args!(
+            "= [{:?}] needs channels = \"rgb\"; allowed: luminance, or that",
+            channel.name()
+        ))),
+        several => Err(at.problem(format_args!(
+            "has {} channels; allowed: one, which the columns of results are about",
+            several.len()
+        ))),
+    }
+}
+
+pub(super) fn check_output(config: &Config<'_>) -> Result<(), Error> {
+    let needed = [
+        (
+            "slices",
+            config.output.slices,
+            ["draw pictures", "pictures"],
+            cfg!(feature = "pictures"),
+        ),
+        (
+            "parquet",
+            config.output.parquet,
+            ["write Parquet", "parquet"],
+            cfg!(feature = "parquet"),
+        ),
+    ];
+    for (key, is_asked, [work, feature], is_there) in needed {
+        if is_asked && !is_there {
+            let predicate = format!(
+                "= true: this build of gonio cannot {work}: it lacks the feature {feature} (cargo install --path . --features {feature})"
+            );
+            return Err(config.source.place("output").key(key).problem(predicate));
+        }
+    }
+    Ok(())
 }

@@ -109,12 +109,12 @@ pub struct Seconds([f64; Stage::ALL.len()]);
 impl Seconds {
     /// All, by the names of stages.
     pub(crate) fn by_stage(&self) -> BTreeMap<String, f64> {
-        let of = |stage: Stage| (stage.name().to_owned(), self.of(stage));
+        let of = |stage: Stage| (stage.name().to_owned(), self.at_stage(stage));
         Stage::ALL.into_iter().map(of).collect()
     }
 
     /// Those of a stage.
-    pub(crate) fn of(&self, stage: Stage) -> f64 {
+    pub(crate) fn at_stage(&self, stage: Stage) -> f64 {
         self.0[stage as usize]
     }
 
@@ -158,7 +158,7 @@ impl Default for Counters {
 }
 
 impl Counters {
-    /// The same counters for the work of several stages that is done for one.
+    /// These counters, with all further work counted at `stage`.
     #[must_use]
     pub fn within(&self, stage: Stage) -> Self {
         Self {
@@ -265,7 +265,7 @@ impl Built {
     }
 
     /// The material, as a stage evaluates it.
-    pub(crate) fn at<'a>(&'a self, counters: &'a Counters, stage: Stage) -> impl Brdf + 'a {
+    pub(crate) fn counted_at<'a>(&'a self, counters: &'a Counters, stage: Stage) -> impl Brdf + 'a {
         counters.watched(&*self.brdf, stage, self.works)
     }
 }

@@ -4,14 +4,23 @@ use super::choices::Material;
 use super::counts::Built;
 use super::key::{Expected, Input, RowKey};
 use super::observer::{ByProduct, EventSink, Observer, Stop, Summary};
-use super::record::{Experiment, Extent, Known};
+use super::record::{Experiment, Extent, Head, Known, Record, Shard};
 use crate::brdf::Channels;
 use crate::error::Error;
 
 /// An experiment whose records are of one material each, and need no other.
-pub(super) trait PerMaterial: Experiment {
+pub trait PerMaterial {
+    /// Its type of record.
+    type Record: Record;
+
     /// Data that all records of one material share, made once per material.
     type Shared;
+
+    /// What it has in common with other experiments.
+    fn head(&self) -> Head<'_>;
+
+    /// The records of each material, in the order of results.
+    fn records(&self) -> Vec<Expected>;
 
     /// Channels that materials are built for.
     fn channels(&self) -> Channels;
@@ -21,7 +30,7 @@ pub(super) trait PerMaterial: Experiment {
         Vec::new()
     }
 
-    /// Makes the data that all records of a material share, or says why it cannot.
+    /// The data that all records of a material share, or the reason why there are none.
     fn shared(
         &self,
         brdf: &Built,
@@ -38,7 +47,7 @@ pub(super) trait PerMaterial: Experiment {
 }
 
 /// Inputs of one record.
-pub(super) struct Of<'a, S> {
+pub struct Of<'a, S> {
     pub material: &'a Material,
     pub material_key: &'a str,
     pub brdf: &'a Built,
@@ -47,28 +56,41 @@ pub(super) struct Of<'a, S> {
     pub key: RowKey,
 }
 
-/// Runs an experiment, material by material.
-pub(super) fn run<E: PerMaterial>(
-    plan: &E,
-    extent: &Extent,
-    known: &Known<E::Record>,
-    observer: &mut dyn Observer<E::Record>,
-) -> Result<Summary, Error> {
-    let mut events = EventSink::new(observer);
-    let result = materials(plan, extent, known, &mut events);
-    events.ended(result)
+impl<E: PerMaterial> Experiment for E {
+    type Record = <E as PerMaterial>::Record;
+
+    fn head(&self) -> Head<'_> {
+        PerMaterial::head(self)
+    }
+
+    fn of_each(&self, shard: Option<Shard>) -> (Shard, Vec<Expected>) {
+        // Records of one material share what was made of it: materials are dealt out, not records.
+        (shard.unwrap_or(Shard::WHOLE), self.records())
+    }
+
+    fn run(
+        &self,
+        extent: &Extent,
+        known: &Known<<E as PerMaterial>::Record>,
+        observer: &mut dyn Observer<<E as PerMaterial>::Record>,
+    ) -> Result<Summary, Error> {
+        let mut events = EventSink::new(observer);
+        let result = materials(self, extent, known, &mut events);
+        events.ended(result)
+    }
 }
 
+/// Makes the records, material by material.
 fn materials<E: PerMaterial>(
     plan: &E,
     extent: &Extent,
-    known: &Known<E::Record>,
-    events: &mut EventSink<'_, E::Record>,
+    known: &Known<<E as PerMaterial>::Record>,
+    events: &mut EventSink<'_, <E as PerMaterial>::Record>,
 ) -> Result<(), Stop> {
     let expected = plan.expected(extent.shard);
     events.observer.begins(expected.len() as f64);
     events.summary.inputs.extend(plan.inputs());
-    for (i, material) in plan.head().materials.iter().enumerate() {
+    for (i, material) in PerMaterial::head(plan).materials.iter().enumerate() {
         let mine: Vec<&Expected> = expected.iter().filter(|e| e.material == i).collect();
         if mine.is_empty() {
             events.summary.materials.push(None);
@@ -83,7 +105,7 @@ fn materials<E: PerMaterial>(
         events.summary.keys.extend_from_slice(&keys);
         let lacking = keys.iter().filter(|k| !known.contains_key(*k)).count();
         let wish = ByProduct::Material(i, material, &identity.key);
-        let wanted = events.observer.wants(&wish);
+        let wanted = events.observer.requests(&wish);
         let brdf = match lacking > 0 || wanted {
             true => events.built(material, &identity, plan.channels(), lacking)?,
             false => None,
@@ -91,7 +113,7 @@ fn materials<E: PerMaterial>(
         let shared = match &brdf {
             Some(brdf) if lacking > 0 => {
                 let made = plan.shared(brdf, events);
-                events.or_failed(&material.name, made, lacking)?
+                events.or_failed(made, [material.name.clone()], lacking)?
             }
             _ => None,
         };
@@ -107,7 +129,7 @@ fn materials<E: PerMaterial>(
                     key,
                 };
                 let made = plan.record(place, of, events);
-                if let Some(record) = events.or_failed(&mine[place].job, made, 1)? {
+                if let Some(record) = events.or_failed(made, [mine[place].job.clone()], 1)? {
                     events.made(std::slice::from_ref(&record))?;
                     events.complete(&[&record])?;
                 }

@@ -58,7 +58,7 @@ type Member<'a> = (&'a Material, &'a Truth, &'a Readings);
 pub(super) struct Compared {
     /// Sums over the pairs.
     tally: Tally,
-    /// The same of a reconstruction from readings without limits, where that differs.
+    /// Sums over the pairs of a reconstruction from readings without limits, where that differs.
     whole: Option<Tally>,
     /// True if these are known to be the same.
     nothing_lost: bool,
@@ -68,7 +68,7 @@ pub(super) struct Compared {
     uncovered: Vec<Uncovered>,
     /// Share of the pairs within the uncertainty, one per measure, if it is counted and there is one.
     within: Vec<Option<f64>>,
-    /// Errors that the reconstruction expects, one per measure, if they are asked for and it knows.
+    /// Errors that the reconstruction expects, one per measure, if they are asked for and it has them.
     expected: Vec<Expected>,
     /// Error of the directional albedo, and what its quadrature may be off by.
     albedo: Option<[f64; 2]>,
@@ -135,7 +135,7 @@ impl<'a> Evaluator<'a> {
     /// Evaluates a material at the first test pairs and probes; what is wrong with it is no reason to stop.
     pub(crate) fn truth(&self, brdf: Built, events: &EventSink<'_, Row>) -> Result<Truth, Stop> {
         let counters = &self.counters;
-        let at = |stage| brdf.at(counters, stage);
+        let at = |stage| brdf.counted_at(counters, stage);
         let (profile, _) = counters.timed(Stage::Moments, || self.profile(&at(Stage::Moments)));
         let profile = profile.map_err(Stop::failed)?;
         events.go_on()?;
@@ -146,7 +146,7 @@ impl<'a> Evaluator<'a> {
             events.go_on()?;
             let errors = brdf_at
                 .as_split()
-                .map(|split| TruthErrors::at(&level, split, &first));
+                .map(|split| TruthErrors::per_measure(&level, split, &first));
             events.go_on()?;
             let albedo = self.probe.as_ref().map(|p| p.evaluate(brdf_at));
             Ok::<_, Stop>((first, albedo, errors.unwrap_or_default()))
@@ -168,7 +168,7 @@ impl<'a> Evaluator<'a> {
         if let Some(values) = levels.get(n) {
             return Arc::clone(values);
         }
-        let brdf = truth.brdf.at(&self.counters, Stage::Truth);
+        let brdf = truth.brdf.counted_at(&self.counters, Stage::Truth);
         let values = Arc::new(metrics::evaluate(&brdf, &self.level(n).pairs));
         if levels.len() == n && self.set.candidates(n) <= KEPT {
             levels.push(Arc::clone(&values));
@@ -209,7 +209,7 @@ impl<'a> Evaluator<'a> {
         let all = (0..members.len()).collect();
         let (made, seconds) = self
             .counters
-            .timed(Stage::Reconstruct, || comparison.made(all));
+            .timed(Stage::Reconstruct, || comparison.reconstructed(all));
         let mut made = made.map_err(Stop::failed)?;
         let share = 1.0 / members.len() as f64;
         let new = |member: &Member<'_>| Compared {
@@ -250,7 +250,7 @@ impl<'a> Evaluator<'a> {
             let (seen, seconds) = self.counters.timed(Stage::Evaluate, || {
                 // The neighbours of a pair are found once for all: few are worth another reconstruction.
                 if 2 * open.len() <= made.members.len()
-                    && let Ok(fewer) = comparison.made(open.clone())
+                    && let Ok(fewer) = comparison.reconstructed(open.clone())
                 {
                     made = fewer;
                 }
@@ -263,7 +263,7 @@ impl<'a> Evaluator<'a> {
                 compared.evaluate_seconds += share;
                 compared.is_done = self.set.is_enough(&compared.tally) || self.set.is_last(n);
                 if compared.is_done {
-                    let measures = 0..self.set.measures().len();
+                    let measures = 0..self.set.measures.len();
                     let converged = measures.map(|at| self.set.has_converged(&compared.tally, at));
                     compared.converged = converged.collect();
                 }
@@ -299,7 +299,7 @@ struct Comparison<'c> {
 
 impl Comparison<'_> {
     /// Reconstructs some members of a group.
-    fn made(&self, which: Vec<usize>) -> Result<Made, ReconstructError> {
+    fn reconstructed(&self, which: Vec<usize>) -> Result<Made, ReconstructError> {
         let (judge, method) = (self.judge, &*self.method.method);
         let some = || which.iter().map(|&i| &self.members[i]);
         let all: Vec<&Measurement> = some().map(|m| &m.2.measured).collect();
@@ -376,7 +376,7 @@ impl Comparison<'_> {
                 schedule: *schedule,
                 method: self.method,
             };
-            let truth = only.1.brdf.at(&judge.counters, Stage::Pictures);
+            let truth = only.1.brdf.counted_at(&judge.counters, Stage::Pictures);
             let copy = judge.counters.reconstruction(copy, Stage::Pictures);
             let event = Event::Reconstructed(&job, &truth, &copy);
             events.observer.observe(&event)?;
@@ -388,7 +388,7 @@ impl Comparison<'_> {
                 .counters
                 .timed(Stage::Moments, || judge.profile(&copy));
             // The truth went the same way before.
-            let profile = profile.map_err(|e| Error::Internal(e.to_string()))?;
+            let profile = profile.map_err(Error::internal)?;
             compared.moments = profile.map(|profile| {
                 let errors = MomentErrors::between(of_truth, &profile);
                 (errors, of_truth.unresolved() + profile.unresolved())
@@ -422,7 +422,7 @@ impl Comparison<'_> {
         }
     }
 
-    /// Shares of the first pairs where a reconstruction is as near as its uncertainty says, if they are asked for.
+    /// Shares of the first pairs where a reconstruction is within its uncertainty, if they are asked for.
     fn within(&mut self, go_on: GoOn<'_>) -> Result<(), Stop> {
         let judge = self.judge;
         if !judge.plan.uncertainty {
@@ -436,7 +436,7 @@ impl Comparison<'_> {
             let Some(replicated) = of.ok().flatten() else {
                 continue;
             };
-            let at = replicated.at(&level.pairs);
+            let at = replicated.luminance_at(&level.pairs);
             judge
                 .counters
                 .add(Stage::Evaluate, Work::Reconstructions, 1);
@@ -469,7 +469,8 @@ impl Comparison<'_> {
             both.for_each(|(member, compared)| {
                 // As above.
                 let predictive = method.predictive(&member.2.measured).ok().flatten();
-                let expected = predictive.map(|predictive| Expected::at(&level, &*predictive));
+                let expected =
+                    predictive.map(|predictive| Expected::per_measure(&level, &*predictive));
                 let made = usize::from(expected.is_some());
                 judge
                     .counters

@@ -180,7 +180,7 @@ impl Findings {
             .into_par_iter()
             .map(|(metric, measure, truth)| {
                 let of_truth = index.of_truth(truth);
-                let (materials, left_out) = index.telling(metric, measure, &of_truth);
+                let (materials, left_out) = index.compared(metric, measure, &of_truth);
                 let scope = Scope {
                     metric,
                     measure: index.measures.list[measure].into(),
@@ -244,7 +244,9 @@ impl<'i, 'a> Table<'i, 'a> {
         materials: Vec<usize>,
     ) -> Self {
         Self {
-            errors: index.each(measure, &materials, |at| index.mean(at, |r| metric.of(r))),
+            errors: index.each(measure, &materials, |at| {
+                index.mean(at, |r| metric.error(r))
+            }),
             relative: index.each(measure, &materials, |at| {
                 index.average(at, |r| metric.relative_error(r))
             }),
@@ -462,7 +464,7 @@ impl<'i, 'a> Table<'i, 'a> {
                     };
                     let mut levels = levels.clone();
                     levels.extend([a, m]);
-                    // As exact as can be told, see `geometric_mean`.
+                    // As exact as rounding allows, see `geometric_mean`.
                     rows.push((levels, error.max(EXACT).ln()));
                 }
             }

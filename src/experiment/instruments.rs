@@ -4,7 +4,6 @@
 use super::checks::Names;
 use super::choices::IDEAL;
 use super::choices::Material;
-use super::keypath::KeyPath;
 use super::source::Source;
 use super::tables::section;
 use crate::error::{Error, ParameterError, excerpt, meant, one_of};
@@ -100,7 +99,7 @@ pub(super) fn table(mut table: Table<'_>) -> Result<InstrumentTable, ReadError> 
         (None, None, Some(spec)) => From::Spec(Box::new(instrument::read_table(spec)?)),
         _ => {
             let message = "an instrument has one of preset, file and spec; allowed: exactly one";
-            return Err(ReadError::at(span, message));
+            return Err(ReadError::new(span, message));
         }
     };
     Ok(InstrumentTable {
@@ -161,7 +160,7 @@ impl PlannedInstrument {
     ) -> Result<(), Error> {
         // The specification was checked when it was read.
         let class = self.spec.kinematic_class();
-        let class = class.map_err(|e| Error::Internal(e.to_string()))?;
+        let class = class.map_err(Error::internal)?;
         if symmetry.isotropic || !class.isotropic_only {
             return Ok(());
         }
@@ -252,39 +251,35 @@ pub(super) fn gather(
     let mut names_taken = Names::default();
     let mut list = Vec::with_capacity(tables.len());
     for (i, table) in tables.into_iter().enumerate() {
-        let path = KeyPath::of("instrument").index(i);
+        let at = source.place("instrument").index(i);
         let (spec, preset) = match table.from {
             From::Preset(name) => match preset(&name)? {
                 Some(spec) => (spec, Some(name)),
                 None => {
-                    let path = path.key("preset");
                     let name = excerpt(&name);
                     let presets = instrument::presets();
                     let allowed = one_of(&name, presets.iter().map(|p| p.name));
-                    let message = format!("{path} = \"{name}\"; allowed: {allowed}");
-                    return Err(source.error_at(&path, message));
+                    let predicate = format!("= \"{name}\"; allowed: {allowed}");
+                    return Err(at.key("preset").problem(predicate));
                 }
             },
             From::File(file) => {
                 if !file.is_file() {
-                    let path = path.key("file");
-                    let message = format!(
-                        "{path} = {file:?}: there is no such file; allowed: an instrument file, its \
-                         path relative to the folder gonio is started in"
-                    );
-                    return Err(source.error_at(&path, message));
+                    return Err(at.key("file").problem(format_args!(
+                        "= {file:?}: there is no such file; allowed: an instrument file, its path \
+                         relative to the folder gonio is started in"
+                    )));
                 }
                 (read(&file)?, None)
             }
             From::Spec(spec) => (*spec, None),
         };
         let name = table.name.unwrap_or_else(|| spec.name.clone());
-        names_taken.take(source, &path, &name)?;
+        names_taken.take(&at, &name)?;
         if name == IDEAL {
-            let path = path.key("name");
-            let message =
-                format!("{path} = \"{IDEAL}\" is the instrument without flaws; allowed: another");
-            return Err(source.error_at(&path, message));
+            let predicate =
+                format!("= \"{IDEAL}\" is the instrument without flaws; allowed: another");
+            return Err(at.key("name").problem(predicate));
         }
         let planned = PlannedInstrument {
             name,
@@ -294,7 +289,7 @@ pub(super) fn gather(
         };
         for material in materials {
             let name = format!("material \"{}\"", material.name);
-            planned.check_symmetry(material.symmetry, &name, || source.place(&path))?;
+            planned.check_symmetry(material.symmetry, &name, || at.location())?;
         }
         list.push(planned);
     }

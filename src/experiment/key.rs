@@ -7,11 +7,11 @@ use crate::error::Error;
 use crate::reconstruct::PriorFile;
 use crate::registry::Keys;
 use serde::{Deserialize, Serialize};
+use std::fs::File;
 use std::path::PathBuf;
 
-/// Counts changes of the numbers in results and of their columns. Whoever makes a run give other
-/// numbers, or one more, raises it, so that rows made before are not taken for finished; a test
-/// compares golden rows.
+/// Number of the changes of numbers in results and of their columns so far. It is raised with each, so that rows
+/// made before are not taken for finished; a test compares golden rows.
 pub const RESULTS_REVISION: u32 = 21;
 
 /// The hash of everything that determines a record, 16 hexadecimal digits.
@@ -36,7 +36,7 @@ pub(super) struct Identity {
 
 impl Identity {
     /// Reads the files of a material.
-    pub(crate) fn of(material: &Material) -> Result<Self, Unreadable> {
+    pub(crate) fn read(material: &Material) -> Result<Self, Unreadable> {
         let inputs = hash(&material.spec.tables().files)?;
         let mut part = Part::new();
         part.feed(&material.name);
@@ -50,11 +50,9 @@ impl Identity {
             inputs,
         })
     }
-}
 
-impl Identity {
     /// Checks that the files are still what was hashed: another program may replace them at any time.
-    pub(crate) fn holds(&self) -> Result<(), Unreadable> {
+    pub(crate) fn check_unchanged(&self) -> Result<(), Unreadable> {
         for input in &self.inputs {
             let now = hash(std::slice::from_ref(&input.path))?;
             if now[0].blake3 != input.blake3 {
@@ -73,7 +71,7 @@ impl Identity {
 /// # Errors
 /// [`Error::Data`] if a file cannot be read.
 pub fn material_key(material: &Material) -> Result<RowKey, Error> {
-    let identity = Identity::of(material);
+    let identity = Identity::read(material);
     let identity = identity.map_err(|e| Error::data(&material.name, e))?;
     Ok(identity.key)
 }
@@ -113,21 +111,18 @@ pub(crate) struct Unreadable {
 
 /// Hashes files.
 pub(super) fn hash(paths: &[PathBuf]) -> Result<Vec<Input>, Unreadable> {
-    let hash = |path: &PathBuf| -> std::io::Result<Input> {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update_reader(std::fs::File::open(path)?)?;
-        Ok(Input {
-            path: path.clone(),
-            blake3: hasher.finalize().to_hex().to_string(),
-        })
+    let hash = |path: &PathBuf| {
+        let (path, mut hasher) = (path.clone(), blake3::Hasher::new());
+        let read = File::open(&path).and_then(|file| hasher.update_reader(file).map(drop));
+        match read {
+            Ok(()) => {
+                let blake3 = hasher.finalize().to_hex().to_string();
+                Ok(Input { path, blake3 })
+            }
+            Err(source) => Err(Unreadable { path, source }),
+        }
     };
-    let with_path = |path: &PathBuf| {
-        hash(path).map_err(|source| Unreadable {
-            path: path.clone(),
-            source,
-        })
-    };
-    paths.iter().map(with_path).collect()
+    paths.iter().map(hash).collect()
 }
 
 /// Removes paths of files: keys depend on their bytes. Also in the parts of a compound material.
@@ -189,7 +184,7 @@ impl Part {
     }
 
     /// The hash with one text more.
-    pub(crate) fn with(&self, text: &str) -> blake3::Hash {
+    pub(crate) fn hash_with(&self, text: &str) -> blake3::Hash {
         let mut other = Self(self.0.clone());
         other.feed(text);
         other.finish()

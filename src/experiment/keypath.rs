@@ -17,11 +17,6 @@ pub(crate) enum Step {
 pub struct KeyPath(pub(super) Vec<Step>);
 
 impl KeyPath {
-    /// The path of a top-level key.
-    pub(crate) fn of(key: &str) -> Self {
-        Self::default().key(key)
-    }
-
     /// The path of a key in the table at this path.
     #[must_use]
     pub(crate) fn key(&self, key: &str) -> Self {

@@ -1,6 +1,5 @@
 //! The kinds of experiments that a config can describe.
 
-use super::keypath::KeyPath;
 use super::source::Source;
 use crate::error::{Error, excerpt, meant};
 use crate::registry::named;
@@ -28,7 +27,7 @@ impl Kind {
     ///
     /// # Errors
     /// [`Error::Config`] if the text is no TOML or names another kind.
-    pub(crate) fn of(source: &Source) -> Result<Self, Error> {
+    pub(crate) fn of_config(source: &Source) -> Result<Self, Error> {
         let table = source.table()?;
         let Some(value) = table.get_ref().get("experiment") else {
             return Ok(Self::default());
@@ -44,7 +43,7 @@ impl Kind {
         let names = Self::ALL.map(|k| format!("{:?}", k.name())).join(", ");
         let meant = meant(text.unwrap_or_default(), &Self::ALL.map(Kind::name));
         let message = format!("experiment = {found}; allowed: {names}{meant}");
-        Err(source.error_at(&KeyPath::of("experiment"), message))
+        Err(source.place("experiment").error(message))
     }
 
     /// True of the kinds that analyse profiles of moments instead of reconstructions.
@@ -52,7 +51,7 @@ impl Kind {
         matches!(self, Kind::Moments | Kind::Relations)
     }
 
-    /// True of the kind that draws materials unless told not to.
+    /// True of the kind whose `pictures.draw` is true by default.
     pub(super) fn draws(self) -> bool {
         self == Kind::Study
     }
@@ -70,7 +69,7 @@ impl Kind {
     /// # Errors
     /// [`Error::Config`].
     pub(crate) fn require(self, source: &Source) -> Result<(), Error> {
-        let found = Self::of(source)?;
+        let found = Self::of_config(source)?;
         if found == self {
             return Ok(());
         }
@@ -84,7 +83,7 @@ impl Kind {
             found.name(),
             self.name()
         );
-        source.error_at(&KeyPath::of("experiment"), message)
+        source.place("experiment").error(message)
     }
 }
 

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 /// fraction of a second of the slowest one. (A multiple of what a thread takes at a time.)
 const SLAB: usize = 1 << 14;
 
-/// The same of a BRDF each of whose values takes paths of its own, milliseconds.
+/// Pairs between two checks of a BRDF each of whose values takes paths of its own, milliseconds.
 const SLOW_SLAB: usize = 1 << 9;
 
 /// Pairs that an interpolant is given at a time: their values stay in a core's own cache.
@@ -72,13 +72,13 @@ impl MaterialBatch {
     ) -> Result<Vec<Values>, Stop> {
         let mut of_materials = Vec::new();
         for interpolant in &self.interpolants {
-            of_materials.extend(self.of(&**interpolant, pairs, go_on)?);
+            of_materials.extend(self.evaluate_one(&**interpolant, pairs, go_on)?);
         }
         Ok(of_materials)
     }
 
-    /// The same of the materials of one interpolant.
-    fn of(
+    /// Luminance of the materials of one interpolant at some pairs, sr⁻¹, one list per material.
+    fn evaluate_one(
         &self,
         interpolant: &dyn Interpolant,
         pairs: &[DirectionPair],

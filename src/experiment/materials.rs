@@ -1,8 +1,7 @@
 //! The materials of a plan: those written out, and the MERL files of a folder.
 
-use super::checks::{Names, below};
+use super::checks::{Names, Place, distinct};
 use super::choices::Material;
-use super::keypath::KeyPath;
 use super::of_readings;
 use super::source::Source;
 use super::tables::{Named, insert_list, named, section, with_name};
@@ -34,6 +33,27 @@ impl From<Box<dyn BrdfSpec>> for MaterialTable {
             named: Named::from(spec),
             symmetry: SymmetryTable::default(),
         }
+    }
+}
+
+impl MaterialTable {
+    /// Its name, written or made from its keys.
+    fn name(&self) -> String {
+        let name = self.named.name.clone();
+        name.unwrap_or_else(|| self.named.choice.label())
+    }
+
+    /// The material, whose keys are checked.
+    pub(super) fn checked(self, at: &Place<'_>, channels: &Channels) -> Result<Material, Error> {
+        let (name, spec) = (self.name(), self.named.choice);
+        let declared = spec.check(channels).and_then(|()| spec.symmetry(channels));
+        let declared = declared.map_err(|e| at.not_built(e))?;
+        Ok(Material {
+            symmetry: self.symmetry.over(declared),
+            remarks: spec.remarks(),
+            name,
+            spec,
+        })
     }
 }
 
@@ -106,43 +126,29 @@ pub(super) fn insert_materials(table: &mut toml::Table, materials: &[Material], 
     insert_list(table, "material", tables);
 }
 
-/// Sources of the materials of a config.
-pub(super) struct Origins<'a, 's> {
-    /// The materials that are written out.
-    pub(super) tables: Vec<MaterialTable>,
-    /// The folder of MERL files.
-    pub(super) dir: Option<&'a Path>,
-    /// Names of the files that are used; `None`: all of them.
-    pub(super) only: Option<&'a [String]>,
-    /// Keys that every file of the folder gets.
-    pub(super) merl: Option<Table<'s>>,
-}
-
-/// Checks and names every material; those written out come first. Also returns the names of
+/// Checks and names every material: those of `tables`, which are written out, and then the MERL files of the
+/// folder `dir`, `only` those of these names if it is there, with the keys `merl`. Also returns the names of
 /// `only` that the folder does not have. What a scene in `channels` cannot make use of is refused.
 pub(super) fn gather(
     source: &Source,
-    origins: Origins<'_, '_>,
+    tables: Vec<MaterialTable>,
+    dir: Option<&Path>,
+    only: Option<&[String]>,
+    merl: Option<Table<'_>>,
     channels: &Channels,
 ) -> Result<(Vec<Material>, Vec<String>), Error> {
-    let Origins {
-        tables,
-        dir,
-        only,
-        merl,
-    } = origins;
+    if let Some(only) = only {
+        distinct(&source.place("only"), only, String::clone)?;
+    }
     let mut missing = only.unwrap_or_default().to_vec();
     let mut names = Names::default();
     let mut materials = Vec::new();
     for (i, table) in tables.into_iter().enumerate() {
-        let path = KeyPath::of("material").index(i);
-        let spec = table.named.choice;
-        let name = table.named.name.unwrap_or_else(|| spec.label());
-        names.take(source, &path, &name)?;
-        let material = checked(source, &path, name, spec, table.symmetry, channels)?;
-        materials.push(material);
+        let at = source.place("material").index(i);
+        names.take(&at, &table.name())?;
+        materials.push(table.checked(&at, channels)?);
     }
-    let path = KeyPath::of("merl");
+    let at = source.place("merl");
     match (dir, merl) {
         (Some(dir), merl) => {
             let mut found = Vec::new();
@@ -152,7 +158,7 @@ pub(super) fn gather(
                     continue;
                 }
                 missing.retain(|wanted| *wanted != name);
-                names.take(source, &KeyPath::of("materials_dir"), &name)?;
+                names.take(&source.place("materials_dir"), &name)?;
                 let declared = spec.check(channels).and_then(|()| spec.symmetry(channels));
                 found.push((name, spec, declared));
             }
@@ -166,24 +172,24 @@ pub(super) fn gather(
                 );
                 return Err(Error::data(dir, message));
             }
-            let of_files = of_files(found).map_err(|e| build_error(source, &path, e))?;
+            let of_files = of_files(found).map_err(|e| at.not_built(e))?;
             materials.extend(of_files);
         }
         (None, Some(_)) => {
             let message = "merl has keys for the files of materials_dir, which is not set; \
                            allowed: both or neither";
-            return Err(source.error_at(&path, message));
+            return Err(at.error(message));
         }
         (None, None) => {}
     }
     if let (None, Some(_)) = (dir, only) {
         let message =
             "only names files of materials_dir, which is not set; allowed: both or neither";
-        return Err(source.error_at(&KeyPath::of("only"), message));
+        return Err(source.place("only").error(message));
     }
     if materials.is_empty() {
         let message = "material is missing; allowed: at least one [[material]], or materials_dir";
-        return Err(source.error_at(&KeyPath::of("material"), message));
+        return Err(source.place("material").error(message));
     }
     Ok((materials, missing))
 }
@@ -221,11 +227,10 @@ fn files(
     let keys = keys.unwrap_or_else(|| Spanned::new(0..0, DeTable::new()));
     for key in ["kind", "path", "name", "symmetry"] {
         if keys.get_ref().contains_key(key) {
-            let path = KeyPath::of("merl").key(key);
-            let message = format!(
-                "unknown key {path}; allowed: the keys of material kind merl that suit every file"
-            );
-            return Err(source.error_at(&path, message));
+            let at = source.place("merl").key(key);
+            return Err(at.error(format_args!(
+                "unknown key {at}; allowed: the keys of material kind merl that suit every file"
+            )));
         }
     }
     let unusable = |message: String| {
@@ -256,31 +261,4 @@ fn files(
         specs.push(read(table).map_err(|e| source.error(e))?);
     }
     Ok(specs)
-}
-
-pub(super) fn checked(
-    source: &Source,
-    path: &KeyPath,
-    name: String,
-    spec: Box<dyn BrdfSpec>,
-    symmetry: SymmetryTable,
-    channels: &Channels,
-) -> Result<Material, Error> {
-    let declared = spec.check(channels).and_then(|()| spec.symmetry(channels));
-    let declared = declared.map_err(|e| build_error(source, path, e))?;
-    let symmetry = symmetry.over(declared);
-    Ok(Material {
-        remarks: spec.remarks(),
-        name,
-        spec,
-        symmetry,
-    })
-}
-
-/// An error of a material or lighting at `path`, by who must act.
-pub(super) fn build_error(source: &Source, path: &KeyPath, e: BuildError) -> Error {
-    match e {
-        BuildError::Parameter(e) => source.error_at(&below(path, &e.key), format!("{path}.{e}")),
-        BuildError::Data { path, message } => Error::data(path, message),
-    }
 }

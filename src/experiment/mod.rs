@@ -29,7 +29,7 @@
 //! ```
 //! use gonio::brdf::microfacet::{FresnelSpec, Ggx, MicrofacetSpec};
 //! use gonio::brdf::{BrdfSpec, Roughness};
-//! use gonio::experiment::{Config, MaterialTable, Named, Plan, Source};
+//! use gonio::experiment::{Config, MaterialTable, Named, Plan, Reach, Source};
 //! use gonio::parametrization::{Form, Hybrid, ParametrizationSpec, Warps};
 //! use gonio::reconstruct::{Cubic, Reconstruct};
 //!
@@ -41,7 +41,7 @@
 //! let hybrid = ParametrizationSpec::new::<Form<Hybrid>>(Warps::new());
 //! config.parametrizations = vec![hybrid];
 //! let cubic: Box<dyn Reconstruct> = Box::new(Cubic::default());
-//! config.reconstructions = vec![Named::from(cubic)];
+//! config.reconstructions = vec![(Named::from(cubic), Reach::default())];
 //! config.scalars.budgets = vec![100, 400];
 //! let plan = Plan::new(config)?;
 //! assert_eq!(plan.jobs(), 2);
@@ -75,7 +75,6 @@ mod question;
 mod readings;
 mod record;
 pub mod relations;
-mod resolved;
 mod route;
 mod row;
 mod run;
@@ -86,7 +85,6 @@ mod stop;
 mod tables;
 mod training;
 mod tuning;
-mod validate;
 mod wording;
 
 pub(crate) use advice::{ADVICE, Advice, AdviceSpec, AgainstFirst, Spread};
@@ -94,25 +92,27 @@ pub use any::AnyPlan;
 pub use choices::{
     Allowance, Choice, Coordinates, IDEAL, MAX_BUDGET, Material, Method, OWN, PlannedSet,
 };
+pub(crate) use config::MAX_MINUTES;
+pub use config::{Config, Output, Reach, Scalars, Schedules};
 pub use counts::{Built, Counters, Counts, Seconds, Stage, Work};
 pub use findings::{
     Calibrated, Calibration, Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope,
 };
 pub use instruments::{InstrumentTable, PlannedInstrument, Use, load as load_instrument};
 pub use key::{Expected, Input, RESULTS_REVISION, RowKey, asks_the_same, content, material_key};
-pub(crate) use keypath::KeyPath;
 pub use kind::{Kind, QuantityGroup};
 pub use materials::{MaterialTable, SymmetryTable, all as materials};
 pub use observer::{ByProduct, Event, Failure, Job, Observer, ScheduleKey, Summary};
 pub use of_readings::{ReadingsSpec, keys_of_file};
 pub use plan::Plan;
 pub(crate) use preview::preview;
-pub(crate) use question::{Factor, ReportSpec};
+pub use question::{Factor, ReportSpec};
 pub use record::{Experiment, Extent, Head, Known, Record, Shard, ShardError};
 pub(crate) use route::Router;
 pub use row::{Quantities, Row, quantities};
 pub use schedules::{Share, Unit};
 pub(crate) use schema::{config_schema, instrument_schema};
 pub use source::Source;
+pub use tables::Named;
+pub use training::{TuningKeys, TuningTable};
 pub(crate) use tuning::Tuned;
-pub(crate) use validate::MAX_MINUTES;

@@ -1,10 +1,11 @@
-//! The observer of a run, and the events it is told.
+//! The observer of a run, and the events it receives.
 
 use super::choices::{Allowance, Coordinates, Material, Method, PlannedSet};
 use super::counts::{Built, Counters, Counts, Seconds, Stage};
 use super::instruments::PlannedInstrument;
 use super::key::{Identity, Input, RowKey};
-pub(super) use super::stop::{GoOn, Stop};
+pub(super) use super::stop::GoOn;
+pub use super::stop::Stop;
 use super::tuning::Tuned;
 use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
@@ -115,7 +116,7 @@ pub enum Event<'a, R> {
     Advanced(f64),
 }
 
-/// A by-product of a run that an observer may want even if all its records are known.
+/// A by-product of a run that an observer may request even if all its records are known.
 pub enum ByProduct<'a> {
     /// A material, by position and key.
     Material(usize, &'a Material, &'a str),
@@ -132,11 +133,11 @@ pub trait Observer<R> {
         false
     }
 
-    /// Total work, in the unit of [`Event::Advanced`]; told once, at the beginning.
+    /// Total work, in the unit of [`Event::Advanced`], once, at the beginning.
     fn begins(&mut self, _work: f64) {}
 
-    /// True if this by-product shall be made and told even if all its records are known.
-    fn wants(&self, _wish: &ByProduct<'_>) -> bool {
+    /// True if this by-product shall be made and observed even if all its records are known.
+    fn requests(&self, _wish: &ByProduct<'_>) -> bool {
         false
     }
 
@@ -147,8 +148,8 @@ pub trait Observer<R> {
     fn observe(&mut self, event: &Event<'_, R>) -> Result<(), Error>;
 }
 
-/// An observer, and the summary of the events it was told.
-pub(super) struct EventSink<'o, R> {
+/// An observer, and the summary of its events.
+pub struct EventSink<'o, R> {
     pub observer: &'o mut dyn Observer<R>,
     pub summary: Summary,
     pub counters: Counters,
@@ -192,42 +193,20 @@ impl<'o, R> EventSink<'o, R> {
         Ok(self.observer.observe(&Event::Complete(records))?)
     }
 
-    pub(crate) fn failed(&mut self, job: String, reason: String, jobs: usize) -> Result<(), Stop> {
-        let failure = Failure { job, reason, jobs };
-        self.observer.observe(&Event::Failed(&failure))?;
-        self.summary.failures.push(failure);
-        Ok(())
-    }
-
-    /// The value of a result; a failure of `jobs` is emitted, and is `None`.
+    /// The value of a result. A failure is emitted under each name, of so many jobs each, and is `None`.
     pub(crate) fn or_failed<T>(
         &mut self,
-        job: &str,
         made: Result<T, Stop>,
+        names: impl IntoIterator<Item = String>,
         jobs: usize,
     ) -> Result<Option<T>, Stop> {
         match made {
             Err(Stop::Failed(reason)) => {
-                self.failed(job.to_owned(), reason, jobs)?;
-                Ok(None)
-            }
-            made => made.map(Some),
-        }
-    }
-
-    /// The same of so many jobs of each material.
-    pub(crate) fn or_all_failed<'m, T>(
-        &mut self,
-        made: Result<T, Stop>,
-        materials: impl Iterator<Item = &'m Material>,
-        job: &str,
-        jobs: usize,
-    ) -> Result<Option<T>, Stop> {
-        match made {
-            Err(Stop::Failed(reason)) => {
-                for material in materials {
-                    let job = format!("{}, {job}", material.name);
-                    self.failed(job, reason.clone(), jobs)?;
+                for job in names {
+                    let reason = reason.clone();
+                    let failure = Failure { job, reason, jobs };
+                    self.observer.observe(&Event::Failed(&failure))?;
+                    self.summary.failures.push(failure);
                 }
                 Ok(None)
             }
@@ -235,16 +214,22 @@ impl<'o, R> EventSink<'o, R> {
         }
     }
 
-    /// Hashes the files of a material; `None`, and the failure of so many jobs told, if one cannot
+    /// Hashes the files of a material; `None`, after the failure of so many jobs, if one cannot
     /// be read.
-    pub(crate) fn identified(
+    pub(super) fn identified(
         &mut self,
         material: &Material,
         jobs: usize,
     ) -> Result<Option<Identity>, Stop> {
-        let (identity, _) = self.counters.timed(Stage::Load, || Identity::of(material));
+        let (identity, _) = self
+            .counters
+            .timed(Stage::Load, || Identity::read(material));
         self.read(identity.iter().flat_map(|i| &i.inputs));
-        let identity = self.or_failed(&material.name, identity.map_err(Stop::failed), jobs)?;
+        let identity = self.or_failed(
+            identity.map_err(Stop::failed),
+            [material.name.clone()],
+            jobs,
+        )?;
         let summary = &mut self.summary;
         let inputs = identity.iter().flat_map(|i| &i.inputs);
         summary.inputs.extend(inputs.cloned());
@@ -253,9 +238,9 @@ impl<'o, R> EventSink<'o, R> {
         Ok(identity)
     }
 
-    /// Builds a material from the files that were hashed; `None`, and the failure of so many jobs
-    /// told, if that cannot be done.
-    pub(crate) fn built(
+    /// Builds a material from the files that were hashed; `None`, after the failure of so
+    /// many jobs, if that cannot be done.
+    pub(super) fn built(
         &mut self,
         material: &Material,
         identity: &Identity,
@@ -264,12 +249,12 @@ impl<'o, R> EventSink<'o, R> {
     ) -> Result<Option<Built>, Stop> {
         let ((built, same), _) = self.counters.timed(Stage::Load, || {
             let built = Built::new(&*material.spec, channels, &self.counters);
-            (built, identity.holds())
+            (built, identity.check_unchanged())
         });
         self.read(&identity.inputs);
         let built = built.map_err(Stop::failed);
         let made = built.and_then(|built| same.map(|()| built).map_err(Stop::failed));
-        self.or_failed(&material.name, made, jobs)
+        self.or_failed(made, [material.name.clone()], jobs)
     }
 
     /// Counts files that were hashed.
@@ -278,17 +263,17 @@ impl<'o, R> EventSink<'o, R> {
         self.counters.read(files);
     }
 
-    /// Tells of a material that was built, whose pictures may be drawn then.
+    /// Emits that a material was built, whose pictures may be drawn then.
     pub(crate) fn loaded(
         &mut self,
         material: &Material,
         key: &str,
         brdf: &Built,
     ) -> Result<(), Stop> {
-        let shown = brdf.at(&self.counters, Stage::Pictures);
+        let shown = brdf.counted_at(&self.counters, Stage::Pictures);
         let event = Event::Loaded(material, key, &shown);
-        let tell = || self.observer.observe(&event);
-        Ok(self.counters.timed(Stage::Pictures, tell).0?)
+        let observe = || self.observer.observe(&event);
+        Ok(self.counters.timed(Stage::Pictures, observe).0?)
     }
 
     pub(crate) fn advanced(&mut self, work: f64) -> Result<(), Stop> {

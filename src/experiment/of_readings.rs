@@ -79,16 +79,16 @@ pub struct ReadingsSpec {
 /// The keys of a material that is a file: a table in a format that is read, or readings; `None` of another name.
 pub fn keys_of_file(path: &Path) -> Option<registry::Keys> {
     let format = formats::of_name(path)?;
-    match (format.read_table, format.read_readings) {
+    match (format.table.read, format.read_readings) {
         (Some(read), _) => Some(read(path.into()).resolved()),
-        (None, Some(_)) => Some(ReadingsSpec::of(path.into())),
+        (None, Some(_)) => Some(ReadingsSpec::keys_of(path.into())),
         (None, None) => None,
     }
 }
 
 impl ReadingsSpec {
     /// The table of a material that is a file of readings, with every other key at its default.
-    pub(crate) fn of(file: PathBuf) -> registry::Keys {
+    pub(crate) fn keys_of(file: PathBuf) -> registry::Keys {
         let mut keys = registry::Keys::new();
         keys.insert("kind".into(), KIND.into());
         keys.insert("file".into(), file.to_string_lossy().into_owned().into());

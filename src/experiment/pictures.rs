@@ -1,9 +1,6 @@
 //! `[pictures]`: the pictures that are drawn of each material for the report.
 
-use super::checks::refused;
 use super::choices::MAX_BUDGET;
-use super::keypath::KeyPath;
-use super::materials::build_error;
 use super::source::Source;
 use super::tables::section;
 use crate::error::Error;
@@ -59,22 +56,19 @@ impl PictureSpec {
     }
 
     pub(super) fn check(&self, source: &Source) -> Result<(), Error> {
-        let base = KeyPath::of("pictures");
+        let at = source.place("pictures");
         for (key, value, most) in [
             ("resolution", self.resolution, 2048),
             ("samples", self.samples, 65_536),
             ("budget", self.budget, MAX_BUDGET),
         ] {
             if !(1..=most).contains(&value) {
-                let path = base.key(key);
                 let allowed = format!("a whole number from 1 to {most}");
-                return Err(refused(source, &path, value, allowed));
+                return Err(at.key(key).refused(value, allowed));
             }
         }
-        let path = base.key("lighting");
-        self.lighting
-            .check()
-            .map_err(|e| build_error(source, &path, e))
+        let at = at.key("lighting");
+        self.lighting.check().map_err(|e| at.not_built(e))
     }
 
     /// Every key with its value.

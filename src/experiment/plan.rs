@@ -3,21 +3,21 @@
 //! Everything that can be refused without measuring is refused here, so that a mistake costs a
 //! second and not an hour. No table is loaded; headers and lengths of files are read.
 
-use super::checks::{below, distinct, each_once, name_all, refuse_empty, refused};
+use super::checks::{Place, distinct, each_once, name_all, refuse_empty};
 use super::choices::{Allowance, Coordinates, Material, Method, OWN, PlannedSet};
-use super::config::{Config, Output, Reach, Written};
+use super::config::{
+    Config, Numbers, Output, Reach, check_metrics, check_output, check_quantities,
+};
 use super::instruments::{self, PlannedInstrument};
-use super::keypath::KeyPath;
 use super::kind::{Kind, QuantityGroup};
-use super::materials::{self, Origins};
+use super::materials::{self, insert_materials};
 use super::moments::MomentsTable;
 use super::pictures::PictureSpec;
 use super::priors;
 use super::question::{Factor, ReportSpec};
 use super::source::Source;
-use super::tables::section;
+use super::tables::{insert_list, section, with_name};
 use super::training::TuningTable;
-use super::validate::{Numbers, check_metrics, check_output, check_quantities};
 use crate::brdf::Channels;
 use crate::error::{Error, excerpt, one_of};
 use crate::geometry::Symmetry;
@@ -83,36 +83,46 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Reads a config, puts it together and checks it.
+    ///
+    /// # Errors
+    /// [`Error::Config`] if it is no TOML, or has keys or values that are not allowed or do not fit each other,
+    /// [`Error::Data`] for files that cannot be used.
+    pub fn read(source: &Source) -> Result<Self, Error> {
+        Self::new(Config::read(source)?)
+    }
+
     /// Puts a config together and checks it.
     ///
     /// # Errors
-    /// [`Error::Config`] for values that are not allowed or do not fit each other, [`Error::Data`]
-    /// for files that cannot be used.
-    pub(crate) fn new(config: Config<'_>) -> Result<Self, Error> {
+    /// As [`read`](Self::read).
+    pub fn new(config: Config<'_>) -> Result<Self, Error> {
         let source = config.source;
-        let numbers = Numbers::of(&config)?;
-        distinct(source, "measures", &config.scalars.measures, |m| m.name())?;
+        let numbers = Numbers::checked(&config)?;
+        distinct(&source.place("measures"), &config.scalars.measures, |m| {
+            m.name()
+        })?;
         check_metrics(&config)?;
         check_output(&config)?;
         let wanted = check_quantities(&config)?;
         let written = (section(&config.scalars), config.materials.len());
         let groups = config.scalars.quantities.clone().unwrap_or_default();
         let scalars = config.scalars;
-        if let Some(only) = &scalars.only {
-            distinct(source, "only", only, String::clone)?;
-        }
-        let origins = Origins {
-            tables: config.materials,
-            dir: scalars.materials_dir.as_deref(),
-            only: scalars.only.as_deref(),
-            merl: config.merl,
-        };
-        let (materials, missing) = materials::gather(source, origins, &scalars.channels)?;
+        let (materials, missing) = materials::gather(
+            source,
+            config.materials,
+            scalars.materials_dir.as_deref(),
+            scalars.only.as_deref(),
+            config.merl,
+            &scalars.channels,
+        )?;
         let instruments = instruments::gather(source, config.instruments, &materials)?;
-        let sample_sets = name_all(source, "sample_set", config.sample_sets, |s| s.label())?;
-        let reconstructions = name_all(source, "reconstruction", config.reconstructions, |r| {
-            r.label()
-        })?;
+        let of_sets = source.place("sample_set");
+        let sample_sets = name_all(&of_sets, config.sample_sets, |s| s.label())?;
+        let of_methods = source.place("reconstruction");
+        let (reconstructions, reach): (Vec<_>, Vec<Reach>) =
+            config.reconstructions.into_iter().unzip();
+        let reconstructions = name_all(&of_methods, reconstructions, |r| r.label())?;
         let reconstructions: Vec<(String, Arc<dyn Reconstruct>)> = reconstructions
             .into_iter()
             .map(|(name, method)| (name, Arc::from(method)))
@@ -155,39 +165,20 @@ impl Plan {
         let first = reconstructions.first().map(|(_, method)| method);
         plan.tune(source, config.tuning, first)?;
         plan.check_coordinates(source, &config.coordinates)?;
-        let written = Written {
-            scalars: written.0,
-            materials: written.1,
-            reconstructions: &reconstructions,
-            reach: &config.reach,
-            coordinates: &config.coordinates,
-        };
-        plan.resolved = plan.resolved(written);
+        plan.resolved = plan.resolved(written, &reconstructions, &reach, &config.coordinates);
         for (i, (name, method)) in reconstructions.iter().enumerate() {
-            let reach = config.reach.get(i).cloned().unwrap_or_default();
-            let methods = plan.methods(source, i, name, method, &reach, &config.coordinates)?;
+            let at = of_methods.index(i);
+            let methods = plan.methods(&at, name, method, &reach[i], &config.coordinates)?;
             plan.methods.extend(methods);
         }
         plan.check_use(source)?;
         plan.check_report(source)?;
-        let sets = plan.sample_sets.iter().enumerate().map(|(i, set)| {
-            let place = KeyPath::of("sample_set").index(i);
-            (place, set.set.prior())
-        });
-        let methods = reconstructions.iter().enumerate().map(|(i, (_, method))| {
-            let place = KeyPath::of("reconstruction").index(i);
-            (place, method.prior())
-        });
-        priors::check(source, &plan.materials, sets.chain(methods))?;
+        let sets = plan.sample_sets.iter().enumerate();
+        let sets = sets.map(|(i, set)| (of_sets.index(i), set.set.prior()));
+        let methods = reconstructions.iter().enumerate();
+        let methods = methods.map(|(i, (_, method))| (of_methods.index(i), method.prior()));
+        priors::check(&plan.materials, sets.chain(methods))?;
         Ok(plan)
-    }
-
-    /// Reads a config and puts it together.
-    ///
-    /// # Errors
-    /// If the config is no TOML, has a key or value that is not allowed, or its keys contradict each other.
-    pub fn read(source: &Source) -> Result<Self, Error> {
-        Self::new(Config::read(source)?)
     }
 
     /// The symmetries that schedules fold, each once, in the order of the materials.
@@ -213,33 +204,29 @@ impl Plan {
         source: &Source,
         specs: Vec<ParametrizationSpec>,
     ) -> Result<Vec<Coordinates>, Error> {
-        refuse_empty(source, "parametrization", &specs)?;
+        let at = source.place("parametrization");
+        refuse_empty(&at, &specs)?;
         let mut list: Vec<Coordinates> = Vec::new();
         for (i, spec) in specs.into_iter().enumerate() {
-            let path = KeyPath::of("parametrization").index(i);
+            let at = at.index(i);
             let mut coordinates = Coordinates {
                 spec,
                 warp: String::new(),
             };
             for symmetry in self.symmetries() {
                 let form = coordinates.form(symmetry).map_err(|e| {
-                    let path = path.key("warp").key(&e.axis);
                     let warp = coordinates.spec.warps.get(&e.axis).map(|w| w.name());
                     let warp = warp.unwrap_or_default();
-                    let message = format!("{path} = \"{warp}\": {}", e.problem);
-                    source.error_at(&path, message)
+                    let at = at.key("warp").key(&e.axis);
+                    at.problem(format_args!("= \"{warp}\": {}", e.problem))
                 })?;
                 coordinates.warp = form.warp_name();
             }
             if list.iter().any(|c| c.label() == coordinates.label()) {
-                return Err(source.error_at(
-                    &path,
-                    format!(
-                        "{path} = \"{}\" is there twice; allowed: each parametrization with the \
-                         same warps once",
-                        coordinates.label()
-                    ),
-                ));
+                return Err(at.problem(format_args!(
+                    "= \"{}\" is there twice; allowed: each parametrization with the same warps once",
+                    coordinates.label()
+                )));
             }
             list.push(coordinates);
         }
@@ -253,16 +240,14 @@ impl Plan {
         let (smallest, budget) = budgets.min_by_key(|b| b.1).unwrap_or((0, PROBE_BUDGET));
         let probe = budget.min(PROBE_BUDGET);
         for (i, planned) in self.sample_sets.iter().enumerate() {
-            let path = KeyPath::of("sample_set").index(i);
+            let at = source.place("sample_set").index(i);
             for (key, list) in [("budgets", &self.budgets), ("readings", &self.readings)] {
                 let most = planned.set.most();
                 if let Some(n) = list.iter().position(|n| *n > most) {
-                    let (at, name) = (KeyPath::of(key).index(n), &planned.name);
-                    let message = format!(
-                        "{at} = {}: {path} \"{name}\" chooses at most {most} poses; allowed: fewer",
-                        list[n]
-                    );
-                    return Err(source.error_at(&at, message));
+                    return Err(source.place(key).index(n).problem(format_args!(
+                        "= {}: {at} \"{}\" chooses at most {most} poses; allowed: fewer",
+                        list[n], planned.name
+                    )));
                 }
             }
             for coordinates in &self.parametrizations {
@@ -270,15 +255,14 @@ impl Plan {
                     let form = coordinates.checked_form(symmetry)?;
                     planned.set.check(form.axes()).map_err(|e| {
                         let with = format!(" in {} coordinates", coordinates.label());
-                        source.error_at(&below(&path, &e.key), format!("{e}{with}"))
+                        at.key(&e.key).error(format!("{e}{with}"))
                     })?;
                     let own: Vec<f64> = form.axes().iter().map(|a| a.density).collect();
                     let probed = match planned.set.tuned(&own) {
                         Some(untuned) => untuned.plan(&form, probe, self.seeds[0]),
                         None => planned.set.plan(&form, probe, self.seeds[0]),
                     };
-                    probed
-                        .map_err(|e| source.error_at(&KeyPath::of("budgets").index(smallest), e))?;
+                    probed.map_err(|e| source.place("budgets").index(smallest).error(e))?;
                 }
             }
         }
@@ -295,23 +279,18 @@ impl Plan {
     ) -> Result<(), Error> {
         let wanted = |s: &PlannedSet| s.set.tuned(&[]).is_some();
         let first = self.sample_sets.iter().position(wanted);
-        let refuse =
-            |path: KeyPath, problem: &str| Err(source.error_at(&path, format!("{path} {problem}")));
         let (set, table, method) = match (first, table, method) {
             (Some(set), Some(table), Some(method)) => (set, table, method),
             (Some(set), ..) => {
-                let path = KeyPath::of("sample_set").index(set).key("ratio");
-                return refuse(
-                    path,
+                let at = source.place("sample_set").index(set).key("ratio");
+                return Err(at.problem(
                     "= \"tuned\" lacks what it is tuned on; allowed: with [tuning] and its materials",
-                );
+                ));
             }
             (None, Some(_), _) => {
-                let path = KeyPath::of("tuning");
-                return refuse(
-                    path,
+                return Err(source.place("tuning").problem(
                     "is never used; allowed: with a [[sample_set]] of ratio = \"tuned\"",
-                );
+                ));
             }
             (None, None, _) => return Ok(()),
         };
@@ -320,9 +299,9 @@ impl Plan {
             ("minutes", !self.minutes.is_empty()),
         ] {
             if used {
-                let set = KeyPath::of("sample_set").index(set);
+                let set = source.place("sample_set").index(set);
                 let problem = format!("do not go with the tuned ratio of {set}; allowed: budgets");
-                return refuse(KeyPath::of(key), &problem);
+                return Err(source.place(key).problem(problem));
             }
         }
         let method = Arc::clone(method);
@@ -340,18 +319,16 @@ impl Plan {
         coordinates: &[reconstruct::Coordinates],
     ) -> Result<(), Error> {
         for (i, c) in coordinates.iter().enumerate().filter(|c| c.1.kind != OWN) {
+            let at = source.place("coordinates").index(i);
             if parametrization::find(&c.kind).is_none() {
-                let path = KeyPath::of("coordinates").index(i).key("kind");
                 let all = parametrization::all();
                 let kinds = all.iter().map(|e| e.kind).chain([OWN]);
-                let allowed = one_of(&c.kind, kinds);
-                return Err(refused(source, &path, &c.kind, allowed));
+                return Err(at.key("kind").refused(&c.kind, one_of(&c.kind, kinds)));
             }
             for symmetry in self.symmetries() {
                 c.form(symmetry).map_err(|e| {
-                    let path = KeyPath::of("coordinates").index(i);
-                    let key = e.key.trim_start_matches("coordinates.").to_owned();
-                    source.error_at(&below(&path, &key), e)
+                    let key = e.key.trim_start_matches("coordinates.");
+                    at.key(key).error(&e)
                 })?;
             }
         }
@@ -361,18 +338,14 @@ impl Plan {
     /// Methods of one reconstruction, one for each of its coordinates.
     fn methods(
         &self,
-        source: &Source,
-        i: usize,
+        at: &Place<'_>,
         name: &str,
         method: &Arc<dyn Reconstruct>,
         reach: &Reach,
         coordinates: &[reconstruct::Coordinates],
     ) -> Result<Vec<Method>, Error> {
-        let path = KeyPath::of("reconstruction").index(i);
-        method
-            .check()
-            .map_err(|e| source.error_at(&below(&path, &e.key), e))?;
-        let on = self.on(source, &path, reach)?;
+        method.check().map_err(|e| at.key(&e.key).error(e))?;
+        let on = self.on(&at.key("on"), reach)?;
         let labelled = |coordinates: String, method: Arc<dyn Reconstruct>| Method {
             name: name.to_owned(),
             coordinates,
@@ -391,11 +364,10 @@ impl Plan {
                         return Ok(labelled(c.label(), Arc::clone(method)));
                     }
                     let method = method.within(c).ok_or_else(|| {
-                        let message = format!(
-                            "{path} \"{name}\" has no choice of coordinates; allowed: own, not {}",
+                        at.problem(format_args!(
+                            "\"{name}\" has no choice of coordinates; allowed: own, not {}",
                             c.label()
-                        );
-                        source.error_at(&path, message)
+                        ))
                     })?;
                     Ok(labelled(c.label(), method))
                 });
@@ -405,19 +377,17 @@ impl Plan {
     }
 
     /// Position of the sample set that `on` names.
-    fn on(&self, source: &Source, path: &KeyPath, reach: &Reach) -> Result<Option<usize>, Error> {
+    fn on(&self, at: &Place<'_>, reach: &Reach) -> Result<Option<usize>, Error> {
         let Some(name) = &reach.on else {
             return Ok(None);
         };
         let found = self.sample_sets.iter().position(|s| s.name == *name);
         if found.is_none() {
-            let path = path.key("on");
-            let message = format!(
-                "{path} = \"{}\" is no sample set of this config; allowed: {}",
+            return Err(at.problem(format_args!(
+                "= \"{}\" is no sample set of this config; allowed: {}",
                 excerpt(name),
                 one_of(name, self.sample_sets.iter().map(|s| &s.name))
-            );
-            return Err(source.error_at(&path, message));
+            )));
         }
         Ok(found)
     }
@@ -429,30 +399,66 @@ impl Plan {
         for (i, name) in names.into_iter().enumerate() {
             let mine = |m: &usize| self.methods[*m].name == *name;
             if !units.iter().any(|u| self.methods_on(u).iter().any(mine)) {
-                let path = KeyPath::of("reconstruction").index(i);
-                let message = format!(
-                    "{path} \"{name}\" is never used; allowed: an up_to that a budget stays \
-                     within, and a grid for what needs one"
-                );
-                return Err(source.error_at(&path, message));
+                let at = source.place("reconstruction").index(i);
+                return Err(at.problem(format_args!(
+                    "\"{name}\" is never used; allowed: an up_to that a budget stays within, and a \
+                     grid for what needs one"
+                )));
             }
         }
         for (i, set) in self.sample_sets.iter().enumerate() {
             let mut mine = units.iter().filter(|u| u.sample_set == i);
             if mine.all(|u| self.methods_on(u).is_empty()) {
-                let path = KeyPath::of("sample_set").index(i);
-                let message = format!(
-                    "{path} \"{}\" has no reconstruction; allowed: one that works on it",
+                let at = source.place("sample_set").index(i);
+                return Err(at.problem(format_args!(
+                    "\"{}\" has no reconstruction; allowed: one that works on it",
                     set.name
-                );
-                return Err(source.error_at(&path, message));
+                )));
             }
         }
         Ok(())
     }
-}
 
-impl Plan {
+    /// The config with every default filled in: the keys that are no tables and the number of materials that
+    /// have a table, which are `written`, and then the tables.
+    fn resolved(
+        &self,
+        written: (toml::Table, usize),
+        reconstructions: &[(String, Arc<dyn Reconstruct>)],
+        reach: &[Reach],
+        coordinates: &[reconstruct::Coordinates],
+    ) -> toml::Table {
+        let (mut table, materials) = written;
+        insert_materials(&mut table, &self.materials, materials);
+        let parametrizations = self.parametrizations.iter().map(|c| c.spec.resolved());
+        insert_list(&mut table, "parametrization", parametrizations);
+        let sets = self.sample_sets.iter();
+        let sets = sets.map(|s| with_name(s.set.resolved(), &s.name));
+        insert_list(&mut table, "sample_set", sets);
+        let methods = reconstructions.iter().zip(reach);
+        let methods = methods.map(|((name, method), reach)| {
+            let mut keys = with_name(method.resolved(), name);
+            keys.extend(section(reach));
+            keys
+        });
+        insert_list(&mut table, "reconstruction", methods);
+        insert_list(&mut table, "coordinates", coordinates.iter().map(section));
+        let instruments = self.instruments.iter().map(PlannedInstrument::resolved);
+        insert_list(&mut table, "instrument", instruments);
+        table.insert("metrics".into(), section(&self.metrics).into());
+        if let Some(tuning) = self.sample_sets.iter().find_map(|s| s.tuning.as_ref()) {
+            table.insert("tuning".into(), tuning.resolved.clone().into());
+        }
+        if let Some(moments) = &self.moments {
+            table.insert("moments".into(), moments.resolved().into());
+        }
+        table.insert("band".into(), self.band.into());
+        table.insert("report".into(), section(&self.report).into());
+        table.insert("pictures".into(), self.pictures.resolved().into());
+        table.insert("output".into(), section(&self.output).into());
+        table
+    }
+
     /// Checks that the names in `[report]` are names of the plan.
     fn check_report(&self, source: &Source) -> Result<(), Error> {
         let factor = self.report.factor;

@@ -56,7 +56,7 @@ pub(crate) fn preview(
         seed,
         material: None,
     };
-    let route = match router.found(&key, true) {
+    let route = match router.find_for(&key, true) {
         Ok(route) => route,
         // Too few poses for a schedule, or none that the instrument can take.
         Err(Error::Config { .. } | Error::Infeasible { .. }) => return Ok(None),

@@ -1,10 +1,8 @@
 //! What members of a plan know of other materials, none of which is tested.
 
-use super::checks::each_once;
+use super::checks::{Place, each_once};
 use super::choices::Material;
 use super::key::{self, Input};
-use super::keypath::KeyPath;
-use super::source::Source;
 use crate::error::Error;
 use crate::reconstruct::PriorFile;
 use std::path::Path;
@@ -20,33 +18,32 @@ pub(super) fn inputs<'a>(priors: impl Iterator<Item = &'a PriorFile>) -> Vec<Inp
 /// # Errors
 /// [`Error::Config`] for one that is, or a prior that cannot be read.
 pub(super) fn check<'a>(
-    source: &Source,
     tested: &[Material],
-    priors: impl Iterator<Item = (KeyPath, Option<&'a PriorFile>)>,
+    priors: impl Iterator<Item = (Place<'a>, Option<&'a PriorFile>)>,
 ) -> Result<(), Error> {
     let mut contents = Vec::new();
     for (place, prior) in priors {
         let Some(prior) = prior else {
             continue;
         };
-        let path = place.key("prior");
+        let at = place.key("prior");
         let known = prior.load();
-        let known = known.map_err(|e| source.error_at(&path, format!("{place}.{e}")))?;
+        let known = known.map_err(|e| at.error(format!("{place}.{e}")))?;
         if contents.is_empty() {
             contents = tested.iter().map(key::content).collect::<Result<_, _>>()?;
         }
         for (material, content) in tested.iter().zip(&contents) {
             let found = known.materials().iter().find(|m| m.content == *content);
             if let Some(trained) = found {
-                let message = format!(
-                    "{path} = {:?} was made of {:?}, which is the tested material {:?}; allowed: one that was made \
+                let predicate = format!(
+                    "= {:?} was made of {:?}, which is the tested material {:?}; allowed: one that was made \
                      of others (gonio train --except {})",
                     prior.path(),
                     trained.name,
                     material.name,
                     trained.name
                 );
-                return Err(source.error_at(&path, message));
+                return Err(at.problem(predicate));
             }
         }
     }

@@ -1,8 +1,7 @@
 //! `[report]`: the choice that the findings of an acquisition compare.
 
-use super::checks::{below, each_once, refused};
+use super::checks::each_once;
 use super::choices::Choice;
-use super::keypath::KeyPath;
 use super::source::Source;
 use crate::error::{Error, one_of};
 use crate::registry::named;
@@ -43,7 +42,7 @@ impl Factor {
     }
 
     /// True if two choices differ in this column and in no other. (Whether the warps of two
-    /// parametrizations are alike is not told here.)
+    /// parametrizations are alike is not compared here.)
     pub(super) fn alone_differs(self, a: &Choice, b: &Choice) -> bool {
         Factor::ALL.into_iter().all(|factor| {
             let same = factor.level(a) == factor.level(b);
@@ -85,6 +84,7 @@ pub struct ReportSpec {
 impl ReportSpec {
     /// Refuses names that are no level of the factor; `levels` are those of the plan.
     pub(super) fn check(&self, source: &Source, levels: &[&str]) -> Result<(), Error> {
+        let at = source.place("report");
         for (key, name) in [
             ("reference", &self.reference),
             ("challenger", &self.challenger),
@@ -93,22 +93,18 @@ impl ReportSpec {
                 continue;
             };
             if !levels.contains(&name.as_str()) {
-                let path = below(&KeyPath::of("report"), key);
                 let allowed = format!(
                     "a {} of this config: {}",
                     self.factor.name(),
                     one_of(name, each_once(levels.iter().copied()))
                 );
-                return Err(refused(source, &path, format!("{name:?}"), allowed));
+                return Err(at.key(key).refused(format!("{name:?}"), allowed));
             }
         }
         if self.reference.is_some() && self.reference == self.challenger {
-            let path = below(&KeyPath::of("report"), "challenger");
-            let message = format!(
-                "{path} is the reference itself; allowed: another {}",
-                self.factor.name()
-            );
-            return Err(source.error_at(&path, message));
+            let another = self.factor.name();
+            let predicate = format!("is the reference itself; allowed: another {another}");
+            return Err(at.key("challenger").problem(predicate));
         }
         Ok(())
     }

@@ -2,16 +2,14 @@
 //! predicted from moments of its slices and of the light (Zubiaga et al. 2015, §3.2 and §3.3; see
 //! [`docs::relations`](crate::docs::relations)).
 
-use super::checks::{distinct, name_all, refused, refused_in};
+use super::checks::{distinct, name_all};
 use super::counts::{Built, Stage};
-use super::each::{self, Of, PerMaterial};
+use super::each::{Of, PerMaterial};
 use super::key::{Expected, Input, Part, RowKey, forget_paths, hash, of_part};
-use super::keypath::KeyPath;
 use super::kind::Kind;
-use super::materials::build_error;
 use super::moments::MomentsPlan;
-use super::observer::{EventSink, Observer, Stop, Summary};
-use super::record::{Experiment, Extent, Head, Known, Record, Shard};
+use super::observer::{EventSink, Stop};
+use super::record::{Head, Record};
 use super::source::Source;
 use super::tables::{Named, insert_list, named, refuse_unknown, section, take_list, with_name};
 use crate::brdf::{BuildError, Channels};
@@ -19,7 +17,7 @@ use crate::error::Error;
 use crate::lighting::{self, Lighting, LightingSpec};
 use crate::moments::Profile;
 use crate::moments::relations::{Along, Relation, RelationSpec, compare};
-use crate::registry::{self, ReadError, Table};
+use crate::registry::{self, ReadError, Table, keys};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -38,31 +36,16 @@ const KEYS: [&str; 10] = [
     "relations",
 ];
 
-/// `[relations]` but for the keys of [`RelationSpec`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Keys {
-    views_deg: Vec<f64>,
-    along: Vec<Along>,
-    window_deg: f64,
-    azimuth_deg: f64,
-    tolerance: f64,
-    max_evaluations: usize,
-    max_views: usize,
-}
-
-impl Default for Keys {
-    fn default() -> Self {
-        let spec = RelationSpec::default();
-        Self {
-            views_deg: (1..=7).map(|i| 10.0 * f64::from(i)).collect(),
-            along: vec![Along::Theta, Along::Phi],
-            window_deg: spec.window_deg,
-            azimuth_deg: spec.azimuth_deg,
-            tolerance: spec.tolerance,
-            max_evaluations: spec.max_evaluations,
-            max_views: spec.max_views,
-        }
+keys! {
+    /// `[relations]`: the views, and the keys of [`RelationSpec`].
+    struct Keys {
+        views_deg: Vec<f64> = (1..=7).map(|i| 10.0 * f64::from(i)).collect();
+        along: Vec<Along> = vec![Along::Theta, Along::Phi];
+        window_deg: f64 = RelationSpec::default().window_deg;
+        azimuth_deg: f64 = RelationSpec::default().azimuth_deg;
+        tolerance: f64 = RelationSpec::default().tolerance;
+        max_evaluations: usize = RelationSpec::default().max_evaluations;
+        max_views: usize = RelationSpec::default().max_views;
     }
 }
 
@@ -108,7 +91,7 @@ impl RelationsPlan {
         Kind::Relations.require(source)?;
         let (table, lights, keys) = parts(source.table()?).map_err(|e| source.error(e))?;
         let base = MomentsPlan::from_table(source, table)?;
-        let here = KeyPath::of("relations");
+        let here = source.place("relations");
         let spec = RelationSpec {
             window_deg: keys.window_deg,
             azimuth_deg: keys.azimuth_deg,
@@ -116,49 +99,40 @@ impl RelationsPlan {
             max_evaluations: keys.max_evaluations,
             max_views: keys.max_views,
         };
-        spec.check().map_err(|e| refused_in(source, &here, &e))?;
-        distinct(
-            source,
-            "relations.views_deg",
-            &keys.views_deg,
-            f64::to_string,
-        )?;
+        spec.check().map_err(|e| here.refused_key(&e))?;
+        distinct(&here.key("views_deg"), &keys.views_deg, f64::to_string)?;
         for (i, &view) in keys.views_deg.iter().enumerate() {
             let last = base.moments.spec.max_view_deg;
             if !(view >= 0.0 && view <= last) {
-                let path = here.key("views_deg").index(i);
                 let allowed = format!("an angle in [0, {last}], the range of [moments]");
-                return Err(refused(source, &path, view, allowed));
+                return Err(here.key("views_deg").index(i).refused(view, allowed));
             }
         }
-        distinct(source, "relations.along", &keys.along, |a| a.name())?;
+        distinct(&here.key("along"), &keys.along, |a| a.name())?;
         let order = base.moments.spec.order.get();
         if order < 2 {
-            let path = KeyPath::of("moments").key("order");
             let allowed = "a whole number in [2, 4] in this experiment";
-            return Err(refused(source, &path, order, allowed));
+            return Err(source.place("moments.order").refused(order, allowed));
         }
         let channels = &base.moments.spec.channels;
         if channels.len() > 1 {
-            let path = KeyPath::of("moments").key("channels");
             let names: Vec<_> = channels.iter().map(|c| c.name()).collect();
             let found = format!("[{}]", names.join(", "));
-            return Err(refused(source, &path, found, "one in this experiment"));
+            let at = source.place("moments.channels");
+            return Err(at.refused(found, "one in this experiment"));
         }
         if let Some(m) = base.materials.iter().find(|m| !m.symmetry.isotropic) {
             let message = format!(
                 "material {:?} is anisotropic: allowed here are isotropic ones",
                 m.name
             );
-            return Err(source.error_at(&KeyPath::of("material"), message));
+            return Err(source.place("material").error(message));
         }
         let mut lightings = Vec::new();
-        for (i, (name, spec)) in name_all(source, "lighting", lights, |s| s.label())?
-            .into_iter()
-            .enumerate()
-        {
-            let path = KeyPath::of("lighting").index(i);
-            spec.check().map_err(|e| build_error(source, &path, e))?;
+        let at = source.place("lighting");
+        let named = name_all(&at, lights, |s| s.label())?;
+        for (i, (name, spec)) in named.into_iter().enumerate() {
+            spec.check().map_err(|e| at.index(i).not_built(e))?;
             lightings.push(PlannedLight {
                 name,
                 spec,
@@ -253,36 +227,6 @@ impl Record for MaterialRelations {
     }
 }
 
-impl Experiment for RelationsPlan {
-    type Record = MaterialRelations;
-
-    fn head(&self) -> Head<'_> {
-        Head {
-            resolved: &self.resolved,
-            ..self.base.head()
-        }
-    }
-
-    fn of_each(&self, shard: Option<Shard>) -> (Shard, Vec<Expected>) {
-        let of =
-            |light: &PlannedLight| Expected::of_any(&light.name, &light.name, self.part(light));
-        // A material's profile serves all its lightings.
-        (
-            shard.unwrap_or(Shard::WHOLE),
-            self.lightings.iter().map(of).collect(),
-        )
-    }
-
-    fn run(
-        &self,
-        extent: &Extent,
-        known: &Known<MaterialRelations>,
-        observer: &mut dyn Observer<MaterialRelations>,
-    ) -> Result<Summary, Error> {
-        each::run(self, extent, known, observer)
-    }
-}
-
 impl RelationsPlan {
     /// Hash of everything that determines the relations under a lighting but the material. The
     /// bytes of an unreadable file are left out: building it fails later.
@@ -328,8 +272,22 @@ impl RelationsPlan {
 }
 
 impl PerMaterial for RelationsPlan {
-    /// The profile of the material.
+    type Record = MaterialRelations;
+    /// The profile of the material, which serves all its lightings.
     type Shared = Profile;
+
+    fn head(&self) -> Head<'_> {
+        Head {
+            resolved: &self.resolved,
+            ..self.base.head()
+        }
+    }
+
+    fn records(&self) -> Vec<Expected> {
+        let of =
+            |light: &PlannedLight| Expected::of_any(&light.name, &light.name, self.part(light));
+        self.lightings.iter().map(of).collect()
+    }
 
     fn channels(&self) -> Channels {
         self.base.channels()
@@ -346,7 +304,7 @@ impl PerMaterial for RelationsPlan {
         events: &mut EventSink<'_, MaterialRelations>,
     ) -> Result<Profile, Stop> {
         let table = &self.base.moments;
-        let brdf = &brdf.at(&events.counters, Stage::Moments);
+        let brdf = &brdf.counted_at(&events.counters, Stage::Moments);
         let (channel, seed) = (table.spec.channels[0], self.base.seed);
         let (profile, _) = events.counters.timed(Stage::Moments, || {
             Profile::new(brdf, channel, &table.spec, &*table.estimator, seed)
@@ -363,7 +321,7 @@ impl PerMaterial for RelationsPlan {
         let light = &self.lightings[place];
         let lighting = self.lighting(light, &of)?;
         let counters = events.counters.clone();
-        let brdf = of.brdf.at(&counters, Stage::Evaluate);
+        let brdf = of.brdf.counted_at(&counters, Stage::Evaluate);
         let mut relations = Vec::new();
         for &along in &self.along {
             for &view in &self.views {

@@ -82,7 +82,7 @@ struct SetKey {
 }
 
 impl SetKey {
-    fn of(key: &ScheduleKey<'_>) -> Self {
+    fn new(key: &ScheduleKey<'_>) -> Self {
         Self {
             coordinates: key.coordinates.label(),
             symmetry: key.symmetry,
@@ -138,11 +138,11 @@ impl Router {
     /// # Errors
     /// [`Error::Infeasible`] if no schedule fits or no pose is reachable.
     pub(crate) fn find(&mut self, key: &ScheduleKey<'_>) -> Result<Route, Error> {
-        self.found(key, false)
+        self.find_for(key, false)
     }
 
-    /// The same; `again`: a later material asks for it too.
-    pub(super) fn found(&mut self, key: &ScheduleKey<'_>, again: bool) -> Result<Route, Error> {
+    /// The route of a key; `again`: a later material asks for it too.
+    pub(super) fn find_for(&mut self, key: &ScheduleKey<'_>, again: bool) -> Result<Route, Error> {
         match self.make(key, false, again, &|| false) {
             Ok(route) => Ok(route),
             Err(Stop::Failed(why)) if key.instrument.is_none() => {
@@ -179,7 +179,7 @@ impl Router {
                 key.sample_set.name
             )));
         }
-        let set = SetKey::of(key);
+        let set = SetKey::new(key);
         if self.current.as_ref() != Some(&set) {
             self.schedules.drop_unasked();
             self.tours.drop_unasked();
@@ -286,7 +286,7 @@ impl Router {
         let instrument = key.instrument;
         let instrument = instrument.filter(|i| i.use_of.limits && set.depends_on_instrument());
         let name = instrument.map(|i| i.name.clone());
-        let asked = (SetKey::of(key), budget, seed, name);
+        let asked = (SetKey::new(key), budget, seed, name);
         if let Some(known) = self.schedules.get(&asked, again) {
             return Ok(known);
         }
@@ -394,7 +394,7 @@ impl Router {
         }
         // The plan has built it before.
         let bench = instrument.bench(parts, seed);
-        let bench = Arc::new(bench.map_err(|e| Error::Internal(e.to_string()))?);
+        let bench = Arc::new(bench.map_err(Error::internal)?);
         self.benches.insert(asked, Arc::clone(&bench));
         Ok((spec, bench))
     }
@@ -433,7 +433,7 @@ fn too_few(allowance: Allowance) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::{Plan, Source, config::Config};
+    use crate::experiment::{Plan, Source};
     use search::FIRST;
 
     /// Routes of the only set of a config, twice: for every instrument, allowance and seed.
@@ -442,7 +442,7 @@ mod tests {
             "{text}\n[[material]]\nkind = \"lambert\"\n[[reconstruction]]\nkind = \"nearest\""
         );
         let source = Source::new("c.toml", text);
-        let plan = Plan::new(Config::read(&source).unwrap()).unwrap();
+        let plan = Plan::read(&source).unwrap();
         let mut router = Router::default();
         let mut round = || {
             let mut routes = Vec::new();
@@ -463,7 +463,7 @@ mod tests {
                     }));
                 }
             }
-            (routes, router.counters.seconds().of(Stage::Plan))
+            (routes, router.counters.seconds().at_stage(Stage::Plan))
         };
         let (first, seconds) = round();
         let (second, later) = round();

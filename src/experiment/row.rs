@@ -7,10 +7,9 @@ use crate::metrics::{
     AlbedoProbe, Errors, Expected, Judged, Quantity, TruthErrors, Uncovered, WITHIN,
 };
 use crate::moments::MomentErrors;
-use serde::de::{self, MapAccess, Visitor};
 use serde::ser::SerializeMap;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::fmt;
+use serde::{Deserialize, Serialize, Serializer};
+use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 /// Declares the plain columns of a row: their names, types and what they mean, once.
@@ -158,7 +157,8 @@ pub fn quantities() -> &'static [Quantity] {
 }
 
 /// Values of the [`quantities`], in their order; `None` where one is not defined or not asked for.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "BTreeMap<String, Option<f64>>")]
 pub struct Quantities(Vec<Option<f64>>);
 
 impl Default for Quantities {
@@ -207,27 +207,17 @@ impl Serialize for Quantities {
     }
 }
 
-impl<'de> Deserialize<'de> for Quantities {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct V;
-        impl<'de> Visitor<'de> for V {
-            type Value = Quantities;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("columns of a row")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Quantities, A::Error> {
-                let mut values = Quantities::default();
-                // What is no column of its own arrives here: a row of another version.
-                while let Some(name) = map.next_key::<String>()? {
-                    let Some(place) = place(&name) else {
-                        return Err(de::Error::custom(format!("unknown column `{name}`")));
-                    };
-                    values.0[place] = map.next_value()?;
-                }
-                Ok(values)
-            }
+impl TryFrom<BTreeMap<String, Option<f64>>> for Quantities {
+    type Error = String;
+
+    fn try_from(columns: BTreeMap<String, Option<f64>>) -> Result<Self, String> {
+        let mut values = Self::default();
+        for (name, value) in columns {
+            // What is no column of its own arrives here: a row of another version.
+            let place = place(&name).ok_or_else(|| format!("unknown column `{name}`"))?;
+            values.0[place] = value;
         }
-        deserializer.deserialize_map(V)
+        Ok(values)
     }
 }
 

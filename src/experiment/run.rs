@@ -54,7 +54,7 @@ impl Experiment for Plan {
         } = self.share(extent.shard);
         let task = |unit: &Unit, method| {
             let part = self.part(unit, method);
-            let parts = self.measures.iter().map(|m| part.with(m.name()));
+            let parts = self.measures.iter().map(|m| part.hash_with(m.name()));
             Task {
                 method,
                 parts: parts.collect(),
@@ -228,7 +228,7 @@ impl<'a> Runner<'a> {
         self.units.iter().map(|(_, tasks)| tasks.len()).sum()
     }
 
-    /// True if a row of this job is missing, or the observer wants a by-product of it.
+    /// True if a row of this job is missing, or the observer requests a by-product of it.
     fn wanted(&self, member: &Member<'_>, schedule: &ScheduleKey<'_>, task: &Task) -> bool {
         let Some(identity) = member.identity else {
             return false;
@@ -245,7 +245,7 @@ impl<'a> Runner<'a> {
         };
         let wish = ByProduct::Reconstruction(&job);
         keys.any(|key| !self.known.contains_key(&key))
-            || (self.plan.output.slices && self.events.observer.wants(&wish))
+            || (self.plan.output.slices && self.events.observer.requests(&wish))
     }
 
     fn tile(
@@ -288,7 +288,7 @@ impl<'a> Runner<'a> {
             tasks.any(|task| self.wanted(member, &schedule, task))
         });
         let wish = ByProduct::Material(position, material, &identity.key);
-        let shown = self.events.observer.wants(&wish);
+        let shown = self.events.observer.requests(&wish);
         if !rows && !shown {
             return Ok(());
         }
@@ -305,7 +305,9 @@ impl<'a> Runner<'a> {
             return Ok(());
         }
         let truth = self.judge.truth(brdf, &self.events);
-        member.truth = self.events.or_failed(&material.name, truth, jobs)?;
+        member.truth = self
+            .events
+            .or_failed(truth, [material.name.clone()], jobs)?;
         Ok(())
     }
 
@@ -346,7 +348,7 @@ impl<'a> Runner<'a> {
         self.events.advanced(batch.work(known))?;
         let observer = &*self.events.observer;
         let written = self.plan.output.schedules.0.is_some();
-        if wanting.is_empty() && !(written && observer.wants(&ByProduct::Schedule(schedule))) {
+        if wanting.is_empty() && !(written && observer.requests(&ByProduct::Schedule(schedule))) {
             return Ok(Vec::new());
         }
         self.events.doing(&format_args!("planning {schedule}"))?;
@@ -386,7 +388,7 @@ impl<'a> Runner<'a> {
             ))?;
             let observer = &*self.events.observer;
             let cancelled = || observer.cancelled();
-            let brdf = truth.brdf.at(&self.events.counters, Stage::Measure);
+            let brdf = truth.brdf.counted_at(&self.events.counters, Stage::Measure);
             let take = || Readings::take(&brdf, route, schedule.seed, &cancelled);
             let (readings, seconds) = self.events.counters.timed(Stage::Measure, take);
             let readings = readings?;
@@ -447,8 +449,9 @@ impl<'a> Runner<'a> {
         let events = &mut self.events;
         let judge = &self.judge;
         let compared = judge.compared(schedule, &truths, &group.coverage, method, events);
-        let members_of = members.iter().map(|m| m.member.material);
-        let Some(compared) = events.or_all_failed(compared, members_of, &name, 1)? else {
+        let names = members.iter().map(|m| &m.member.material.name);
+        let names = names.map(|material| format!("{material}, {name}"));
+        let Some(compared) = events.or_failed(compared, names, 1)? else {
             return Ok(Vec::new());
         };
         let mut rows = Vec::with_capacity(members.len() * plan.measures.len());

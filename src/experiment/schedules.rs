@@ -109,14 +109,11 @@ impl Plan {
         }
     }
 
-    /// Number of reconstructions of one material in some units.
-    pub(crate) fn jobs_of(&self, units: &[Unit]) -> usize {
-        units.iter().map(|u| self.methods_on(u).len()).sum()
-    }
-
     /// Number of reconstructions of a complete run.
-    pub(crate) fn jobs(&self) -> usize {
-        self.jobs_of(&self.units()) * self.materials.len()
+    pub fn jobs(&self) -> usize {
+        let units = self.units();
+        let of_material: usize = units.iter().map(|u| self.methods_on(u).len()).sum();
+        of_material * self.materials.len()
     }
 
     /// Number of rows of a complete run.
@@ -191,7 +188,7 @@ impl Plan {
                 for measure in &self.measures {
                     let label = choice.label(&allowed, unit.seed, measure.name());
                     let job = format!("{schedule}, {}", method.label());
-                    let part = part.with(measure.name());
+                    let part = part.hash_with(measure.name());
                     rows.push(Expected::of_any(&label, &job, part));
                 }
             }

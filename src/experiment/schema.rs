@@ -1,11 +1,12 @@
 //! JSON Schema of configs and instrument files, for editors.
 //!
 //! Nothing is described twice: the readers themselves are asked. A reader that is given a key it
-//! does not know lists those it knows; one that is given a value of the wrong type says so, and so
-//! it does where a `kind` is missing. What a reader does not tell is left open in the schema.
+//! does not have lists those it has; one that is given a value of the wrong type says so, and so
+//! it does where a `kind` is missing. What no answer says is left open in the schema.
 
 use super::choices::OWN;
 use super::config::Config;
+use super::keypath::{KeyPath, Step};
 use super::kind::Kind;
 use super::moments;
 use super::relations;
@@ -47,7 +48,7 @@ pub(crate) fn config_schema() -> Json {
         .into_iter()
         .map(|(kinds, kind)| {
             let reader = |table: &Table| read(kind, table);
-            let mut root = asked.object(&reader, &Place::default(), &Table::new());
+            let mut root = asked.object(&reader, &KeyPath::default(), &Table::new());
             let names: Vec<_> = kinds.iter().map(|k| k.name()).collect();
             root["properties"]["experiment"] = json!({ "enum": names });
             if kind != Kind::default() {
@@ -90,12 +91,12 @@ fn read(kind: Kind, table: &Table) -> Result<(), ReadError> {
     if kind != Kind::default() {
         let name = table.entry("experiment").or_insert(kind.name().into());
         if name.as_str() != Some(kind.name()) {
-            return Err(ReadError::at(None, "another kind"));
+            return Err(ReadError::new(None, "another kind"));
         }
     }
     let source = Source::new("schema", table.to_string());
     let Ok(table) = source.table() else {
-        return Err(ReadError::at(None, "no TOML"));
+        return Err(ReadError::new(None, "no TOML"));
     };
     match kind {
         Kind::Acquisition | Kind::Study => Config::from_table(&source, table, kind).map(drop),
@@ -107,43 +108,23 @@ fn read(kind: Kind, table: &Table) -> Result<(), ReadError> {
 /// Asks whether a document can be read.
 type Reader<'r> = &'r dyn Fn(&Table) -> Result<(), ReadError>;
 
-/// A place in a document: names of keys; elements of lists are all alike.
-#[derive(Clone, Default)]
-struct Place(Vec<Step>);
-
-#[derive(Clone, PartialEq, Eq)]
-enum Step {
-    Key(String),
-    Element,
-}
-
-impl Place {
-    fn then(&self, step: Step) -> Self {
-        let mut steps = self.0.clone();
-        steps.push(step);
-        Self(steps)
+/// A document with nothing but a value at a place, in tables that have all they need. Elements of lists are all
+/// alike: each is the first.
+fn holding(place: &KeyPath, mut value: Value, around: &[(usize, Table)]) -> Table {
+    for (depth, step) in place.0.iter().enumerate().rev() {
+        value = match step {
+            Step::Index(_) => Value::Array(vec![value]),
+            Step::Key(key) => {
+                let found = around.iter().find(|(d, _)| *d == depth);
+                let mut table = found.map_or(Table::new(), |(_, table)| table.clone());
+                table.insert(key.clone(), value);
+                Value::Table(table)
+            }
+        };
     }
-
-    /// A document with nothing but this value, in tables that have all they need.
-    fn holding(&self, value: Value, around: &[(usize, Table)]) -> Table {
-        let mut value = value;
-        for (depth, step) in self.0.iter().enumerate().rev() {
-            value = match step {
-                Step::Element => Value::Array(vec![value]),
-                Step::Key(key) => {
-                    let mut table = match around.iter().find(|(d, _)| *d == depth) {
-                        Some((_, table)) => table.clone(),
-                        None => Table::new(),
-                    };
-                    table.insert(key.clone(), value);
-                    Value::Table(table)
-                }
-            };
-        }
-        match value {
-            Value::Table(table) => table,
-            _ => Table::new(),
-        }
+    match value {
+        Value::Table(table) => table,
+        _ => Table::new(),
     }
 }
 
@@ -164,7 +145,7 @@ impl Asked {
             instrument::read(&text).map(drop)
         };
         let around = std::mem::take(&mut self.around);
-        let made = self.object(&reader, &Place::default(), &Table::new());
+        let made = self.object(&reader, &KeyPath::default(), &Table::new());
         self.around = around;
         made
     }
@@ -177,13 +158,13 @@ impl Asked {
     }
 
     /// The reader's answer to a value at a place.
-    fn answer(&self, reader: Reader<'_>, place: &Place, value: Value) -> Option<String> {
-        let document = place.holding(value, &self.around);
+    fn answer(&self, reader: Reader<'_>, place: &KeyPath, value: Value) -> Option<String> {
+        let document = holding(place, value, &self.around);
         reader(&document).err().map(|e| e.message)
     }
 
     /// The values that may stand at a place.
-    fn value(&mut self, reader: Reader<'_>, place: &Place) -> Json {
+    fn value(&mut self, reader: Reader<'_>, place: &KeyPath) -> Json {
         if place.0.len() > DEEPEST {
             return json!({});
         }
@@ -217,7 +198,7 @@ impl Asked {
                     None => json!({ "type": "string" }),
                 },
                 "array" => {
-                    let items = self.value(reader, &place.then(Step::Element));
+                    let items = self.value(reader, &place.index(0));
                     json!({ "type": "array", "items": items })
                 }
                 "object" if said.starts_with(ONE_OF_A_CHOICE) => {
@@ -240,7 +221,7 @@ impl Asked {
     }
 
     /// True of a name of a choice that cannot stand alone.
-    fn holds_more(&self, reader: Reader<'_>, place: &Place, name: &str) -> bool {
+    fn holds_more(&self, reader: Reader<'_>, place: &KeyPath, name: &str) -> bool {
         let said = self.answer(reader, place, name.into());
         said.is_some_and(|said| said.starts_with("invalid type: unit variant"))
     }
@@ -249,14 +230,14 @@ impl Asked {
     fn choice(
         &mut self,
         reader: Reader<'_>,
-        place: &Place,
+        place: &KeyPath,
         said: &[(&str, Option<String>)],
     ) -> Option<Json> {
         let mut names = said.iter().filter_map(|(_, said)| said.as_deref());
         let mut names = names.find_map(|said| expected(said, "unknown variant `"))?;
         names.retain(|name| self.holds_more(reader, place, name));
         let held = names.into_iter().map(|name| {
-            let place = place.then(Step::Key(name.clone()));
+            let place = place.key(&name);
             (name, self.value(reader, &place))
         });
         let held: Map<String, Json> = held.collect();
@@ -275,29 +256,27 @@ impl Asked {
     fn family(
         &mut self,
         reader: Reader<'_>,
-        place: &Place,
+        place: &KeyPath,
         family: &str,
         kinds: &[String],
     ) -> Json {
-        let name = match added(place).is_empty() {
-            true => family.to_owned(),
-            false => format!("{family} of a list"),
-        };
-        let reference = json!({ "$ref": format!("#/$defs/{}", name.replace(' ', "-")) });
-        let name = name.replace(' ', "-");
+        let mut name = family.replace(' ', "-");
+        if !added(place).is_empty() {
+            name += "-of-a-list";
+        }
+        let reference = json!({ "$ref": format!("#/$defs/{name}") });
         if self.definitions.contains_key(&name) {
             return reference;
         }
         // Members hold each other: they find this while they are described.
         self.definitions.insert(name.clone(), Json::Null);
         let members = kinds.iter().map(|kind| {
-            let about = about(family, kind);
-            let mut with = about.example;
+            let (summary, mut with) = about(family, kind);
             with.insert("kind".into(), kind.as_str().into());
             let mut member = self.object(reader, place, &with);
             member["properties"]["kind"] = json!({ "const": kind });
             member["required"] = json!(["kind"]);
-            member["description"] = about.summary.into();
+            member["description"] = summary.into();
             member
         });
         let members: Vec<Json> = members.collect();
@@ -306,11 +285,9 @@ impl Asked {
     }
 
     /// A table; `with` are keys that it needs to be read at all.
-    fn object(&mut self, reader: Reader<'_>, place: &Place, with: &Table) -> Json {
+    fn object(&mut self, reader: Reader<'_>, place: &KeyPath, with: &Table) -> Json {
         let mut with = with.clone();
-        if let [Step::Key(list), Step::Element] = place.0.as_slice()
-            && list == "instrument"
-        {
+        if place.to_string() == "instrument[0]" {
             with.insert("preset".into(), NOBODY.into());
         }
         let mut strange = with.clone();
@@ -325,7 +302,7 @@ impl Asked {
         let made = match known {
             None if said.is_empty() || refuses_type(&said) => {
                 // Keys of the author's own, e.g. symbols of axes.
-                let of_any = self.value(reader, &place.then(Step::Key("x".into())));
+                let of_any = self.value(reader, &place.key("x"));
                 json!({ "type": "object", "additionalProperties": of_any })
             }
             None => json!({ "type": "object" }),
@@ -337,11 +314,16 @@ impl Asked {
                 }
                 let table = place;
                 let properties = keys.into_iter().map(|key| {
-                    let place = table.then(Step::Key(key.clone()));
-                    let value = match special(&place) {
-                        Some(Special::Coordinates) => kinds_of_coordinates(),
-                        Some(Special::Instrument) => self.instrument(),
-                        None => self.member(reader, table, &place),
+                    let place = table.key(&key);
+                    let value = match place.to_string().as_str() {
+                        // A name that is looked up when all others are known.
+                        "coordinates[0].kind" => {
+                            let kinds = parametrization::all().into_iter().map(|entry| entry.kind);
+                            json!({ "enum": kinds.chain([OWN]).collect::<Vec<_>>() })
+                        }
+                        // It is there only without a preset.
+                        "instrument[0].spec" => self.instrument(),
+                        _ => self.member(reader, table, &place),
                     };
                     (key, value)
                 });
@@ -365,7 +347,7 @@ impl Asked {
 
     /// The values that a key of a table may have. Some are looked at only when the table has all the
     /// others that it needs.
-    fn member(&mut self, reader: Reader<'_>, table: &Place, place: &Place) -> Json {
+    fn member(&mut self, reader: Reader<'_>, table: &KeyPath, place: &KeyPath) -> Json {
         let found = self.value(reader, place);
         let said = self.answer(reader, place, Value::Table(Table::new()));
         let is_open = found == json!({}) || found == json!({ "type": "object" });
@@ -385,7 +367,7 @@ impl Asked {
     }
 
     /// Gives a table the keys that it cannot be read without, as far as any value will do.
-    fn complete(&self, reader: Reader<'_>, place: &Place, with: &mut Table) {
+    fn complete(&self, reader: Reader<'_>, place: &KeyPath, with: &mut Table) {
         for _ in 0..MOST_REQUIRED {
             let said = self.answer(reader, place, Value::Table(with.clone()));
             let missing = said
@@ -417,7 +399,7 @@ impl Asked {
     fn kinds_left_out(
         &self,
         reader: Reader<'_>,
-        place: &Place,
+        place: &KeyPath,
         with: &Table,
     ) -> Option<(String, Vec<String>)> {
         if with.contains_key("kind") {
@@ -435,69 +417,36 @@ impl Asked {
 }
 
 /// Keys that are taken out of a table before its reader sees it.
-fn added(place: &Place) -> &'static [&'static str] {
+fn added(place: &KeyPath) -> &'static [&'static str] {
     match place.0.as_slice() {
         [Step::Key(table)] => taken_before(table, false),
-        [Step::Key(list), Step::Element] => taken_before(list, true),
+        [Step::Key(list), Step::Index(_)] => taken_before(list, true),
         _ => &[],
     }
 }
 
-/// Places whose reader does not tell what they hold.
-enum Special {
-    /// `coordinates[i].kind`: a name that is looked up when all others are known.
-    Coordinates,
-    /// `instrument[i].spec`, which is there only without a preset.
-    Instrument,
-}
-
-fn special(place: &Place) -> Option<Special> {
-    let [Step::Key(list), Step::Element, Step::Key(key)] = place.0.as_slice() else {
-        return None;
-    };
-    match (list.as_str(), key.as_str()) {
-        ("coordinates", "kind") => Some(Special::Coordinates),
-        ("instrument", "spec") => Some(Special::Instrument),
-        _ => None,
-    }
-}
-
-fn kinds_of_coordinates() -> Json {
-    let kinds = parametrization::all().into_iter().map(|entry| entry.kind);
-    let kinds: Vec<_> = kinds.chain([OWN]).collect();
-    json!({ "enum": kinds })
-}
-
-/// What a registry says of a member.
-#[derive(Default)]
-struct About {
-    summary: &'static str,
-    example: Table,
-}
-
-fn about(family: &str, kind: &str) -> About {
-    fn of<T: ?Sized>(all: &[Entry<T>], kind: &str) -> About {
-        let Some(entry) = all.iter().find(|entry| entry.kind == kind) else {
-            return About::default();
-        };
-        let example = entry.examples.first().and_then(|text| text.parse().ok());
-        About {
-            summary: entry.summary,
-            example: example.unwrap_or_default(),
-        }
+/// Summary and first example that a registry has of a member.
+fn about(family: &str, kind: &str) -> (&'static str, Table) {
+    fn described<T: ?Sized>(all: &[Entry<T>], kind: &str) -> (&'static str, Table) {
+        let entry = all.iter().find(|entry| entry.kind == kind);
+        let example = entry.and_then(|entry| entry.examples.first()?.parse().ok());
+        (
+            entry.map_or("", |entry| entry.summary),
+            example.unwrap_or_default(),
+        )
     }
     match family {
-        "material" => of(&super::materials::all(), kind),
-        "parametrization" => of(&parametrization::all(), kind),
-        "warp" => of(&parametrization::warps(), kind),
+        "material" => described(&super::materials::all(), kind),
+        "parametrization" => described(&parametrization::all(), kind),
+        "warp" => described(&parametrization::warps(), kind),
         "sample set" if schedule::all().iter().any(|e| e.kind == kind) => {
-            of(&schedule::all(), kind)
+            described(&schedule::all(), kind)
         }
-        "sample set" => of(&acquisition::all(), kind),
-        "reconstruction" => of(&reconstruct::all(), kind),
-        "lighting" => of(&lighting::all(), kind),
-        "estimator" => of(&crate::moments::all(), kind),
-        _ => About::default(),
+        "sample set" => described(&acquisition::all(), kind),
+        "reconstruction" => described(&reconstruct::all(), kind),
+        "lighting" => described(&lighting::all(), kind),
+        "estimator" => described(&crate::moments::all(), kind),
+        _ => Default::default(),
     }
 }
 

@@ -12,6 +12,7 @@ use crate::registry::{ReadError, Table};
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use toml_edit::{DocumentMut, Item, Key, TomlError, Value};
 
@@ -127,7 +128,7 @@ impl Source {
         Ok(())
     }
 
-    /// The edited text as a table that knows where each of its values stands.
+    /// The edited text as a table with the place of each of its values.
     ///
     /// # Errors
     /// [`Error::Config`] if the text is no TOML.
@@ -146,7 +147,7 @@ impl Source {
         let Some(span) = e.span else {
             return Error::config(&self.name, message);
         };
-        let (path, in_table) = spots(&self.text).enclosing(&span);
+        let (path, in_table) = enclosing(&spots(&self.text), &span);
         // The table at the top has no path; the place is that of a value in it.
         if let (false, Some(key)) = (in_table, message.strip_prefix("missing field ")) {
             let message = format!("lacks the key {}", key.replace('`', ""));
@@ -155,7 +156,7 @@ impl Source {
         match path {
             Some(path) => {
                 let value = self.text.get(span.clone()).unwrap_or_default();
-                Error::config(self.place(&path), name_key(&path, value, &message))
+                Error::config(self.location(&path), name_key(&path, value, &message))
             }
             None => {
                 // The only mistake of syntax whose message says nothing of what was found.
@@ -173,19 +174,19 @@ impl Source {
 
     /// An error about the value at a path.
     pub fn error_at(&self, path: &KeyPath, message: impl fmt::Display) -> Error {
-        Error::config(self.place(path), message)
+        Error::config(self.location(path), message)
     }
 
     /// File and line of a path, or the option that set it; for a path that is not written anywhere
     /// (its value is a default), the place of the innermost table that is.
-    pub(crate) fn place(&self, path: &KeyPath) -> String {
+    pub(crate) fn location(&self, path: &KeyPath) -> String {
         let original = spots(&self.original);
         let mut path = path.clone();
         while !path.0.is_empty() {
             if let Some(edit) = self.edits.iter().rfind(|e| path.starts_with(&e.path)) {
                 return excerpt(&edit.label).into_owned();
             }
-            if let Some(spot) = original.0.iter().find(|s| s.path == path) {
+            if let Some(spot) = original.iter().find(|s| s.path == path) {
                 return self.line(&self.original, spot.start());
             }
             if let Some(edit) = self.edits.iter().rfind(|e| e.path.starts_with(&path)) {
@@ -212,11 +213,7 @@ fn members(root: &Item, keys: Vec<Key>) -> Vec<Vec<Key>> {
             Err(_) => item.get(key).cloned(),
         })
     };
-    let count = |at: usize| match within(&keys[..at])? {
-        Item::ArrayOfTables(tables) => Some(tables.len()),
-        Item::Value(Value::Array(values)) => Some(values.len()),
-        _ => None,
-    };
+    let count = |at: usize| length(&within(&keys[..at])?);
     let mut places = (0..keys.len()).filter(|&at| keys[at].get() == ALL);
     let Some((at, count)) = places.find_map(|at| Some((at, count(at)?))) else {
         return vec![keys];
@@ -234,6 +231,15 @@ fn members(root: &Item, keys: Vec<Key>) -> Vec<Vec<Key>> {
     each.flat_map(|keys| members(root, keys)).collect()
 }
 
+/// Number of elements of an array; `None` of what is none.
+fn length(item: &Item) -> Option<usize> {
+    match item {
+        Item::ArrayOfTables(tables) => Some(tables.len()),
+        Item::Value(Value::Array(values)) => Some(values.len()),
+        _ => None,
+    }
+}
+
 /// Writes `value` at the dotted key `keys`; missing tables on the way are made. Returns its path,
 /// or the reason why it cannot.
 fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, String> {
@@ -243,12 +249,7 @@ fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, String
     for (depth, key) in keys.iter().enumerate() {
         let name = key.get();
         in_array_of_tables = item.is_array_of_tables();
-        let length = match &*item {
-            Item::ArrayOfTables(tables) => Some(tables.len()),
-            Item::Value(Value::Array(values)) => Some(values.len()),
-            _ => None,
-        };
-        if let Some(length) = length {
+        if let Some(length) = length(item) {
             let index = name.parse().ok().filter(|&i: &usize| i < length);
             let Some(next) = index.and_then(|i| Some((i, item.get_mut(i)?))) else {
                 let (name, last) = (excerpt(name), length.saturating_sub(1));
@@ -300,58 +301,46 @@ impl Spot {
     }
 }
 
-/// Every value of a document.
-struct Spots(Vec<Spot>);
-
-impl Spots {
-    /// The innermost value that holds a range of the text, by its key or its body; and whether it is a table or is in one but that at
-    /// the top.
-    fn enclosing(&self, span: &Range<usize>) -> (Option<KeyPath>, bool) {
-        let holds = |r: &&Range<usize>| r.start <= span.start && span.end <= r.end;
-        let size = |spot: &Spot| {
-            let ranges = spot.key.iter().chain([&spot.value]);
-            ranges.filter(holds).map(ExactSizeIterator::len).min()
-        };
-        let sized = self.0.iter().filter_map(|s| Some((size(s)?, s)));
-        // Of equal ranges the later is the inner one: `a.b` under one header.
-        let mut best: Option<(usize, &Spot)> = None;
-        for (size, spot) in sized {
-            if best.is_none_or(|(least, _)| size <= least) {
-                best = Some((size, spot));
-            }
-        }
-        let in_table = best.is_some_and(|(_, spot)| spot.is_table || spot.path.0.len() > 1);
-        (best.map(|(_, spot)| spot.path.clone()), in_table)
-    }
+/// The innermost value that holds a range of the text, by its key or its body; and whether it is a table or is in one but that at
+/// the top.
+fn enclosing(spots: &[Spot], span: &Range<usize>) -> (Option<KeyPath>, bool) {
+    let holds = |r: &&Range<usize>| r.start <= span.start && span.end <= r.end;
+    let size = |spot: &Spot| {
+        let ranges = spot.key.iter().chain([&spot.value]);
+        ranges.filter(holds).map(ExactSizeIterator::len).min()
+    };
+    let sized = spots.iter().filter_map(|s| Some((size(s)?, s)));
+    // Of equal ranges the later is the inner one: `a.b` under one header.
+    let best = sized.rev().min_by_key(|(size, _)| *size);
+    let best = best.map(|(_, spot)| spot);
+    let in_table = best.is_some_and(|spot| spot.is_table || spot.path.0.len() > 1);
+    (best.map(|spot| spot.path.clone()), in_table)
 }
 
-/// Lists the values of a document, outer before inner; empty if the text is no TOML.
-fn spots(text: &str) -> Spots {
-    fn table(path: &KeyPath, t: &DeTable<'_>, out: &mut Vec<Spot>) {
-        for (key, v) in t {
-            let path = path.key(key.get_ref());
-            out.push(Spot {
-                path: path.clone(),
-                key: Some(key.span()),
-                value: v.span(),
-                is_table: v.get_ref().is_table(),
-            });
-            value(&path, v.get_ref(), out);
+/// Every value of a document, outer before inner; none if the text is no TOML.
+fn spots(text: &str) -> Vec<Spot> {
+    fn of_table(path: &KeyPath, table: &DeTable<'_>, out: &mut Vec<Spot>) {
+        for (key, value) in table {
+            of_value(path.key(key.get_ref()), Some(key.span()), value, out);
         }
     }
-    fn value(path: &KeyPath, v: &DeValue<'_>, out: &mut Vec<Spot>) {
-        match v {
-            DeValue::Table(t) => table(path, t, out),
+    fn of_value(
+        path: KeyPath,
+        key: Option<Range<usize>>,
+        value: &Spanned<DeValue<'_>>,
+        out: &mut Vec<Spot>,
+    ) {
+        out.push(Spot {
+            path: path.clone(),
+            key,
+            value: value.span(),
+            is_table: value.get_ref().is_table(),
+        });
+        match value.get_ref() {
+            DeValue::Table(table) => of_table(&path, table, out),
             DeValue::Array(items) => {
                 for (i, item) in items.iter().enumerate() {
-                    let path = path.index(i);
-                    out.push(Spot {
-                        path: path.clone(),
-                        key: None,
-                        value: item.span(),
-                        is_table: item.get_ref().is_table(),
-                    });
-                    value(&path, item.get_ref(), out);
+                    of_value(path.index(i), None, item, out);
                 }
             }
             _ => {}
@@ -359,7 +348,7 @@ fn spots(text: &str) -> Spots {
     }
     let mut out = Vec::new();
     if let Ok(root) = DeTable::parse(text) {
-        table(&KeyPath::default(), root.get_ref(), &mut out);
+        of_table(&KeyPath::default(), root.get_ref(), &mut out);
     }
-    Spots(out)
+    out
 }

@@ -4,7 +4,7 @@ use crate::error::Error;
 use std::fmt;
 
 /// Reason why some work ends early.
-pub(super) enum Stop {
+pub enum Stop {
     /// The observer asked for it.
     Cancelled,
     /// The run cannot go on.

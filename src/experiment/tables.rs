@@ -28,7 +28,7 @@ pub(super) fn refuse_unknown(table: &Table<'_>, keys: &[&str]) -> Result<(), Rea
             let allowed = one_of(name, keys);
             let name = excerpt(name);
             let message = format!("unknown key {name}; allowed: {allowed}");
-            return Err(ReadError::at(key.span(), message));
+            return Err(ReadError::new(key.span(), message));
         }
     }
     Ok(())

@@ -2,11 +2,10 @@
 
 use super::choices::Material;
 use super::key::{self, Part};
-use super::keypath::KeyPath;
-use super::materials::{MaterialTable, checked, material};
+use super::materials::{MaterialTable, material};
 use super::source::Source;
 use super::tables::{section, take_list, with_name};
-use super::tuning::{Memory, Tuning, has};
+use super::tuning::{Memory, Tuning, suits_folding};
 use crate::brdf::Channels;
 use crate::error::Error;
 use crate::metrics::{self, Measure, MetricsSpec};
@@ -17,7 +16,7 @@ use std::sync::Arc;
 keys! {
     /// The keys of `[tuning]` that are no materials.
     #[derive(PartialEq)]
-    pub(crate) struct TuningKeys {
+    pub struct TuningKeys {
         /// Distribution of the pairs at which reconstructions are compared with the truth.
         measure: Measure = Measure::Lobe;
         /// Number of these pairs.
@@ -27,7 +26,7 @@ keys! {
 
 /// `[tuning]` of a config.
 #[derive(Debug)]
-pub(crate) struct TuningTable {
+pub struct TuningTable {
     keys: TuningKeys,
     materials: Vec<MaterialTable>,
 }
@@ -57,13 +56,14 @@ impl TuningTable {
         method: Arc<dyn Reconstruct>,
     ) -> Result<Tuning, Error> {
         let Self { keys, materials } = self;
-        let base = KeyPath::of("tuning");
+        let at = source.place("tuning");
         let metrics = MetricsSpec {
             pairs: keys.pairs,
             ..metrics.clone()
         };
         let pairs = metrics::test_pairs(keys.measure, &metrics)
-            .map_err(|e| source.error_at(&base.key("pairs"), format!("{base}.{e}")))?;
+            .map_err(|e| at.key("pairs").error(format!("{at}.{e}")))?;
+        let at = at.key("materials");
         let mut part = Part::new();
         for text in [section(&keys).to_string(), section(&metrics).to_string()] {
             part.feed(&text);
@@ -76,25 +76,15 @@ impl TuningTable {
         let mut training = Vec::new();
         let mut written = Vec::new();
         for (i, table) in materials.into_iter().enumerate() {
-            let path = base.key("materials").index(i);
-            let spec = table.named.choice;
-            let name = table.named.name.unwrap_or_else(|| spec.label());
-            let material = checked(
-                source,
-                &path,
-                name,
-                spec,
-                table.symmetry,
-                &Channels::Luminance,
-            )?;
+            let at = at.index(i);
+            let material = table.checked(&at, &Channels::Luminance)?;
             let content = key::content(&material)?;
             if let Some(place) = contents.iter().position(|c| *c == content) {
-                let message = format!(
-                    "{path} = {:?} is the tested material {:?}; allowed: materials that are not \
-                     tested",
+                let predicate = format!(
+                    "= {:?} is the tested material {:?}; allowed: materials that are not tested",
                     material.name, tested[place].name
                 );
-                return Err(source.error_at(&path, message));
+                return Err(at.problem(predicate));
             }
             part.feed(&key::pathless(&*material.spec).to_string());
             part.feed(&content);
@@ -105,13 +95,14 @@ impl TuningTable {
             training.push(material);
         }
         for material in tested {
-            if !training.iter().any(|t| has(t.symmetry, material.symmetry)) {
-                let path = base.key("materials");
-                let message = format!(
-                    "{path} has none with the symmetries of {:?}; allowed: at least one",
+            if !training
+                .iter()
+                .any(|t| suits_folding(t.symmetry, material.symmetry))
+            {
+                return Err(at.problem(format_args!(
+                    "has none with the symmetries of {:?}; allowed: at least one",
                     material.name
-                );
-                return Err(source.error_at(&path, message));
+                )));
             }
         }
         let mut resolved = section(&keys);

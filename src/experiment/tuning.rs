@@ -29,7 +29,7 @@ const MOST: usize = 60;
 const FINEST: f64 = 1.18;
 
 /// True if a material of symmetry `own` may be measured by a schedule that folds `folded`.
-pub(super) fn has(own: Symmetry, folded: Symmetry) -> bool {
+pub(super) fn suits_folding(own: Symmetry, folded: Symmetry) -> bool {
     (own.isotropic || !folded.isotropic)
         && (own.reciprocal || !folded.reciprocal)
         && (own.bilateral || !folded.bilateral)
@@ -58,7 +58,7 @@ pub struct Tuning {
 #[derive(Default)]
 pub(super) struct Memory {
     truths: OnceLock<Vec<Truth>>,
-    /// Whoever asks again, in whatever run or picture, finds them here.
+    /// Kept for every later run and picture.
     found: Mutex<Vec<Tuned>>,
 }
 
@@ -95,7 +95,7 @@ pub struct Tuned {
     pub shape: Vec<usize>,
     /// Geometric mean of nrmse over the training materials.
     pub nrmse: f64,
-    /// The same of the parametrization's own ratio.
+    /// Geometric mean of nrmse over the training materials, of the parametrization's own ratio.
     pub nrmse_untuned: f64,
     /// Grids that were measured.
     pub tried: usize,
@@ -121,7 +121,7 @@ impl Tuning {
         for material in &self.materials {
             let brdf = Built::new(&*material.spec, Channels::Luminance, counters);
             let brdf = brdf.map_err(|e| Stop::Error(Error::data(&material.name, e)))?;
-            let values = metrics::evaluate(&brdf.at(counters, Stage::Plan), &self.pairs);
+            let values = metrics::evaluate(&brdf.counted_at(counters, Stage::Plan), &self.pairs);
             truths.push(Truth {
                 symmetry: material.symmetry,
                 values,
@@ -167,7 +167,7 @@ impl Tuning {
             tuning: self,
             truths: truths
                 .iter()
-                .filter(|t| has(t.symmetry, grid.symmetry))
+                .filter(|t| suits_folding(t.symmetry, grid.symmetry))
                 .collect(),
             set,
             form,
@@ -240,18 +240,18 @@ impl Search<'_> {
         if let Some(&error) = self.known.get(&shape) {
             return Ok((shape, error));
         }
-        let count = |work, number| self.counters.add(Stage::Plan, work, number);
-        count(Work::Grids, 1);
-        let [mut logs, mut told] = [0.0; 2];
+        let add = |work, number| self.counters.add(Stage::Plan, work, number);
+        add(Work::Grids, 1);
+        let [mut logs, mut count] = [0.0; 2];
         for truth in &self.truths {
             if (self.cancelled)() {
                 return Err(Stop::Cancelled);
             }
-            let brdf = truth.brdf.at(self.counters, Stage::Plan);
+            let brdf = truth.brdf.counted_at(self.counters, Stage::Plan);
             let measurement = Ideal.measure(&brdf, &schedule);
             let made = match self.tuning.method.reconstruct(&measurement) {
                 Ok(made) => {
-                    count(Work::Reconstructions, 1);
+                    add(Work::Reconstructions, 1);
                     let made = self.counters.reconstruction(&*made, Stage::Plan);
                     metrics::evaluate(&made, &self.tuning.pairs)
                 }
@@ -264,10 +264,10 @@ impl Search<'_> {
             // Below that it is rounding, which has no say; a black truth has no error.
             if let Some(error) = errors.nrmse {
                 logs += error.max(EXACT).ln();
-                told += 1.0;
+                count += 1.0;
             }
         }
-        let error = (logs / f64::max(told, 1.0)).exp();
+        let error = (logs / f64::max(count, 1.0)).exp();
         self.known.insert(shape.clone(), error);
         Ok((shape, error))
     }

@@ -3,32 +3,24 @@
 use super::keypath::{KeyPath, Step};
 use crate::error::{excerpt, meant, one_of};
 
-/// Keys of a table of the top level that are read before the rest of it, and so are missing from
-/// what its reader lists as allowed.
-const TAKEN_KEYS: [(&str, &[&str]); 3] = [
-    ("moments", &["estimator"]),
-    ("pictures", &["lighting"]),
-    ("tuning", &["materials"]),
-];
-
-/// The same of the elements of a list.
-const COMMON_KEYS: [(&str, &[&str]); 6] = [
-    ("instrument", &["preset", "file", "spec", "name"]),
-    ("lighting", &["kind", "name"]),
-    ("material", &["kind", "name", "symmetry"]),
-    ("parametrization", &["kind"]),
-    ("sample_set", &["kind", "name"]),
-    ("reconstruction", &["kind", "name", "up_to", "on"]),
+/// Keys that are read before the rest of a table of the top level, or, if `true`, of the elements of a list there,
+/// and so are missing from what its reader lists as allowed.
+const TAKEN_KEYS: [(&str, bool, &[&str]); 9] = [
+    ("moments", false, &["estimator"]),
+    ("pictures", false, &["lighting"]),
+    ("tuning", false, &["materials"]),
+    ("instrument", true, &["preset", "file", "spec", "name"]),
+    ("lighting", true, &["kind", "name"]),
+    ("material", true, &["kind", "name", "symmetry"]),
+    ("parametrization", true, &["kind"]),
+    ("sample_set", true, &["kind", "name"]),
+    ("reconstruction", true, &["kind", "name", "up_to", "on"]),
 ];
 
 /// Keys of a table at the top level, or of an element of a list there, that its reader does not see.
 pub(super) fn taken_before(name: &str, in_list: bool) -> &'static [&'static str] {
-    let known: &[(&str, &[&str])] = match in_list {
-        true => &COMMON_KEYS,
-        false => &TAKEN_KEYS,
-    };
-    let known = known.iter().find(|(table, _)| *table == name);
-    known.map_or(&[], |(_, keys)| keys)
+    let is_it = |taken: &&(&str, bool, _)| (taken.0, taken.1) == (name, in_list);
+    TAKEN_KEYS.iter().find(is_it).map_or(&[], |taken| taken.2)
 }
 
 /// A message that names its key and value: serde's, which do not, are put into the house's words.

@@ -7,7 +7,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What a file is wanted for: the words for it, and the function of a format that does it.
+/// A use of files: the words for it, and the function of a format that does it.
 pub struct Use<T> {
     /// Plural, e.g. `schedules`.
     pub what: &'static str,
@@ -15,14 +15,14 @@ pub struct Use<T> {
     pub of: fn(&Format) -> Option<T>,
 }
 
-/// Why a file has no format for what it is wanted for.
+/// Why a file has no format for a use.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FormatError {
-    /// No extension says which.
+    /// No extension determines it.
     #[error("no format of {what} is known by this name; allowed: {allowed}, or --format")]
     Name {
-        /// What the file is wanted for.
+        /// The use.
         what: &'static str,
         /// Extensions that say so.
         allowed: String,
@@ -30,7 +30,7 @@ pub enum FormatError {
     /// `--format` names one that does not do this.
     #[error("{found:?} is no format of {what}; allowed: {allowed}")]
     Unknown {
-        /// What the file is wanted for.
+        /// The use.
         what: &'static str,
         /// The name that was given, or its start.
         found: String,
@@ -76,7 +76,7 @@ impl<T> Use<T> {
         }
     }
 
-    /// The function of a format that was chosen, else of that which the extension of `path` says.
+    /// The function of a format that was chosen, else of that of the extension of `path`.
     ///
     /// # Errors
     /// [`FormatError`].
@@ -84,7 +84,7 @@ impl<T> Use<T> {
         self.function(&self.format(chosen, path)?)
     }
 
-    /// The format that was chosen, else that which the extension of `path` says.
+    /// The format that was chosen, else that of the extension of `path`.
     ///
     /// # Errors
     /// [`FormatError::Name`].
@@ -130,7 +130,7 @@ impl<T> Use<T> {
     }
 }
 
-/// The format that the extension of a file says, in capitals or not.
+/// The format of the extension of a file, in capitals or not.
 pub fn of_name(path: &Path) -> Option<Format> {
     let extension = path.extension()?.to_str()?.to_ascii_lowercase();
     let mut all = all().into_iter();
@@ -146,8 +146,8 @@ pub fn of_text(text: &str) -> Option<Format> {
 /// The files of a format directly in a folder, sorted by name.
 ///
 /// Names that start with a dot are left out: they are other programs' side files (`._gold.binary`
-/// on a disk that has seen a Mac), not tables. A link that leads nowhere is in the list: whoever
-/// reads it says so.
+/// on a disk that has seen a Mac), not tables. A link that leads nowhere is in the list, and an
+/// error when it is read.
 ///
 /// # Errors
 /// Whatever the file system reports.

@@ -3,47 +3,31 @@
 //! The commands find a format by its name (`--format`) or by the extension of a file, and text that
 //! is read by its first lines; help texts, `gonio list formats` and the page
 //! [`docs::formats`](crate::docs::formats) walk the same list. A new format is a [`Format`] beside its like here and one
-//! line in [`all`]. A table that a config is to name has its own kind of material in
-//! [`brdf::all`](crate::brdf::all) too, readings have one for all formats, and a panorama is decoded by
+//! line in [`all`]; of tables, a [`FileFormat`], which has its own kind of material, and one line in
+//! [`brdf::measured`](crate::brdf::measured). Readings have one kind of material for all formats, and a panorama is decoded by
 //! [`MapSpec`](crate::lighting::MapSpec).
 
 mod choice;
 mod panorama;
 mod readings;
 mod sheet;
-mod tables;
 mod text;
 
+pub use crate::brdf::measured::{TableError, Tabulation, WriteTable};
+pub use crate::measurement::Readings;
 pub use choice::{FormatError, Use, files_in, of_name, of_text};
-pub use readings::{Readings, load_all_readings, load_readings, read_readings};
+pub use readings::{load_all_readings, load_readings, read_readings};
 pub(crate) use sheet::CSV;
-pub use tables::MERL;
 
-use crate::brdf::{Brdf, BrdfSpec, measured};
+use crate::brdf::measured::{self, FileFormat, ReadTable, merl};
 use crate::lighting::LightingSpec;
 use crate::measurement::{About, Measurement};
 use crate::schedule::{Assume, FileError, Schedule, ScheduleFile, Sequence};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-/// The material that a table is.
-pub(crate) type ReadTable = fn(PathBuf) -> Box<dyn BrdfSpec>;
-
-/// How a BRDF is tabulated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tabulation {
-    /// One of the sizes of the format, 0 the usual.
-    pub size: usize,
-    /// Whether cells of pairs without data are filled in a format that can leave them empty.
-    pub fill: bool,
-}
-
-/// Tabulates a BRDF into a file, which is there as a whole or not at all. Returns the number of pairs without data that were filled:
-/// all of them in a format without empty cells.
-pub type WriteTable = fn(&dyn Brdf, Tabulation, &Path) -> Result<usize, TableError>;
-
-/// Pairs that the table of a BRDF is made of, by its size.
-pub(crate) type TablePairs = fn(&dyn Brdf, usize) -> Result<u64, TableError>;
+/// Isotropic tables over half/difference angles, of the MERL database.
+pub const MERL: Format = Format::of_tables(&merl::FORMAT);
 
 /// The bytes of a file, and its name in messages.
 pub(crate) type AsText = fn(&[u8], &str) -> Result<String, FileError>;
@@ -64,10 +48,10 @@ pub type WriteReadings = fn(&Measurement, &About, Sequence<'_>, &mut dyn Write) 
 pub(crate) type ReadEnvironment = fn(PathBuf) -> Box<dyn LightingSpec>;
 
 /// Formats that tables are read from.
-pub const READ_TABLE: Use<ReadTable> = Use::new("tables", |f| f.read_table);
+pub const READ_TABLE: Use<ReadTable> = Use::new("tables", |f| f.table.read);
 
 /// Formats that tables are written in.
-pub const WRITE_TABLE: Use<WriteTable> = Use::new("tables", |f| f.write_table);
+pub const WRITE_TABLE: Use<WriteTable> = Use::new("tables", |f| f.table.write);
 
 /// Formats that schedules are read from.
 pub const READ_SCHEDULE: Use<ReadSchedule> = Use::new("schedules", |f| f.read_schedule);
@@ -84,7 +68,7 @@ pub const WRITE_READINGS: Use<WriteReadings> = Use::new("readings", |f| f.write_
 /// Formats that anything is written in.
 pub(crate) const WRITE: Use<()> = Use::new("tables, readings and schedules", |f| {
     let is_written =
-        f.write_table.is_some() || f.write_readings.is_some() || f.write_schedule.is_some();
+        f.table.write.is_some() || f.write_readings.is_some() || f.write_schedule.is_some();
     is_written.then_some(())
 });
 
@@ -102,21 +86,12 @@ pub struct Format {
     /// One line for `gonio list` and the docs.
     pub summary: &'static str,
     /// Whether a text is of this format. Text has names of every sort, or comes through a pipe; a
-    /// format without this is told by its extension alone.
+    /// format without this is recognised by its extension alone.
     pub recognises: Option<fn(&str) -> bool>,
-    /// Of a format of poses or readings that is no text: the text that says the same.
+    /// Of a binary format of poses or readings: the equivalent text.
     pub as_text: Option<AsText>,
-    /// Reads the table of a BRDF.
-    pub read_table: Option<ReadTable>,
-    /// Writes the table of a BRDF.
-    pub write_table: Option<WriteTable>,
-    /// The number of pairs that the table of a BRDF is made of, by its size; [`TableError::Unsuited`] of one that it cannot
-    /// hold, as far as channels and symmetries tell.
-    pub table_pairs: Option<TablePairs>,
-    /// Sizes of its tables, each finer than the one before.
-    pub table_sizes: usize,
-    /// Whether cells of its tables may be empty.
-    pub has_holes: bool,
+    /// Tables of BRDFs.
+    pub table: FileFormat,
     /// Reads a schedule.
     pub read_schedule: Option<ReadSchedule>,
     /// Writes a schedule.
@@ -141,11 +116,7 @@ impl Format {
         summary: "",
         recognises: None,
         as_text: None,
-        read_table: None,
-        write_table: None,
-        table_pairs: None,
-        table_sizes: 1,
-        has_holes: false,
+        table: FileFormat::NONE,
         read_schedule: None,
         write_schedule: None,
         read_readings: None,
@@ -154,6 +125,17 @@ impl Format {
         one_light: false,
         read_environment: None,
     };
+
+    /// A format of tables.
+    const fn of_tables(format: &FileFormat) -> Self {
+        Self {
+            name: format.name,
+            extensions: format.extensions,
+            summary: format.summary,
+            table: *format,
+            ..Self::NONE
+        }
+    }
 
     /// The extension of files that are written.
     pub fn extension(&self) -> &'static str {
@@ -173,8 +155,8 @@ impl Format {
         let uses = [
             (
                 "table of a BRDF",
-                self.read_table.is_some(),
-                self.write_table.is_some(),
+                self.table.read.is_some(),
+                self.table.write.is_some(),
             ),
             (
                 "schedule",
@@ -212,31 +194,10 @@ impl std::fmt::Debug for Format {
     }
 }
 
-/// Why a table was not written.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TableError {
-    /// The system refused.
-    #[error("cannot write this file: {0}")]
-    Io(io::Error),
-    /// The format has no room for this BRDF.
-    #[error(transparent)]
-    Unsuited(measured::TableError),
-}
-
-impl From<measured::TableError> for TableError {
-    fn from(e: measured::TableError) -> Self {
-        match e {
-            measured::TableError::Io(_, e) => Self::Io(e),
-            e => Self::Unsuited(e),
-        }
-    }
-}
-
 /// Every file format. Of those that recognise a text the last one reads it: CSV, which takes any
 /// text, comes before the others.
 pub fn all() -> Vec<Format> {
-    vec![
+    let before = [
         sheet::CSV,
         sheet::JSON_LINES,
         #[cfg(feature = "arrays")]
@@ -244,13 +205,8 @@ pub fn all() -> Vec<Format> {
         text::ALTA,
         text::PAB,
         text::ASTM,
-        tables::MERL,
-        tables::UTIA,
-        tables::RGL,
-        tables::TENSOR_TREE,
-        tables::ZEMAX,
-        tables::MDL,
-        panorama::EXR,
-        panorama::HDR,
-    ]
+    ];
+    let tables = measured::FORMATS.iter().map(Format::of_tables);
+    let panoramas = [panorama::EXR, panorama::HDR];
+    before.into_iter().chain(tables).chain(panoramas).collect()
 }

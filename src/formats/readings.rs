@@ -1,64 +1,10 @@
-//! Readings of a file, and what is peculiar about it.
+//! Readings of files, each in the format that its name or its first lines say.
 
 use super::{READ_READINGS, ReadReadings};
 use crate::error::{Error, count, excerpt};
-use crate::measurement::{About, Measurement, Scattered, retro_peak};
+use crate::measurement::{About, Measurement, Readings};
 use crate::schedule::{Assume, FileError};
 use std::path::{Path, PathBuf};
-
-/// Readings of a file.
-pub struct Readings {
-    /// What was measured.
-    pub measurement: Measurement,
-    /// Where it comes from, as far as the file says.
-    pub about: About,
-    /// What was peculiar about the file, a sentence each.
-    pub notes: Vec<String>,
-    /// What may be wrong about it, a sentence each.
-    pub warnings: Vec<String>,
-    /// Rows that were read.
-    pub rows: usize,
-    /// Cells that stand for no reading, and rows without the value of some channel.
-    pub lost: usize,
-    /// Keys of the header that are not read.
-    pub unread: Vec<String>,
-    /// True if the file vouches for being whole.
-    pub intact: bool,
-}
-
-impl Readings {
-    /// Those of a table that was read row by row; `doubts` its azimuths.
-    pub(super) fn of(rows: Scattered, doubts: bool) -> Self {
-        let mut notes = Vec::new();
-        if rows.below_horizon > 0 {
-            notes.push(format!(
-                "{} with light or sensor below the horizon: passed over",
-                count(rows.below_horizon, "row")
-            ));
-        }
-        if rows.folded.dropped() > 0 {
-            notes.push(format!(
-                "{} averaged with earlier ones",
-                count(rows.folded.dropped(), "row")
-            ));
-        }
-        let peak = retro_peak(&rows.measurement).filter(|_| doubts);
-        Self {
-            warnings: (peak.iter().map(ToString::to_string))
-                .chain(rows.negative.warning())
-                .chain(rows.marks.warning())
-                .chain(rows.folded.warning())
-                .collect(),
-            rows: rows.rows(),
-            lost: rows.marks.count(),
-            intact: false,
-            measurement: rows.measurement,
-            about: rows.about,
-            unread: rows.unread,
-            notes,
-        }
-    }
-}
 
 /// The text before its last line, and the number of that line.
 fn without_last_line(text: &str) -> (&str, usize) {

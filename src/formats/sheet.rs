@@ -1,14 +1,10 @@
 //! Rows with named columns, one a pose: CSV and JSON Lines.
 
-use super::{Format, Readings};
-use crate::brdf::marks::{FEWEST_DOUBTED, zeros_among};
-use crate::error::{count, count_are};
-use crate::measurement::{Measurement, read_measurement, retro_peak, write_measurement};
+use super::Format;
+use crate::measurement::{read_measurement, write_measurement};
 #[cfg(feature = "arrays")]
 use crate::schedule::table::as_lines;
-use crate::schedule::{Assume, FileError, ScheduleFormat, read_schedule, write_schedule};
-use std::collections::BTreeSet;
-use std::f64::consts::FRAC_PI_2;
+use crate::schedule::{ScheduleFormat, read_schedule, write_schedule};
 
 /// What formats of rows have in common but for the form in which they are written.
 macro_rules! rows {
@@ -18,7 +14,7 @@ macro_rules! rows {
             write_schedule: Some(|schedule, sequence, out| {
                 write_schedule(schedule, sequence, ScheduleFormat::$form, out)
             }),
-            read_readings: Some(read),
+            read_readings: Some(read_measurement),
             write_readings: Some(|measurement, about, sequence, out| {
                 write_measurement(measurement, about, sequence, ScheduleFormat::$form, out)
             }),
@@ -54,189 +50,3 @@ pub(crate) const NPZ: Format = Format {
     as_text: Some(as_lines),
     ..rows!(Arrays)
 };
-
-/// Elevation up to which a light is at the normal, degrees.
-const NORMAL: f64 = 1.0;
-
-/// The sentence that doubts that angles are counted from the normal, where lights are at 90° and none is at the normal.
-fn seem_elevations(measurement: &Measurement, at_horizon: usize) -> Option<String> {
-    let poses = measurement.schedule.poses.iter();
-    let lights = poses.map(|pose| pose.pair.omega_i.theta().to_degrees());
-    let least = lights.fold(f64::INFINITY, f64::min);
-    (least > NORMAL).then(|| {
-        format!(
-            "{} 90°, where it lights nothing, and in none it is at the normal, as if angles were counted from the surface, \
-             which --elevation takes into account",
-            match at_horizon {
-                1 => "in 1 row the light is at".into(),
-                rows => format!("in {rows} rows the light is at"),
-            }
-        )
-    })
-}
-
-/// The sentence that doubts the unit of uncertainties of which half are larger than nine of ten values.
-fn seem_percent(measurement: &Measurement) -> Option<String> {
-    let details = measurement.details.as_ref()?;
-    let n = measurement.channels.count();
-    let quantile = |mut all: Vec<f64>, share: f64| {
-        all.sort_by(f64::total_cmp);
-        all.get((share * all.len() as f64) as usize).copied()
-    };
-    let read = (0..measurement.outcomes.len()).filter(|&i| measurement.value(i).is_some());
-    let read: Vec<usize> = read.flat_map(|i| i * n..(i + 1) * n).collect();
-    let values = read.iter().map(|&i| measurement.values[i].abs()).collect();
-    let both = read
-        .iter()
-        .map(|&i| details.type_a[i].hypot(details.type_b[i]));
-    let (value, uncertainty) = (quantile(values, 0.9)?, quantile(both.collect(), 0.5)?);
-    (uncertainty > value).then(|| {
-        format!(
-            "half of the uncertainties are {uncertainty} 1/sr and more, and nine of ten values below {value} 1/sr, as if \
-             they were in percent, which --uncertainties percent takes into account (--uncertainties value, if they are right)"
-        )
-    })
-}
-
-/// Pairs of elevations at which the largest value is there from which on it is doubted.
-const SATURATED: usize = 4;
-
-/// The sentences that doubt the largest value if it is far above half of all and there at several pairs of elevations, and zeros if all
-/// other values are far from 0.
-fn seem_no_readings(measurement: &Measurement) -> Vec<String> {
-    let channels = 0..measurement.channels.count();
-    let mut doubts = channels
-        .flat_map(|c| seem_no_readings_of(measurement, c))
-        .collect::<Vec<_>>();
-    doubts.sort();
-    doubts.dedup();
-    doubts
-}
-
-/// Those of a channel.
-fn seem_no_readings_of(measurement: &Measurement, channel: usize) -> Vec<String> {
-    let value = |i: usize| measurement.value(i).map(|v| v[channel]);
-    let read: Vec<usize> = (0..measurement.outcomes.len())
-        .filter(|i| value(*i).is_some())
-        .collect();
-    let mut values: Vec<f64> = read.iter().filter_map(|i| value(*i)).collect();
-    let mut doubts = Vec::new();
-    if values.len() < FEWEST_DOUBTED {
-        return doubts;
-    }
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let middle = values.len() / 2;
-    let (_, &mut median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    let equal = read.iter().filter(|i| value(**i) == Some(most));
-    let elevations = |i: &usize| {
-        let pair = &measurement.schedule.poses[*i].pair;
-        [pair.omega_i, pair.omega_o].map(|d| d.theta().to_degrees().round() as i32)
-    };
-    let places: BTreeSet<[i32; 2]> = equal.clone().map(elevations).collect();
-    if places.len() >= SATURATED && most > 2.0 * median {
-        doubts.push(format!(
-            "the largest value, {most}, is there {} times, as if the sensor were saturated; --no-reading {most} passes these over",
-            equal.count()
-        ));
-    }
-    if let Some((zeros, least)) = zeros_among(values.into_iter()) {
-        doubts.push(format!(
-            "{} 0 and all others are {least} and more, as if there was no reading; --no-reading 0 passes these over",
-            count_are(zeros, "value")
-        ));
-    }
-    doubts
-}
-
-/// The sentence that doubts the unit of the angles if those of several poses are no larger than
-/// those of the hemisphere in radians.
-fn seems_radians(measurement: &Measurement) -> Option<String> {
-    let poses = &measurement.schedule.poses;
-    let polar = poses.iter().flat_map(|pose| {
-        let pair = &pose.pair;
-        [pair.omega_i.theta(), pair.omega_o.theta()]
-    });
-    let largest = polar.fold(0.0, f64::max).to_degrees();
-    let doubtful = poses.len() > 1 && largest > 0.0 && largest <= FRAC_PI_2;
-    doubtful.then(|| {
-        format!(
-            "no polar angle is above {largest:.2}°, as if radians were read as degrees; allowed: \
-             columns that end in _rad, or --angles rad"
-        )
-    })
-}
-
-fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
-    let file = read_measurement(text, name, assume)?;
-    let (measurement, folded) = file.measurement.merged();
-    let mut notes = Vec::new();
-    if !file.passed_over.is_empty() {
-        let names = file.passed_over.iter().map(|name| match name.as_str() {
-            "" => "one without a name",
-            name => name,
-        });
-        let columns: Vec<&str> = names.collect();
-        notes.push(format!(
-            "columns that were passed over: {}",
-            columns.join(", ")
-        ));
-    }
-    #[rustfmt::skip]
-    let counted = [
-        (file.replaced, "row", "replaced by later attempts"),
-        (file.signed, "row", "with a polar angle below 0: the same angle in the opposite azimuth"),
-        (file.averaged, "row", "with a pose of another row: averaged, with the standard error of the mean"),
-        (folded.poses, "pose", "averaged with others under these symmetries"),
-        (folded.repeated, "pose", "within .005° of another, and far from all others: averaged with it"),
-        (file.at_horizon, "row", "with light or sensor at the horizon: passed over"),
-    ];
-    notes.extend(counted.into_iter().filter(|(number, ..)| *number > 0).map(
-        |(number, noun, what)| match noun {
-            "pose" => format!("{} {what}", count_are(number, noun)),
-            _ => format!("{} {what}", count(number, noun)),
-        },
-    ));
-    let mut warnings: Vec<String> = Vec::new();
-    let conventions = &assume.conventions;
-    // Our own files count azimuths from the sample, and say what is below their noise.
-    let by_others = !file.intact;
-    if by_others {
-        let peak = retro_peak(&measurement).filter(|_| conventions.azimuth.is_none());
-        warnings.extend(peak.iter().map(ToString::to_string));
-        warnings.extend(file.negative.warning());
-        warnings.extend(file.marks.warning());
-    }
-    if file.unplaced > 0 {
-        let what = "without an angle or a wavelength that others are at: passed over";
-        warnings.push(format!("{} {what}", count(file.unplaced, "row")));
-    }
-    if file.incomplete > 0 {
-        let what = "without the value of some channel: no reading";
-        warnings.push(format!("{} {what}", count(file.incomplete, "pose")));
-    }
-    if by_others {
-        warnings.extend(seem_no_readings(&measurement));
-        warnings.extend(folded.warning());
-        if file.exact > 0 {
-            let what = "without an uncertainty in a column that has some: it is not known";
-            warnings.push(format!("{} {what}", count(file.exact, "reading")));
-        }
-        warnings.extend(seems_radians(&measurement));
-    }
-    if file.lights_at_horizon > 0 && !conventions.elevation {
-        warnings.extend(seem_elevations(&measurement, file.lights_at_horizon));
-    }
-    if by_others && conventions.uncertainties.is_none() {
-        warnings.extend(seem_percent(&measurement));
-    }
-    Ok(Readings {
-        warnings,
-        rows: file.rows,
-        lost: file.marks.count() + file.incomplete + file.unplaced,
-        intact: file.intact,
-        measurement,
-        about: file.about,
-        unread: file.unread,
-        notes,
-    })
-}

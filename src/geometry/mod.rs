@@ -1,4 +1,4 @@
-//! Directions and pairs of directions; knows nothing of reflectance.
+//! Directions and pairs of directions.
 //!
 //! Local frame {t, b, n}: right-handed, n = +z. `omega_i` points towards the
 //! light, `omega_o` towards the sensor; both point away from the surface.

@@ -60,7 +60,7 @@ impl Symmetry {
         Ok(symmetry)
     }
 
-    /// The same of a material that is isotropic, or is not.
+    /// These symmetries, with isotropy set or cleared.
     #[must_use]
     pub(crate) const fn with_isotropy(self, isotropic: bool) -> Self {
         Self { isotropic, ..self }

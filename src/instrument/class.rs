@@ -5,14 +5,13 @@
 //! hangs from it by its position about its vector; `light`, `sensor` and `sample` name the axis each
 //! end hangs from (`None`: the base).
 
-mod dual_arm;
-mod fixed_detector;
-mod fixed_source;
-mod robot_sample;
 mod solve;
 
 use crate::geometry::DirectionPair;
 use crate::schedule::Positions;
+use glam::DMat3;
+use solve::{Aligned, align, turn, yaw_and_pitch};
+use std::f64::consts::PI;
 
 /// An axis that a class requires.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,11 +95,136 @@ pub struct Ends {
 
 /// Every class a preset can name.
 pub fn classes() -> &'static [Class] {
-    const ALL: [Class; 4] = [
-        fixed_detector::CLASS,
-        fixed_source::CLASS,
-        dual_arm::CLASS,
-        robot_sample::CLASS,
-    ];
+    const ALL: [Class; 4] = [FIXED_DETECTOR, FIXED_SOURCE, DUAL_ARM, ROBOT_SAMPLE];
     &ALL
 }
+
+/// A fixed detector, a source on an arm, the sample on two axes. The arm stands at twice the difference angle, so that grids in
+/// half/difference coordinates need the fewest moves of it.
+const FIXED_DETECTOR: Class = Class {
+    name: "fixed-detector-3-axis",
+    summary: "source on an arm, sample on two axes, detector fixed; isotropic materials (Cornell)",
+    axes: &[
+        AxisTemplate::on_base("source_arm", Y),
+        AxisTemplate::on_base("sample_yaw", Y),
+        AxisTemplate::on(1, "sample_tilt", X),
+    ],
+    ends: Ends {
+        light: Some(0),
+        sensor: None,
+        sample: Some(2),
+    },
+    isotropic_only: true,
+    inverse: |pair, _, visit| {
+        let aligned = align(pair.omega_o, pair.omega_i);
+        let mirrored = aligned.mirrored();
+        for Aligned { angle, sample } in [aligned, mirrored] {
+            for [yaw, tilt] in yaw_and_pitch(sample.z_axis) {
+                visit([angle, yaw, tilt, 0.0]);
+            }
+        }
+    },
+};
+
+/// A fixed light, the sample on two axes, a detector on two. The sample holds still while the detector scans the outgoing
+/// hemisphere.
+const FIXED_SOURCE: Class = Class {
+    name: "fixed-source-4-axis",
+    summary: "light fixed, sample on two axes, detector on two (pgII, NIST STARR)",
+    axes: &[
+        AxisTemplate::on_base("sample_theta", Y),
+        AxisTemplate::on(0, "sample_phi", Z),
+        AxisTemplate::on_base("detector_yaw", Y),
+        AxisTemplate::on(2, "detector_pitch", X),
+    ],
+    ends: Ends {
+        light: None,
+        sensor: Some(3),
+        sample: Some(1),
+    },
+    isotropic_only: false,
+    inverse: |pair, turn_freely, visit| {
+        let theta_i = pair.omega_i.theta();
+        // A sample tilted by theta > 0 and not turned sees the fixed light at azimuth π. Light at
+        // the normal has no azimuth: the sample need not turn.
+        let phi_i = match pair.omega_i.sin_theta() {
+            0.0 => PI,
+            _ => pair.omega_i.phi(),
+        };
+        for (theta, own) in [(theta_i, PI), (-theta_i, 0.0)] {
+            // To the lab: first about the normal, which the sample does unless it may stay.
+            let about_normal = own - phi_i;
+            let lab = DMat3::from_rotation_y(theta) * DMat3::from_rotation_z(about_normal);
+            let phi = if turn_freely { 0.0 } else { turn(about_normal) };
+            for [yaw, pitch] in yaw_and_pitch(lab * pair.omega_o.vector()) {
+                visit([turn(theta), phi, yaw, pitch]);
+            }
+        }
+    },
+};
+
+/// Light and sensor on arms of their own, the sample on a turntable. Grids in spherical coordinates are its natural ones.
+const DUAL_ARM: Class = Class {
+    name: "dual-arm-turntable",
+    summary: "light on an arm, sensor on another that tilts, sample on a turntable (UTIA)",
+    axes: &[
+        AxisTemplate::on_base("turntable", Z),
+        AxisTemplate::on_base("light_arm", Y),
+        AxisTemplate::on_base("sensor_arm", Y),
+        AxisTemplate::on(2, "sensor_tilt", X),
+    ],
+    ends: Ends {
+        light: Some(1),
+        sensor: Some(3),
+        sample: Some(0),
+    },
+    isotropic_only: false,
+    inverse: |pair, turn_freely, visit| {
+        let (theta_i, phi_i) = (pair.omega_i.theta(), pair.omega_i.phi());
+        for (light, own) in [(theta_i, 0.0), (-theta_i, PI)] {
+            // The azimuth at which the arm holds the light, less the one it is to have.
+            let about_normal = own - phi_i;
+            let sensor = DMat3::from_rotation_z(about_normal) * pair.omega_o.vector();
+            let table = if turn_freely { 0.0 } else { turn(about_normal) };
+            for [arm, tilt] in yaw_and_pitch(sensor) {
+                visit([table, turn(light), arm, tilt]);
+            }
+        }
+    },
+};
+
+/// A fixed light, a sensor on a ring, a robot that turns the sample: any pair in or out of the plane of the ring, and any turn
+/// about the normal.
+const ROBOT_SAMPLE: Class = Class {
+    name: "robot-sample",
+    summary: "light fixed, sensor on a ring, a robot turns the sample (NIST ROSI, PTB)",
+    axes: &[
+        AxisTemplate::on_base("ring", Y),
+        AxisTemplate::on_base("robot_yaw", Y),
+        AxisTemplate::on(1, "robot_pitch", X),
+        AxisTemplate::on(2, "robot_roll", Z),
+    ],
+    ends: Ends {
+        light: None,
+        sensor: Some(0),
+        sample: Some(3),
+    },
+    isotropic_only: false,
+    inverse: |pair, turn_freely, visit| {
+        let aligned = align(pair.omega_i, pair.omega_o);
+        let mirrored = aligned.mirrored();
+        for Aligned { angle, sample } in [aligned, mirrored] {
+            for [yaw, pitch] in yaw_and_pitch(sample.z_axis) {
+                let roll = if turn_freely {
+                    0.0
+                } else {
+                    // What is left of the tangent when yaw and pitch are taken back.
+                    let back = DMat3::from_rotation_x(-pitch) * DMat3::from_rotation_y(-yaw);
+                    let t = back * sample.x_axis;
+                    turn(t.y.atan2(t.x))
+                };
+                visit([angle, yaw, pitch, roll]);
+            }
+        }
+    },
+};

@@ -31,7 +31,7 @@ use super::spec::{DetectorSpec, InstrumentSpec, Scan};
 use crate::schedule::{MAX_AXES, Positions, Schedule, Visit};
 use glam::DVec3;
 
-/// Differences below this are no motion, rad: no encoder tells them.
+/// Differences below this are no motion, rad: below the resolution of any encoder.
 const STILL: f64 = 1e-9;
 
 /// Length of the difference of two light directions that are one, i.e. nearly its angle in rad.

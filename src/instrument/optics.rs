@@ -114,7 +114,7 @@ impl Optics {
         pair: &DirectionPair,
         work: &mut Workspace,
     ) -> Option<Average> {
-        let start = work.evaluations();
+        let start = work.evaluations;
         let cut = [(pair.omega_i, self.source), (pair.omega_o, self.detector)]
             .map(|(omega, half_angle)| omega.cos_theta() < half_angle.sin());
         let clipped = cut[0] || cut[1];
@@ -127,7 +127,7 @@ impl Optics {
             });
         }
         let best = self.best(brdf, pair, clipped, work);
-        let evaluations = work.evaluations() - start;
+        let evaluations = work.evaluations - start;
         if best.sums.view().weight() <= 0.0 {
             // Also where the material has values but every node fell between them.
             return None;
@@ -165,7 +165,7 @@ impl Optics {
         work: &mut Workspace,
     ) -> Estimate {
         work.reset();
-        let start = work.evaluations();
+        let start = work.evaluations;
         let disks = [
             Disk::new(pair.omega_i, self.source),
             Disk::new(pair.omega_o, self.detector),
@@ -183,7 +183,7 @@ impl Optics {
         if narrow.is_none() {
             let least_gain = LEAST_GAIN[usize::from(peak.is_some())];
             let (third, sparse) = self.rules.sparse(brdf, &disks, work);
-            if sparse.good(&self.tolerance) && !work.missing() {
+            if sparse.good(&self.tolerance) && !work.missing {
                 return sparse;
             }
             steps.extend([third, sparse]);
@@ -201,7 +201,7 @@ impl Optics {
                 }
             }
         }
-        let spent = work.evaluations() - start;
+        let spent = work.evaluations - start;
         let budget = self.tolerance.refinement.saturating_sub(spent);
         // Kinks of a table are everywhere: it would take all there is for little.
         let (peak, budget) = match narrow {
@@ -296,7 +296,7 @@ impl Estimate {
             .fold(0.0, f64::max)
     }
 
-    /// The next product would not be good either, as far as this one and that before tell.
+    /// The next product would not be good either, judged by this one and that before.
     fn hopeless(&self, tolerance: &Tolerance, before: Option<&Estimate>) -> bool {
         let excess = self.excess(tolerance);
         match before {

@@ -20,29 +20,19 @@ named! {
     #[serde(rename_all = "kebab-case")]
     pub enum Order {
         /// As the schedule numbers them.
-        AsGenerated = "as-generated",
+        AsGenerated = "as-generated": "as the schedule numbers them",
         /// Back and forth along the quickest axis, in rows of the others: long sweeps.
-        Sorted = "sorted",
+        Sorted = "sorted": "back and forth along the quickest axis, in rows of the others",
         /// Always to the nearest of those that are left.
-        NearestNeighbour = "nearest-neighbour",
+        NearestNeighbour = "nearest-neighbour": "always to the nearest pose that is left",
         /// The nearest-neighbour path with its detours taken out by exchanges of two and three steps
         /// (2-opt, Or-opt; Bentley 1992), then shaken up and repaired again piece by piece.
         #[default]
-        TwoOpt = "two-opt",
+        TwoOpt = "two-opt": "nearest neighbour, then 2-opt and Or-opt",
     }
 }
 
 impl Order {
-    /// One-line description for lists.
-    pub(crate) fn summary(self) -> &'static str {
-        match self {
-            Order::AsGenerated => "as the schedule numbers them",
-            Order::Sorted => "back and forth along the quickest axis, in rows of the others",
-            Order::NearestNeighbour => "always to the nearest pose that is left",
-            Order::TwoOpt => "nearest neighbour, then 2-opt and Or-opt",
-        }
-    }
-
     /// The numbers of `positions` in the order of visits, from `rest`. Needs memory for some
     /// hundred bytes a position.
     pub fn tour(self, travel: &Travel, rest: &Positions, positions: &[Positions]) -> Vec<u32> {

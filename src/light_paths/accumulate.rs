@@ -31,7 +31,7 @@ impl Bounces {
         }
     }
 
-    /// Adds what light of `bounces` facets (from 1 on) brings, one value a channel, to the path that is followed.
+    /// Adds what light of scattering order `bounces` (from 1 on) brings, one value a channel, to the path that is followed.
     #[inline]
     pub(crate) fn add(&mut self, bounces: usize, values: impl Iterator<Item = f64>) {
         let class = &mut self.path[bounces.min(CLASSES) - 1];
@@ -115,11 +115,11 @@ pub(super) fn left_by(
     left: Option<(DVec3, usize)>,
     light: impl FnOnce() -> f64,
 ) -> Option<LightPath> {
-    let (omega_o, met) = left?;
+    let (omega_o, order) = left?;
     let omega_o = Direction::try_new(omega_o)?;
     Some(LightPath {
         pair: DirectionPair::new(omega_i, omega_o),
-        met,
+        order,
         light: light(),
     })
 }

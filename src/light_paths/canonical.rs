@@ -4,7 +4,7 @@ use crate::geometry::{DirectionPair, Symmetry};
 use crate::sampling::{Random, RandomStream};
 use glam::DVec3;
 
-/// Steps that cosines and lengths are counted in for a key: far above rounding, far below what any pose tells apart.
+/// Steps that cosines and lengths are counted in for a key: far above rounding, far below any difference of poses.
 const STEP: f64 = 1_073_741_824.0;
 
 /// Light and sensor of the pair that stands for all of equal value, and a key of it: exchanged, and by the `symmetry` turned

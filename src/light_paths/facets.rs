@@ -47,7 +47,7 @@ pub fn read(table: Table<'_>) -> Result<FacetsSpec, ReadError> {
     registry::read("facet", &all(), table).map(|spec| *spec)
 }
 
-/// Takes the facets of a table of another kind out of it; the usual ones if it says nothing of them.
+/// Takes the facets of a table of another kind out of it; the usual ones by default.
 pub(super) fn take(table: &mut Table<'_>) -> Result<FacetsSpec, ReadError> {
     let facets = registry::take_table(table, "facets")?;
     facets.map_or_else(|| Ok(FacetsSpec::default()), read)
@@ -114,7 +114,7 @@ fn read_material(mut table: Table<'_>) -> Result<Box<FacetsSpec>, ReadError> {
     let MaterialKeys { .. } = registry::parse(table)?;
     let Some(spec) = spec else {
         let message = "brdf is missing from the facets; allowed: a table with a kind of material";
-        return Err(ReadError::at(span, message));
+        return Err(ReadError::new(span, message));
     };
     Ok(Box::new(FacetsSpec::Material(brdf::read(spec)?.into())))
 }
@@ -168,11 +168,11 @@ impl FacetsSpec {
                 .within("albedo", 0.0..=1.0, channels)
                 .map_err(BuildError::from),
             FacetsSpec::Material(spec) => {
-                let told = |e: BuildError| e.within("brdf");
-                spec.check(channels).map_err(told)?;
+                let within = |e: BuildError| e.within("brdf");
+                spec.check(channels).map_err(within)?;
                 let error =
                     || ParameterError::new("brdf", spec.label(), "an isotropic material").into();
-                let symmetry = spec.symmetry(channels).map_err(told)?;
+                let symmetry = spec.symmetry(channels).map_err(within)?;
                 symmetry.isotropic.then_some(()).ok_or_else(error)
             }
         }
@@ -195,7 +195,7 @@ impl FacetsSpec {
         }
     }
 
-    /// Values that a scene in `channels` can tell apart.
+    /// Number of values that differ in a scene of `channels`.
     pub(super) fn distinct(&self, channels: &Channels) -> usize {
         match self {
             FacetsSpec::Mirror(fresnel) => fresnel.distinct(channels),

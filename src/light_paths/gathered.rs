@@ -9,8 +9,7 @@
 //! of these. (Of a surface that looks the same however it is turned, light is counted at nodes, as it leaves.)
 
 use super::accumulate::seen;
-use super::normals::{BLOCKS, block_of};
-use super::squares::{Squares, firsts};
+use super::normals::{BLOCKS, Squares, block_of, firsts};
 use super::transport::Transport;
 use crate::brdf::{CLASSES, ChannelValues, Channels, LightPath, Part, Split};
 use crate::geometry::Symmetry;
@@ -42,7 +41,7 @@ pub(super) struct Gathered {
     channels: usize,
     /// Paths that were begun.
     begun: f64,
-    /// Blocks of all surfaces: what they differ by tells what a surface more would change.
+    /// Blocks of all surfaces: their scatter is the error that more surface removes.
     groups: usize,
     squares: Squares,
     first: Vec<u32>,
@@ -75,7 +74,7 @@ impl Gathered {
             last,
             symmetry,
         } = drawing;
-        let channels = surfaces[0].channels().count();
+        let channels = surfaces[0].channels.count();
         // Each surface has some, of few paths too.
         let block = BLOCK.min(rays.div_ceil(surfaces.len()));
         let parts: Vec<(Vec<Event>, Vec<f32>)> = (0..rays.div_ceil(block))
@@ -92,7 +91,7 @@ impl Gathered {
                         u.map(|s| s * spot)
                     };
                     let drawn = surfaces[surface].draw(start, last, &mut weight, &mut stream);
-                    if let Some(drawn) = drawn.filter(|drawn| drawn.met > 1) {
+                    if let Some(drawn) = drawn.filter(|drawn| drawn.order > 1) {
                         events.push(event(&drawn, group));
                         light.extend(weight.iter().map(|w| *w as f32));
                     }
@@ -230,7 +229,8 @@ pub(super) fn beyond(
     })
 }
 
-/// The same of `groups` groups by their sum, the sum of their squares, and that of the paths.
+/// Standard error that only more surface reduces, of `groups` groups: from their sum, the sum of their squares, and the part
+/// `of_paths` of that sum which is the variance of the paths.
 pub(super) fn more_surface(groups: usize, sum: f64, square: f64, of_paths: f64) -> f64 {
     let n = groups as f64;
     let spread = (square - sum * sum / n).max(0.0);
@@ -258,7 +258,7 @@ fn event(drawn: &LightPath, group: usize) -> Event {
     Event {
         at: [light.x, light.y, sensor.x, sensor.y].map(|x| x as f32),
         group: group as u16,
-        class: Part::of(drawn.met).classes().start as u8,
+        class: Part::from_order(drawn.order).classes().start as u8,
     }
 }
 

@@ -1,10 +1,10 @@
-//! Materials whose light paths are followed from bounce to bounce.
+//! Materials whose light paths are followed from facet to facet.
 //!
 //! A facet that was hit may send light to another one. Models of single reflection leave that out; here it is counted, apart:
 //!
-//! f_r = f₁ + f₂ + f₃₊,   f_n the part of light that met n facets.
+//! f_r = f₁ + f₂ + f₃₊,   f_n the light of scattering order n.
 //!
-//! Values are means over random paths and have a standard error ([`Split`](crate::brdf::Split)). The same pair has the same paths in every run and on
+//! Values are means over random paths and have a standard error ([`Split`](crate::brdf::Split)). A pair has the same paths in every run and on
 //! every number of threads, and so has its mirror image, its reverse, and, of isotropic facets, the pair as the sample is
 //! turned.
 
@@ -18,8 +18,6 @@ mod micro;
 #[cfg(feature = "surfaces")]
 mod normals;
 mod smith;
-#[cfg(feature = "surfaces")]
-mod squares;
 #[cfg(feature = "surfaces")]
 pub mod surface;
 #[cfg(feature = "surfaces")]

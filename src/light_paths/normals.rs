@@ -3,7 +3,6 @@
 //! The density of normals D(h) is the area of the facets whose normals are within an angle r of h, for each area of the plane
 //! and each steradian of that cone. For a surface that looks the same however it is turned, D is the mean over its turns.
 
-use super::squares::{Squares, firsts};
 use super::surface::{HeightField, SIZE};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -309,7 +308,7 @@ impl Density {
 
     /// D at each of `images` of a unit vector, which mean the same, and its standard error, of which more surface is the cure;
     /// sr⁻¹. Where there is no facet another surface may have one: the error is that of a cell.
-    pub(super) fn at(&self, all: &[Normals], images: &[DVec3]) -> [f64; 2] {
+    pub(super) fn density_at(&self, all: &[Normals], images: &[DVec3]) -> [f64; 2] {
         let areas = self.areas(all, images);
         let mean = self.mean(&areas);
         let square: f64 = self.of_blocks(&areas, mean).map(|(_, e)| e * e).sum();
@@ -322,7 +321,7 @@ impl Density {
         }
     }
 
-    /// D as [`at`](Self::at), and its standard error by blocks: what a block has too much it has at all half vectors.
+    /// D as [`density_at`](Self::density_at), and its standard error by blocks: what a block has too much it has at all half vectors.
     pub(super) fn noise(
         &self,
         all: &[Normals],
@@ -397,6 +396,48 @@ fn turns(vector: f64, facet: f64, radius: f64) -> f64 {
     }
 }
 
+/// Equal parts of [−1, 1] along each axis.
+#[derive(Clone, Copy)]
+pub(super) struct Squares {
+    /// Parts along an axis.
+    pub across: usize,
+    /// Parts for each unit.
+    pub per_unit: f64,
+}
+
+impl Squares {
+    /// Parts of a width, at most so many along an axis.
+    pub(super) fn new(width: f64, most: f64) -> Self {
+        let across = (2.0 / width).clamp(1.0, most) as usize;
+        Self {
+            across,
+            per_unit: across as f64 / 2.0,
+        }
+    }
+
+    /// The part of a component.
+    pub(super) fn part(&self, x: f64) -> usize {
+        (((x + 1.0) * self.per_unit) as usize).min(self.across - 1)
+    }
+
+    /// The number of the square of a place, the last axis fastest.
+    pub(super) fn index<const N: usize>(&self, at: [f64; N]) -> usize {
+        let parts = at.into_iter().map(|x| self.part(x));
+        parts.fold(0, |index, part| index * self.across + part)
+    }
+}
+
+/// The number of the first thing of each square, from the square of each, as they lie in the order of their squares; one more
+/// at the end.
+pub(super) fn firsts(squares: usize, of_each: impl Iterator<Item = usize>) -> Vec<u32> {
+    let mut first = vec![0; squares + 1];
+    of_each.for_each(|square| first[square + 1] += 1);
+    for i in 1..first.len() {
+        first[i] += first[i - 1];
+    }
+    first
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::surface;
@@ -425,7 +466,7 @@ mod tests {
             let rings = (0..n).map(|i| {
                 let theta = (f64::from(i) + 0.5) * step;
                 let (sin, cos) = theta.sin_cos();
-                TAU * sin * step * density.at(&normals, &[DVec3::new(sin, 0.0, cos)])[0]
+                TAU * sin * step * density.density_at(&normals, &[DVec3::new(sin, 0.0, cos)])[0]
             });
             let whole: f64 = rings.sum();
             let off = whole / area - 1.0;

@@ -12,7 +12,7 @@ use crate::brdf::{
 };
 use crate::error::{count, in_whole};
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Table, keys};
 use crate::sampling::{Random, cosine_hemisphere};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
@@ -53,29 +53,16 @@ impl Normals {
     }
 }
 
-/// The keys of the table itself; `facets`, a table with a kind of its own, is taken out before.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Keys {
-    normals: Normals,
-    alpha: Roughness,
-    bounces: Part,
-    paths: usize,
-    seed: u64,
-    #[serde(rename = "facets", skip_serializing)]
-    _facets: IgnoredAny,
-}
-
-impl Default for Keys {
-    fn default() -> Self {
-        Self {
-            normals: Normals::default(),
-            alpha: Roughness::Isotropic(0.3),
-            bounces: Part::All,
-            paths: 256,
-            seed: 1,
-            _facets: IgnoredAny,
-        }
+keys! {
+    /// The keys of the table itself; `facets`, a table with a kind of its own, is taken out before.
+    struct Keys {
+        normals: Normals = Normals::default();
+        alpha: Roughness = Roughness::Isotropic(0.3);
+        bounces: Part = Part::All;
+        paths: usize = 256;
+        seed: u64 = 1;
+        #[serde(rename = "facets", skip_serializing)]
+        _facets: IgnoredAny = IgnoredAny;
     }
 }
 
@@ -86,7 +73,7 @@ pub struct SmithMultipleSpec {
     facets: FacetsSpec,
 }
 
-/// Paths a pair: two at least, since one tells no error.
+/// Paths a pair: two at least, since one has no error estimate.
 pub(super) const PATHS: [usize; 2] = [2, 1 << 24];
 
 fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
@@ -288,7 +275,7 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
             let mut weight: ChannelValues = smallvec![1.0; self.followed.count()];
             let left = self.walk.path(omega_i.vector(), &mut random, &mut weight);
             let path = left_by(omega_i, left, || self.followed.luminance(&weight));
-            path.filter(|path| self.paths.bounces.holds(path.met))
+            path.filter(|path| self.paths.bounces.holds(path.order))
                 .into_iter()
                 .for_each(&mut *each);
         }

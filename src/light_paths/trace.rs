@@ -88,7 +88,8 @@ impl Hit {
 /// A height field with the largest heights of its squares.
 #[derive(Debug)]
 pub struct Tracer {
-    field: Arc<HeightField>,
+    /// The heights.
+    pub(crate) field: Arc<HeightField>,
     /// Of each level, x fastest, and squares along x.
     largest: [(Vec<f32>, usize); SHIFTS.len()],
     /// The largest of all.
@@ -132,11 +133,6 @@ impl Tracer {
             direction,
             start: None,
         }
-    }
-
-    /// The heights.
-    pub(crate) fn field(&self) -> &HeightField {
-        &self.field
     }
 
     /// A point of a triangle: that of x ≥ y of cell (x, y) is number 2 (y n_x + x), the other one the next; `u`, of the unit

@@ -1,4 +1,4 @@
-//! Light that goes through a surface, counted by the number of facets it met.
+//! Light that goes through a surface, by scattering order.
 
 use super::accumulate::{Bounces, left_by};
 use super::facets::{Facets, survives};
@@ -33,8 +33,8 @@ pub struct TransportSpec {
     pub seed: u64,
 }
 
-/// Shares of the light of one direction: luminance. Standard errors are of the rays, not of the surface, and at most as large as
-/// told: as if rays had begun anywhere, though they are spread evenly.
+/// Shares of the light of one direction: luminance. Standard errors are of the rays, not of the surface, and upper
+/// bounds: as if rays had begun anywhere, though they are spread evenly.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Energies {
     /// Light that left after one facet, two, three and more.
@@ -58,9 +58,12 @@ pub struct Energies {
 
 /// A surface and what its facets do.
 pub struct Transport {
-    tracer: Tracer,
-    facets: Facets,
-    channels: Channels,
+    /// Rays through the surface.
+    pub(super) tracer: Tracer,
+    /// What the facets do.
+    pub(super) facets: Facets,
+    /// The channels in which light is followed.
+    pub(super) channels: Channels,
 }
 
 /// Sums of a block.
@@ -87,11 +90,11 @@ impl Transport {
     ) -> Result<Self, BuildError> {
         let channels = accumulate::followed(channels, facets.distinct(channels));
         let facets = Facets::new(facets, &channels)?;
-        Ok(Self::of(field, facets, channels))
+        Ok(Self::with_facets(field, facets, channels))
     }
 
     /// Light through `field`, followed in `channels`.
-    pub(super) fn of(field: Arc<HeightField>, facets: Facets, channels: Channels) -> Self {
+    pub(super) fn with_facets(field: Arc<HeightField>, facets: Facets, channels: Channels) -> Self {
         Self {
             tracer: Tracer::new(field),
             facets,
@@ -118,9 +121,9 @@ impl Transport {
                     let mut weight = smallvec![1.0; self.channels.count()];
                     let path = self.path(ray, usize::MAX, &mut weight, &mut stream, &mut sums);
                     sums.rays += 1.0;
-                    if let Some((_, met)) = path {
+                    if let Some((_, order)) = path {
                         let energy = self.channels.luminance(&weight);
-                        for class in [met.min(CLASSES) - 1, CLASSES] {
+                        for class in [order.min(CLASSES) - 1, CLASSES] {
                             sums.value[class] += energy;
                             sums.square[class] += energy * energy;
                         }
@@ -155,9 +158,9 @@ impl Transport {
         let light = omega_i.vector();
         // The area of a facet towards the light, for each of the plane below it.
         let towards = |[x, y]: [f64; 2]| (light.z - x * light.x - y * light.y).max(0.0);
-        let [nx, ny] = self.tracer.field().size();
+        let [nx, ny] = self.tracer.field.size();
         let turned =
-            self.tracer.field().all_slopes().map(towards).sum::<f64>() / (2 * nx * ny) as f64;
+            self.tracer.field.all_slopes().map(towards).sum::<f64>() / (2 * nx * ny) as f64;
         // Rounding may leave a plane a little less than itself.
         match turned > light.z {
             true => 1.0 - light.z / turned,
@@ -165,7 +168,7 @@ impl Transport {
         }
     }
 
-    /// A path of a ray from the sky: where it leaves and the facets it met; `None` if it does not leave. `weight`, one number a
+    /// A path of a ray from the sky: where it leaves and its scattering order; `None` if it does not leave. `weight`, one number a
     /// channel, is what is left of it.
     fn path(
         &self,
@@ -176,18 +179,18 @@ impl Transport {
         sums: &mut Sums,
     ) -> Option<(DVec3, usize)> {
         let mut light = self.channels.luminance(weight);
-        for met in 0..TRAPPED {
+        for order in 0..TRAPPED {
             sums.segments += 1;
             let hit = match self.tracer.follow(ray) {
                 Exit::Hit(hit) => hit,
-                Exit::Sky if met == 0 => break,
-                Exit::Sky => return Some((ray.direction(), met)),
+                Exit::Sky if order == 0 => break,
+                Exit::Sky => return Some((ray.direction(), order)),
                 Exit::Lost => break,
             };
-            if met == 1 {
+            if order == 1 {
                 sums.masked += 1;
             }
-            if met == last {
+            if order == last {
                 return None;
             }
             let next = self
@@ -195,7 +198,7 @@ impl Transport {
                 .scatter(-hit.direction(), hit.normal, weight, random);
             let before = std::mem::replace(&mut light, self.channels.luminance(weight));
             sums.absorbed += before - light;
-            if met + 1 >= CERTAIN {
+            if order + 1 >= CERTAIN {
                 if !survives(weight, random) {
                     // What chance takes here it gives to those that go on.
                     sums.absorbed += light;
@@ -227,7 +230,7 @@ impl Transport {
     }
 
     /// Follows light from `from`, begun at `start` (shares of the period), and adds what each facet sends to `to`, both above the
-    /// horizon: f_r in sr⁻¹ of each number of facets, one sample of it. Facets are not mirrors.
+    /// horizon: f_r in sr⁻¹ of each scattering order, one sample of it. Facets are not mirrors.
     pub(super) fn light(
         &self,
         [from, to]: [DVec3; 2],
@@ -240,7 +243,7 @@ impl Transport {
         let mut weight: ChannelValues = smallvec![1.0; self.channels.count()];
         let mut lit = weight.clone();
         let cos_to = to.z.max(DENOMINATOR_FLOOR);
-        for met in 1..=last.min(TRAPPED) {
+        for order in 1..=last.min(TRAPPED) {
             let Exit::Hit(hit) = self.tracer.follow(ray) else {
                 return;
             };
@@ -249,13 +252,13 @@ impl Transport {
             if cosine > 0.0 && matches!(self.tracer.follow(hit.turned(to)), Exit::Sky) {
                 let scale = cosine / cos_to;
                 self.facets.value(back, to, hit.normal, &mut lit);
-                bounces.add(met, weight.iter().zip(&lit).map(|(w, f)| w * f * scale));
+                bounces.add(order, weight.iter().zip(&lit).map(|(w, f)| w * f * scale));
             }
-            if met == last {
+            if order == last {
                 return;
             }
             let next = self.facets.scatter(back, hit.normal, &mut weight, random);
-            if met >= CERTAIN && !survives(&mut weight, random) {
+            if order >= CERTAIN && !survives(&mut weight, random) {
                 return;
             }
             ray = hit.turned(next);
@@ -267,21 +270,6 @@ impl Transport {
         directions.into_iter().all(|d| {
             point.normal.dot(d) > 0.0 && matches!(self.tracer.follow(point.turned(d)), Exit::Sky)
         })
-    }
-
-    /// Rays through the surface.
-    pub(super) fn tracer(&self) -> &Tracer {
-        &self.tracer
-    }
-
-    /// The channels in which light is followed.
-    pub(super) fn channels(&self) -> &Channels {
-        &self.channels
-    }
-
-    /// What the facets do.
-    pub(super) fn facets(&self) -> &Facets {
-        &self.facets
     }
 }
 

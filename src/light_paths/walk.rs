@@ -40,7 +40,7 @@ impl<D: Distribution> Walk<D> {
         self.last == 1 && matches!(self.facets, Facets::Mirror(_))
     }
 
-    /// Follows light from `from` and adds what goes to `to`, both above the horizon; f_r in sr⁻¹ of each number of facets, one
+    /// Follows light from `from` and adds what goes to `to`, both above the horizon; f_r in sr⁻¹ of each scattering order, one
     /// sample of it.
     pub(crate) fn follow(
         &self,
@@ -55,7 +55,7 @@ impl<D: Distribution> Walk<D> {
         let mut values = weight.clone();
         let mut depth = 0.0f64;
         let mut back = from;
-        for met in 1..=self.last {
+        for order in 1..=self.last {
             let area = self.normals.seen_area(back);
             if area <= 0.0 {
                 return;
@@ -85,28 +85,28 @@ impl<D: Distribution> Walk<D> {
                         let density = self.normals.density(long) / (4.0 * area);
                         let cos_d = (0.5 * half.length()).min(1.0);
                         fresnel.scale(&[cos_d], &[density * seen], &mut values);
-                        bounces.add(met, weight.iter().zip(&values).map(|(w, v)| w * v));
+                        bounces.add(order, weight.iter().zip(&values).map(|(w, v)| w * v));
                     }
                 }
                 Facets::Diffuse(_) | Facets::Material(_) => {
                     let lit = normal.dot(to).max(0.0) * seen;
                     self.facets.value(back, to, normal, &mut values);
-                    bounces.add(met, weight.iter().zip(&values).map(|(w, f)| w * f * lit));
+                    bounces.add(order, weight.iter().zip(&values).map(|(w, f)| w * f * lit));
                 }
             }
-            if met == self.last {
+            if order == self.last {
                 return;
             }
             let next = self.facets.scatter(back, normal, &mut weight, random);
             weight.iter_mut().for_each(|w| *w *= held);
-            if met >= CERTAIN && !survives(&mut weight, random) {
+            if order >= CERTAIN && !survives(&mut weight, random) {
                 return;
             }
             back = -next;
         }
     }
 
-    /// Follows light from `from` as it goes: where it leaves and how many facets it met, `None` of what chance ended or what
+    /// Follows light from `from` as it goes: where it leaves and its scattering order, `None` of what chance ended or what
     /// meets more than are asked for. `weight` is what is left of each channel.
     pub(crate) fn path(
         &self,
@@ -116,21 +116,21 @@ impl<D: Distribution> Walk<D> {
     ) -> Option<(DVec3, usize)> {
         let mut depth = 0.0f64;
         let mut back = from;
-        for met in 0.. {
+        for order in 0.. {
             let area = self.normals.seen_area(back);
             let optical = -(-random.next()).ln_1p();
             // What it rises by; without facets it leaves.
             let rise = -back.z * optical;
             if rise > 0.0 && rise >= depth * area {
-                return (met > 0).then_some((-back, met));
+                return (order > 0).then_some((-back, order));
             }
-            if met == self.last || area <= 0.0 {
+            if order == self.last || area <= 0.0 {
                 return None;
             }
             depth = (depth - rise / area).max(0.0);
             let normal = self.normals.visible_normal(back, random);
             back = -self.facets.scatter(back, normal, weight, random);
-            if met + 1 >= CERTAIN && !survives(weight, random) {
+            if order + 1 >= CERTAIN && !survives(weight, random) {
                 return None;
             }
         }

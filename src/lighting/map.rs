@@ -51,7 +51,7 @@ impl LightingSpec for MapSpec {
         in_closed("rotation_deg", self.rotation_deg, -360.0, 360.0)?;
         files::size(&self.path)
             .and_then(aspect)
-            .map_err(|e| self.unusable(e))
+            .map_err(|e| BuildError::data(&self.path, e))
     }
 
     fn inputs(&self) -> Vec<PathBuf> {
@@ -62,17 +62,8 @@ impl LightingSpec for MapSpec {
         self.check()?;
         let map = files::pixels(&self.path)
             .and_then(|([width, _], pixels)| Map::new(width, pixels))
-            .map_err(|e| self.unusable(e))?;
+            .map_err(|e| BuildError::data(&self.path, e))?;
         Ok(Box::new(map.rotated(self.rotation_deg.to_radians())))
-    }
-}
-
-impl MapSpec {
-    fn unusable(&self, e: MapError) -> BuildError {
-        BuildError::Data {
-            path: self.path.clone(),
-            message: e.to_string(),
-        }
     }
 }
 

@@ -26,15 +26,16 @@
 //!
 //! Values are f_r in sr⁻¹ (`INV_STERADIAN`, `RGB_COLOR`), or times cos theta_V
 //! (`INV_STERADIAN_COSINE_FACTOR`, documented as "the cosine factor of the output direction"), one luminance or three colours;
-//! without `#PARAM_OUT` the reader is told by [`Conventions::quantity`], which goes before the line too. Where
+//! without `#PARAM_OUT` [`Conventions::quantity`] says which, which goes before the line too. Where
 //! `#WAVELENGTHS_NM 450 550 650` names as many wavelengths as there are values, which is a comment to
 //! ALTA, they are those. `#VS 1` gives the radius of a
 //! symmetric interval, of the first value or of each: it is taken for a standard uncertainty that
 //! readings share; of the two ends that `#VS 2` gives it is half of what lies between them.
 
-use super::scattered::{Rows, Scattered, numbers, refuse_columns};
+use super::Readings;
+use super::scattered::{Rows, numbers, refuse_columns};
 use crate::brdf::{Channels, Wavelengths};
-use crate::error::excerpt;
+use crate::error::{count, excerpt};
 use crate::geometry::Direction;
 use crate::numeric::safe_sqrt;
 use crate::schedule::convention::names;
@@ -83,7 +84,7 @@ const OUTPUTS: [(&str, &[usize], Quantity); 3] = [
     (RGB_COLOR, &[3], Quantity::Brdf),
 ];
 
-/// What `#PARAM_OUT` says if it says nothing.
+/// The value of `#PARAM_OUT` by default.
 const UNKNOWN_OUTPUT: &str = "UNKNOWN_OUTPUT";
 
 /// What is not known by wavelength.
@@ -141,18 +142,6 @@ fn neumann(h_bar: f64, k_bar: f64, azimuth: f64) -> [DVec3; 2] {
     [raised(1.0), raised(-1.0)]
 }
 
-/// A file that was read.
-pub struct AltaFile {
-    /// What was read.
-    pub rows: Scattered,
-    /// Value of `#PARAM_IN`.
-    pub input: &'static str,
-    /// True if its coordinates are azimuths, which others count from elsewhere.
-    pub has_azimuths: bool,
-    /// True if an angle is beyond two turns, rad.
-    pub beyond_turn: bool,
-}
-
 /// True if a text has the header of such a file.
 pub fn is_alta(text: &str) -> bool {
     let mut header = text.lines().take_while(|line| {
@@ -176,7 +165,7 @@ struct Header {
 /// # Errors
 /// One sentence with the line: a header that lacks a line or holds an unsupported value, a row with
 /// another number of cells, or with one that is no finite number or no reading.
-pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileError> {
+pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
     refuse_columns("an ALTA file", name, &assume.conventions)?;
     let conventions = &assume.conventions;
     let header = Header::read(text, name, conventions)?;
@@ -213,7 +202,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
             for v in [light, view] {
                 if (v.length() - 1.0).abs() > LENGTH_SLACK {
                     let message = format!("a direction of length {}: allowed is 1", v.length());
-                    return Err(FileError::at(name, i + 1, message));
+                    return Err(FileError::on_line(name, i + 1, message));
                 }
             }
         }
@@ -241,30 +230,37 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<AltaFile, FileErr
                 ends[0],
                 ends[ends.len() - 1]
             );
-            return Err(FileError::at(name, i + 1, message));
+            return Err(FileError::on_line(name, i + 1, message));
         }
         if let Some(radius) = radii.iter().find(|r| **r < 0.0) {
             let message = format!("an interval of radius {radius}: allowed is a number from 0");
-            return Err(FileError::at(name, i + 1, message));
+            return Err(FileError::on_line(name, i + 1, message));
         }
         let values = &cells[dimension..dimension + n];
         rows.push(i + 1, [light, view], header.quantity, values, &radii)?;
     }
-    let rows = rows.measurement(header.channels, assume, fixes_sample)?;
-    Ok(AltaFile {
-        rows,
-        input,
-        has_azimuths: matches!(inverse, Angles(_)),
-        beyond_turn,
-    })
+    let below = rows.below_horizon;
+    let has_azimuths = matches!(inverse, Angles(_));
+    let mut readings = rows.readings(header.channels, assume, fixes_sample, has_azimuths)?;
+    let poses = readings.measurement.schedule.poses.len();
+    readings.notes = vec![format!(
+        "ALTA {input}: {} below the horizon, {} averaged with earlier ones",
+        count(below, "row"),
+        count(readings.rows - poses - below, "row")
+    )];
+    // Beyond two turns.
+    readings.warnings.extend(beyond_turn.then(|| {
+        "some angles are beyond two turns, as if degrees were read as radians, which ALTA's files have".into()
+    }));
+    Ok(readings)
 }
 
 /// Keys of the header that are read.
 const KEYS: [&str; 6] = ["FORMAT", "DIM", "PARAM_IN", "PARAM_OUT", "VS", WAVELENGTHS];
 
-/// What `#WAVELENGTHS_NM` says.
+/// The values of `#WAVELENGTHS_NM`.
 fn wavelengths(words: &[&str], name: &str, line: usize) -> Result<Wavelengths, FileError> {
-    let refuse = |message: String| FileError::at(name, line, message);
+    let refuse = |message: String| FileError::on_line(name, line, message);
     let number = |word: &&str| {
         word.parse::<f64>().map_err(|_| {
             let word = excerpt(word);
@@ -292,7 +288,7 @@ impl Header {
         let refuse = |key: &str, (line, words): &(usize, Vec<&str>), allowed: String| {
             let found = words.join(" ");
             let message = format!("#{key} {}: allowed {allowed}", excerpt(&found));
-            FileError::at(name, *line, message)
+            FileError::on_line(name, *line, message)
         };
         if let Some(fact) = fact("FORMAT").filter(|(_, words)| words != &["text"]) {
             return Err(refuse("FORMAT", &fact, "is text".into()));
@@ -308,7 +304,7 @@ impl Header {
                 "--azimuth: #PARAM_IN {} has no azimuths of its own",
                 input.0
             );
-            return Err(FileError::at(name, line, message));
+            return Err(FileError::on_line(name, line, message));
         }
         let said = fact("PARAM_OUT").filter(|(_, words)| *words != [UNKNOWN_OUTPUT]);
         let output = match (&said, conventions.quantity) {
@@ -335,7 +331,7 @@ impl Header {
             None => None,
             Some((line, _)) if output.0 == RGB_COLOR => {
                 let message = format!("#{WAVELENGTHS}: not allowed with #PARAM_OUT {RGB_COLOR}");
-                return Err(FileError::at(name, line, message));
+                return Err(FileError::on_line(name, line, message));
             }
             Some((line, words)) => Some(wavelengths(&words, name, line)?),
         };
@@ -387,15 +383,10 @@ impl Header {
 
     /// The numbers of a row.
     fn row(&self, content: &str, name: &str, line: usize) -> Result<Vec<f64>, FileError> {
-        let cells = numbers(content.split_whitespace(), name, line)?;
         let n = self.channels.count();
         let bare = self.input.1 + n;
-        let allowed = [bare + self.intervals, bare + self.intervals * n];
-        if allowed.contains(&cells.len()) {
-            return Ok(cells);
-        }
-        let (found, asked) = (cells.len(), allowed[0]);
-        let message = format!("{found} cells where #DIM and #VS ask for {asked}");
-        Err(FileError::at(name, line, message).cut_if(found < asked))
+        let counts = [bare + self.intervals, bare + self.intervals * n];
+        let words = content.split_whitespace();
+        numbers(words, name, line, "#DIM and #VS ask for", &counts)
     }
 }

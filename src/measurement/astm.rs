@@ -14,8 +14,8 @@
 //! Values are f_r in sr⁻¹ in R, G, B, in X, Y, Z (which are read as R, G, B of which grey has X = Y = Z), at
 //! wavelengths, or in one column of any other name.
 
-use super::scattered::{Rows, Scattered, numbers, refuse_columns};
-use super::{About, Measurement};
+use super::scattered::{Rows, numbers, refuse_columns};
+use super::{About, Measurement, Readings};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::{excerpt, printable};
 use crate::geometry::Direction;
@@ -28,7 +28,7 @@ use std::io::{self, Write};
 /// The line that names columns.
 const VARS: &str = "VARS";
 
-/// The line that says how many rows there are.
+/// The line with the number of rows.
 const POINTS: &str = "NUM_POINTS";
 
 /// Columns of angles.
@@ -73,7 +73,7 @@ struct Columns {
 
 impl Columns {
     fn read(names: &str, name: &str, line: usize) -> Result<Self, FileError> {
-        let refuse = |message: String| FileError::at(name, line, message);
+        let refuse = |message: String| FileError::on_line(name, line, message);
         let names: Vec<&str> = names.split(',').map(str::trim).collect();
         let angles = ANGLES.map(|angle| names.iter().position(|n| *n == angle));
         for (angle, at) in ANGLES.iter().zip(angles) {
@@ -125,7 +125,7 @@ impl Columns {
 /// # Errors
 /// One sentence with the line: no line `VARS`, or one without an angle or with unknown values, a row with another number of
 /// cells, or with one that is no finite number or no reading, another number of rows than promised.
-pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileError> {
+pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
     let conventions = &assume.conventions;
     let said = Conventions {
         angles: None,
@@ -150,7 +150,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
             let value = value.trim().trim_matches('"');
             match key {
                 "SAMPLE" | "SAMPLE_NAME" => rows.name_material(line, value, conventions.mixed)?,
-                "INSTRUMENT" | "SYSTEM_NAME" => rows.name_instrument(value),
+                "INSTRUMENT" | "SYSTEM_NAME" => rows.about.instrument = Some(value.into()),
                 VARS | POINTS | "WRITTEN_BY" => {}
                 key => rows.pass_over(key),
             }
@@ -158,7 +158,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
         if let Some(number) = after(content, POINTS) {
             let refused = || {
                 let message = format!("{POINTS} {}: allowed is a whole number", excerpt(number));
-                FileError::at(name, line, message)
+                FileError::on_line(name, line, message)
             };
             points = Some(number.parse::<usize>().map_err(|_| refused())?);
         }
@@ -173,12 +173,8 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
         let words = content
             .split([',', ' ', '\t'])
             .filter(|word| !word.is_empty());
-        let cells = numbers(words, name, line)?;
-        if cells.len() != columns.count {
-            let (found, named) = (cells.len(), columns.count);
-            let message = format!("{found} cells where {VARS} names {named}");
-            return Err(FileError::at(name, line, message).cut_if(found < named));
-        }
+        let asks = format!("{VARS} names");
+        let cells = numbers(words, name, line, &asks, &[columns.count])?;
         found += 1;
         let angles = columns.angles.map(|at| at.map_or(0.0, |at| cells[at]));
         let [theta_i, phi_i, theta_s, phi_s] = angles.map(|angle| match unit {
@@ -195,7 +191,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
                     "{} = {}: allowed are at most {turns} turns, in radians, or in degrees with --angles deg",
                     ANGLES[at], angles[at]
                 );
-                return Err(FileError::at(name, line, message));
+                return Err(FileError::on_line(name, line, message));
             }
         }
         let turned = azimuth.about_axis(false, PI, [phi_i, phi_s]);
@@ -215,13 +211,10 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
         let message = format!("{POINTS} {points}: {found} rows are there");
         return Err(FileError::whole(name, message).cut_if(found < points));
     }
-    rows.measurement(columns.channels, assume, fixes_sample)
+    rows.readings(columns.channels, assume, fixes_sample, true)
 }
 
 /// Writes the readings of a measurement; poses without a reading, uncertainties and flags have no place in it.
-///
-/// # Errors
-/// Whatever `out` reports.
 pub(crate) fn write(
     measurement: &Measurement,
     about: &About,

@@ -83,8 +83,9 @@ fn spectral_columns(table: &Table, family: &str) -> Vec<(f64, usize)> {
 pub(super) struct ValueColumns {
     /// Channels of the measurement.
     pub channels: Channels,
-    values: Vec<usize>,
-    /// The column that says which channel a row is of; without it a row has all of them.
+    /// The columns of the values of a row.
+    pub values: Vec<usize>,
+    /// The column with the channel of a row; without it a row has all of them.
     wavelength: Option<usize>,
     quantity: Quantity,
     /// The unit of uncertainties.
@@ -94,7 +95,7 @@ pub(super) struct ValueColumns {
 }
 
 impl ValueColumns {
-    pub(crate) fn of(table: &Table, conventions: &Conventions) -> Result<Self, FileError> {
+    pub(crate) fn find(table: &Table, conventions: &Conventions) -> Result<Self, FileError> {
         let find = |family: &str, channels: &Channels| -> Option<Vec<usize>> {
             if let Channels::Wavelengths(w) = channels {
                 let (nm, columns): (Vec<_>, _) =
@@ -104,7 +105,7 @@ impl ValueColumns {
             let names = columns_of(family, channels).into_iter();
             names.map(|name| table.column(&name)).collect()
         };
-        let refuse = |message: String| FileError::at(&table.name, table.head, message);
+        let refuse = |message: String| FileError::on_line(&table.name, table.head, message);
         let mut found = Vec::new();
         for family in [VALUE, VALUE_COS] {
             let mut kinds = vec![Channels::Luminance, Channels::Rgb];
@@ -182,11 +183,6 @@ impl ValueColumns {
 
     pub(crate) fn has_uncertainties(&self) -> bool {
         self.uncertainties.iter().any(Option::is_some)
-    }
-
-    /// Values of a row.
-    pub(crate) fn width(&self) -> usize {
-        self.values.len()
     }
 
     /// The channels that a row has values of.
@@ -303,7 +299,7 @@ impl ValueColumns {
                 }
                 *out = match self.unit {
                     UncertaintyUnit::Value => self.reading(table, row, column, value, pair)?,
-                    unit => value * unit.of(readings.next().unwrap_or(0.0)),
+                    unit => value * unit.factor(readings.next().unwrap_or(0.0)),
                 };
             }
         }

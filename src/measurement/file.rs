@@ -28,17 +28,18 @@ use super::columns::{
     self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, WAVELENGTH, columns_of,
     take_rare_wavelengths,
 };
+use super::doubts::{seem_elevations, seem_no_readings, seem_percent, seems_radians};
 use super::merge::Pool;
-use super::{Flags, Measurement, Negative, Outcome, Place, WIDEST_DEG};
-use crate::brdf::marks::Marks;
-use crate::error::{count, excerpt};
+use super::{
+    About, Flags, Measurement, Negative, Outcome, Place, Readings, WIDEST_DEG, retro_peak,
+};
+use crate::error::{count, count_are, excerpt};
 use crate::schedule::arms::{take_horizon, take_incomplete};
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Again, Rows, known_columns};
 use crate::schedule::table::{Cell, Column, Part, Sheet, Table, WORDS};
 use crate::schedule::{Assume, FileError, ScheduleFormat, Sequence, Unreachable};
 use rustc_hash::FxHashMap;
-use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -53,67 +54,6 @@ const NO_DATA: &str = "no-data";
 const OCCLUDED: &str = "occluded";
 const NOT_VISITED: &str = "not-visited";
 const UNREACHABLE: &str = "unreachable:";
-
-/// Origin of a measurement: material, instrument, seeds, schedule.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct About {
-    /// Name of the material.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub material: Option<String>,
-    /// Name of the instrument.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub instrument: Option<String>,
-    /// Realisation of the instrument: the seed of its own errors.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub realisation: Option<u64>,
-    /// Seed of its noise.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub seed: Option<u64>,
-    /// Hash of the schedule, see [`crate::schedule::schedule_hash`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub schedule_hash: Option<String>,
-    /// True if it does not say which coordinates and symmetries its poses have: then a copy does not either.
-    #[serde(skip)]
-    pub is_bare: bool,
-}
-
-/// A measurement that was read.
-pub struct MeasurementFile {
-    /// The measurement.
-    pub measurement: Measurement,
-    /// Numbers of its poses in the order of the rows.
-    pub order: Vec<u32>,
-    /// Its origin.
-    pub about: About,
-    /// Rows that a later attempt replaced.
-    pub replaced: usize,
-    /// Rows with a value and an empty uncertainty, which counts as 0.
-    pub exact: usize,
-    /// Rows with a polar angle below 0, which is the opposite azimuth.
-    pub signed: usize,
-    /// Rows that repeat the reading of another one and were averaged with it.
-    pub averaged: usize,
-    /// Keys of the header that are not read, and how many lines of it are no keys.
-    pub unread: Vec<String>,
-    /// Rows that were read.
-    pub rows: usize,
-    /// Those of them without an angle or a wavelength, or at a wavelength that most others are not at, which were passed over.
-    pub unplaced: usize,
-    /// Those of them with a direction at the horizon, which were passed over.
-    pub at_horizon: usize,
-    /// Those of them that have the light there.
-    pub lights_at_horizon: usize,
-    /// Rows with values below 0.
-    pub negative: Negative,
-    /// Cells of values that stand for no reading.
-    pub marks: Marks,
-    /// Rows without the value of some channel, which are no readings.
-    pub incomplete: usize,
-    /// True if the header has the hash of the rows, which we wrote.
-    pub intact: bool,
-    /// Columns that were not read, by their names in the file.
-    pub passed_over: Vec<String>,
-}
 
 /// Writes a measurement, every pose of its schedule that `sequence` names.
 ///
@@ -263,17 +203,13 @@ fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), String> {
     Ok((outcome, flags))
 }
 
-/// Reads a measurement; `name` stands for the file in messages.
+/// Reads a measurement, each configuration once, see [`Measurement::merged`]; `name` stands for the file in messages.
 ///
 /// # Errors
 /// As [`crate::schedule::read_schedule`]; also one sentence with the line for a value that is no
 /// number or beyond [`crate::numeric::LARGEST_READING`], a negative uncertainty, an unknown flag,
 /// two rows of one pose with the same attempt.
-pub fn read_measurement(
-    text: &str,
-    name: &str,
-    assume: &Assume,
-) -> Result<MeasurementFile, FileError> {
+pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
     let conventions = &assume.conventions;
     let mut table = Table::read(text, name, MEASUREMENT_HASH, conventions, |table| {
         let further = columns::known(table);
@@ -300,7 +236,7 @@ pub fn read_measurement(
         return Err(FileError::whole(name, "there is no row above the horizon"));
     }
     let rows = Rows::read(&table, conventions)?;
-    let columns = ValueColumns::of(&table, conventions)?;
+    let columns = ValueColumns::find(&table, conventions)?;
     let mut marks = std::mem::take(&mut table.marks);
     if !is_ours {
         marks.add(columns.clear_marks(&mut table, conventions.no_reading));
@@ -377,7 +313,7 @@ pub fn read_measurement(
             "no pose has a value in all channels",
         ));
     }
-    let averaged = pool.repeats() / columns.width();
+    let averaged = pool.repeats() / columns.values.len();
     let detailed = columns.has_uncertainties();
     let mut measurement = pool.measurement(Arc::new(schedule), columns.channels, detailed);
     measurement.places = vec![Place::default(); measurement.outcomes.len()];
@@ -385,32 +321,86 @@ pub fn read_measurement(
         measurement.places[pose as usize].line = table.lines[row];
     }
     measurement.half_angles_deg = half_angles(&table)?;
-    Ok(MeasurementFile {
-        measurement,
-        order,
-        about: About {
-            material: table.fact("material")?,
-            instrument: table.fact("instrument")?,
-            realisation: table.fact("realisation")?,
-            seed: table.fact("seed")?,
-            schedule_hash: table.fact("schedule_hash")?,
-            is_bare: table.fact::<Value>("parametrization")?.is_none()
-                && table.fact::<Value>("symmetry")?.is_none(),
+    let about = About {
+        material: table.fact("material")?,
+        instrument: table.fact("instrument")?,
+        realisation: table.fact("realisation")?,
+        seed: table.fact("seed")?,
+        schedule_hash: table.fact("schedule_hash")?,
+        is_bare: table.fact::<Value>("parametrization")?.is_none()
+            && table.fact::<Value>("symmetry")?.is_none(),
+    };
+    let (measurement, folded) = measurement.merged();
+    let mut notes = Vec::new();
+    let columns: Vec<&str> = (table.passed_over().into_iter())
+        .map(|name| match name {
+            "" => "one without a name",
+            name => name,
+        })
+        .collect();
+    if !columns.is_empty() {
+        notes.push(format!(
+            "columns that were passed over: {}",
+            columns.join(", ")
+        ));
+    }
+    let replaced = table.lines.len() - used.len();
+    #[rustfmt::skip]
+    let counted = [
+        (replaced, "row", "replaced by later attempts"),
+        (rows.signed, "row", "with a polar angle below 0: the same angle in the opposite azimuth"),
+        (averaged, "row", "with a pose of another row: averaged, with the standard error of the mean"),
+        (folded.poses, "pose", "averaged with others under these symmetries"),
+        (folded.repeated, "pose", "within .005° of another, and far from all others: averaged with it"),
+        (at_horizon, "row", "with light or sensor at the horizon: passed over"),
+    ];
+    notes.extend(counted.into_iter().filter(|(number, ..)| *number > 0).map(
+        |(number, noun, what)| match noun {
+            "pose" => format!("{} {what}", count_are(number, noun)),
+            _ => format!("{} {what}", count(number, noun)),
         },
-        unread: table.unread(),
-        replaced: table.lines.len() - used.len(),
-        averaged,
-        exact,
-        signed: rows.signed,
-        unplaced,
+    ));
+    // Our own files count azimuths from the sample, and say what is below their noise.
+    let intact = table.fact::<String>(MEASUREMENT_HASH)?.is_some();
+    let mut warnings: Vec<String> = Vec::new();
+    if !intact {
+        let peak = retro_peak(&measurement).filter(|_| conventions.azimuth.is_none());
+        warnings.extend(peak.iter().map(ToString::to_string));
+        warnings.extend(negative.warning());
+        warnings.extend(marks.warning());
+    }
+    if unplaced > 0 {
+        let what = "without an angle or a wavelength that others are at: passed over";
+        warnings.push(format!("{} {what}", count(unplaced, "row")));
+    }
+    if incomplete > 0 {
+        let what = "without the value of some channel: no reading";
+        warnings.push(format!("{} {what}", count(incomplete, "pose")));
+    }
+    if !intact {
+        warnings.extend(seem_no_readings(&measurement));
+        warnings.extend(folded.warning());
+        if exact > 0 {
+            let what = "without an uncertainty in a column that has some: it is not known";
+            warnings.push(format!("{} {what}", count(exact, "reading")));
+        }
+        warnings.extend(seems_radians(&measurement));
+    }
+    if lights_at_horizon > 0 && !conventions.elevation {
+        warnings.extend(seem_elevations(&measurement, lights_at_horizon));
+    }
+    if !intact && conventions.uncertainties.is_none() {
+        warnings.extend(seem_percent(&measurement));
+    }
+    Ok(Readings {
+        measurement,
+        about,
+        notes,
+        warnings,
         rows: table.lines.len() + at_horizon + unplaced,
-        at_horizon,
-        lights_at_horizon,
-        negative,
-        marks,
-        incomplete,
-        intact: table.fact::<String>(MEASUREMENT_HASH)?.is_some(),
-        passed_over: table.passed_over().into_iter().map(String::from).collect(),
+        lost: marks.count() + incomplete + unplaced,
+        unread: table.unread(),
+        intact,
     })
 }
 
@@ -427,7 +417,7 @@ fn used(
     columns: &ValueColumns,
 ) -> Result<Vec<(usize, usize)>, FileError> {
     let Some(column) = table.column(ATTEMPT) else {
-        let check = |again: Again| match again.is_another_pose() {
+        let check = |again: Again| match again.by_index {
             true => Err(again.refuse(table)),
             false => Ok((again.row, again.first)),
         };
@@ -444,7 +434,7 @@ fn used(
     };
     let mut best: FxHashMap<(usize, usize), (usize, f64)> = FxHashMap::default();
     for again in rows.again() {
-        if again.is_another_pose() {
+        if again.by_index {
             return Err(again.refuse(table));
         }
         let (row, number) = (again.row, attempt(again.row)?);

@@ -25,13 +25,13 @@ use std::cmp::Ordering;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Configurations that tell whether symmetries hold, at least.
+/// Fewest configurations from which symmetries are judged.
 const FEWEST_COMPARED: usize = 10;
 
 /// Median scatter of the readings of one configuration up to which they are noisy, as a share of their mean.
 const LARGEST_SCATTER: f64 = 0.1;
 
-/// The same in units of the uncertainty that they claim.
+/// Median scatter up to which they are noisy, in units of the uncertainty that they state.
 const CLAIMED: f64 = 3.0;
 
 /// Scatter that is rounding, as a share of the mean.
@@ -288,7 +288,7 @@ pub struct Folded {
     pub compared: usize,
     /// Median over these of the standard deviation of the readings, as a share of their mean.
     pub scatter: f64,
-    /// The same of the uncertainty of type A that the readings claim.
+    /// Median over these of the uncertainty of type A that the readings state, as a share of their mean.
     pub claimed: f64,
 }
 

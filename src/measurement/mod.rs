@@ -3,20 +3,21 @@
 pub mod alta;
 pub(crate) mod astm;
 mod columns;
+mod doubts;
 mod file;
 mod merge;
 mod negative;
 pub mod pab;
+mod readings;
 mod record;
 mod retro;
 mod scattered;
 
-pub use file::{About, MeasurementFile, read_measurement, write_measurement};
-pub(crate) use merge::Folded;
-pub(crate) use negative::Negative;
+pub use file::{read_measurement, write_measurement};
+use negative::Negative;
+pub use readings::{About, Readings};
 pub use record::measurement_schema;
 pub use retro::{RetroPeak, retro_peak};
-pub(crate) use scattered::Scattered;
 
 use crate::brdf::Channels;
 use crate::numeric::LARGEST_READING;
@@ -164,7 +165,7 @@ impl Measurement {
         self.outcomes.iter().filter(|o| is(**o)).count()
     }
 
-    /// The same of these poses alone, and why others are lost: a lattice has poses that a file does not list.
+    /// This measurement at these poses alone, with the reasons why others are lost: a lattice has poses that a file does not list.
     pub fn of_poses(mut self, poses: &[u32], lost: &[(u32, Unreachable)]) -> Self {
         let mut asked = vec![false; self.outcomes.len()];
         for &pose in poses {
@@ -181,7 +182,7 @@ impl Measurement {
         self
     }
 
-    /// The same with what an earlier measurement has of the first poses of its schedule.
+    /// This measurement with the outcomes of an earlier one at the first poses of its schedule.
     pub(crate) fn after(mut self, earlier: &Measurement) -> Self {
         let (poses, values) = (earlier.outcomes.len(), earlier.values.len());
         self.outcomes[..poses].copy_from_slice(&earlier.outcomes);
@@ -194,7 +195,7 @@ impl Measurement {
         self
     }
 
-    /// The same followed by another measurement of the same material, in the coordinates of this one; `None` if its
+    /// This measurement followed by another of the same material, in the coordinates of this one; `None` if its
     /// channels are others.
     pub fn followed_by(&self, other: &Measurement) -> Option<Measurement> {
         if self.channels != other.channels {
@@ -241,7 +242,7 @@ impl Measurement {
         })
     }
 
-    /// The same without the readings of some poses.
+    /// This measurement without the readings of some poses.
     #[must_use]
     pub(crate) fn without(mut self, poses: impl IntoIterator<Item = usize>) -> Self {
         for pose in poses {
@@ -250,7 +251,7 @@ impl Measurement {
         self
     }
 
-    /// The same with a flag on some poses, and on no others.
+    /// This measurement with `flag` on some poses, and on no others.
     #[must_use]
     pub(crate) fn flagged(mut self, flag: Flags, poses: impl IntoIterator<Item = usize>) -> Self {
         let [values, number] = [self.values.len(), self.outcomes.len()];

@@ -19,12 +19,11 @@
 //! passed over. A value is f_r in sr⁻¹ (`BRDF`, `BSDF`), or times cos theta of the row (`DSF`); with `CIE-XYZ` there are
 //! three, which are read as R, G, B of which grey has X = Y = Z. Rows below the horizon are of light that was transmitted.
 
-use super::Measurement;
-use super::scattered::{Rows, Scattered, numbers, refuse_columns};
+use super::scattered::{Rows, numbers, refuse_columns};
+use super::{About, Measurement, Readings};
 use crate::brdf::Channels;
 use crate::error::{excerpt, printable};
 use crate::geometry::Direction;
-use crate::measurement::About;
 use crate::numeric::XYZ;
 use crate::schedule::{Assume, Azimuth, FileError, Quantity, Sequence};
 use glam::DVec3;
@@ -60,7 +59,7 @@ pub(crate) fn is_pab(text: &str) -> bool {
     header.any(|words| matches!(words[..], ["format", "theta", "phi", _]))
 }
 
-/// What the header of a light direction says.
+/// The header of a light direction.
 #[derive(Clone, Default)]
 struct Header {
     theta: Option<f64>,
@@ -84,7 +83,7 @@ impl Header {
     ) -> Result<bool, FileError> {
         let refuse = |allowed: &str| {
             let message = format!("#{}: allowed {allowed}", excerpt(&words.join(" ")));
-            FileError::at(name, line, message)
+            FileError::on_line(name, line, message)
         };
         let angle = |word: &str, allowed: &str| {
             let angle = word.parse::<f64>().ok().filter(|x| x.is_finite());
@@ -130,7 +129,7 @@ impl Header {
                 let message = format!("#datapoints_in_file {points}: {} rows are there", self.rows);
                 Err(match self.rows < points {
                     true => FileError::whole(name, message).cut_if(true),
-                    false => FileError::at(name, line, message),
+                    false => FileError::on_line(name, line, message),
                 })
             }
             _ => Ok(()),
@@ -143,7 +142,7 @@ impl Header {
 /// # Errors
 /// One sentence with the line: a header that lacks a line or holds an unsupported value, a row with another number of
 /// cells, or with one that is no finite number or no reading, another number of rows than promised.
-pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileError> {
+pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
     refuse_columns("pab-opto text", name, &assume.conventions)?;
     let conventions = &assume.conventions;
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
@@ -178,7 +177,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
         }
         let missing = |what: &str| {
             let message = format!("the line {what} is missing before this row");
-            FileError::at(name, line, message)
+            FileError::on_line(name, line, message)
         };
         let theta = header.theta.ok_or_else(|| missing("#intheta"))?;
         let phi = header.phi.ok_or_else(|| missing("#inphi"))?;
@@ -187,15 +186,10 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
         let channels = header.channels.clone().unwrap_or(Channels::Luminance);
         if *all.get_or_insert_with(|| channels.clone()) != channels {
             let message = "its #colorimetry is not that of the rows before; allowed: one for all";
-            return Err(FileError::at(name, line, message));
+            return Err(FileError::on_line(name, line, message));
         }
-        let cells = numbers(content.split_whitespace(), name, line)?;
-        let allowed = 2 + channels.count();
-        if cells.len() != allowed {
-            let found = cells.len();
-            let message = format!("{found} cells where the header asks for {allowed}");
-            return Err(FileError::at(name, line, message).cut_if(found < allowed));
-        }
+        let (words, count) = (content.split_whitespace(), 2 + channels.count());
+        let cells = numbers(words, name, line, "the header asks for", &[count])?;
         header.rows += 1;
         let turned = azimuth.about_axis(false, 180.0, [phi, cells[1]]);
         let [light, view] = [[theta, turned[0]], [cells[0], turned[1]]].map(|angles| {
@@ -209,7 +203,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Scattered, FileEr
         rows.push(line, [light, view], quantity, &values, &[])?;
     }
     header.check_rows(name, conventions.partial)?;
-    rows.measurement(all.unwrap_or(Channels::Luminance), assume, true)
+    rows.readings(all.unwrap_or(Channels::Luminance), assume, true, true)
 }
 
 /// Angles (degrees) of a direction as the text has them: 30 is 29.999999999999996 once it went through a sine, and the normal

@@ -13,7 +13,7 @@ const NEAR: f64 = 10.0;
 /// Readings further away, up to this, are around it, degrees.
 const AROUND: f64 = 20.0;
 
-/// Elevations of the light (degrees) that tell: below, both directions are too close together;
+/// Elevations of the light (degrees) that are looked at: below, both directions are too close together;
 /// above, matte materials of rough facets send back several times what they mirror.
 const TELLING: [f64; 2] = [20.0, 60.5];
 
@@ -26,7 +26,7 @@ const ENOUGH: usize = 3;
 /// How much higher readings are towards the light than towards its mirror direction, at least.
 const HIGHER: f64 = 3.0;
 
-/// The same of all readings within 20°, of a rough lobe; no right model of the registry has both this and the correlation.
+/// How much higher readings are towards the light, at least, over all readings within 20°, of a rough lobe; no right model of the registry has both this and the correlation.
 const ROUGH: f64 = 1.5;
 
 /// Rank correlation of readings with the cosine of the half vector of the turned light, at least, where they are a lobe about it.

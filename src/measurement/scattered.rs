@@ -1,9 +1,11 @@
 //! Readings at poses of no lattice, as tables by others have them.
 
-use super::{About, Details, Folded, Measurement, Negative, Outcome, Place, reading_of};
+use super::{
+    About, Details, Measurement, Negative, Outcome, Place, Readings, reading_of, retro_peak,
+};
 use crate::brdf::Channels;
 use crate::brdf::marks::{Marks, marks_among};
-use crate::error::excerpt;
+use crate::error::{count, excerpt};
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::GRAZING_COS;
 use crate::schedule::import::form;
@@ -11,32 +13,6 @@ use crate::schedule::table::Table;
 use crate::schedule::{Assume, Conventions, FileError, Quantity, Schedule};
 use glam::DVec3;
 use std::sync::Arc;
-
-/// A table that was read.
-pub struct Scattered {
-    /// The measurement; its schedule has each configuration once.
-    pub measurement: Measurement,
-    /// Rows without a pose: a direction is not above the horizon.
-    pub below_horizon: usize,
-    /// Rows with values below 0.
-    pub negative: Negative,
-    /// Rows of a configuration that came before: their values are averaged, see
-    /// [`Measurement::merged`].
-    pub folded: Folded,
-    /// Cells that stand for no reading.
-    pub marks: Marks,
-    /// Material and instrument that the file names.
-    pub about: About,
-    /// Keys of the header that are not read, each once.
-    pub unread: Vec<String>,
-}
-
-impl Scattered {
-    /// Rows that were read.
-    pub(crate) fn rows(&self) -> usize {
-        self.measurement.schedule.poses.len() + self.below_horizon + self.folded.dropped()
-    }
-}
 
 /// Rows of a table while it is read.
 #[derive(Default)]
@@ -47,9 +23,11 @@ pub(super) struct Rows<'a> {
     values: Vec<f64>,
     radii: Vec<f64>,
     places: Vec<Place>,
-    below_horizon: usize,
+    /// Rows with a direction that is not above the horizon.
+    pub below_horizon: usize,
     negative: Negative,
-    about: About,
+    /// Material and instrument that the header names.
+    pub about: About,
     unread: Vec<String>,
     /// Values as they are in the file.
     raw: Vec<f64>,
@@ -75,11 +53,6 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Takes in the name of the instrument.
-    pub(crate) fn name_instrument(&mut self, instrument: &str) {
-        self.about.instrument = Some(instrument.into());
-    }
-
     /// Takes in the name of the material of the rows that follow.
     ///
     /// # Errors
@@ -98,7 +71,7 @@ impl<'a> Rows<'a> {
         let message = format!(
             "these readings are of the material {other:?}, those before of {one:?}; allowed: readings of one, or --mixed"
         );
-        Err(FileError::at(self.name, line, message))
+        Err(FileError::on_line(self.name, line, message))
     }
 
     /// Adds a row: light and view, which need not be unit, a value a channel, and as many standard uncertainties that
@@ -130,7 +103,7 @@ impl<'a> Rows<'a> {
             for &number in numbers {
                 let refused = |e| {
                     let message = format!("{number:e} is no reading");
-                    FileError::at(self.name, line, message).because(e)
+                    FileError::on_line(self.name, line, message).because(e)
                 };
                 to.push(reading_of(number, of_one).map_err(refused)?);
             }
@@ -138,22 +111,25 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    /// The measurement. Where nothing `fixes_sample` the material is isotropic unless `assume` says otherwise.
+    /// The readings, each configuration once, see [`Measurement::merged`]. Where nothing `fixes_sample` the material is isotropic unless
+    /// `assume` says otherwise; azimuths of the file are doubted unless `assume` says where they count from.
     ///
     /// # Errors
     /// There is no row, or `assume` names no coordinates.
-    pub(crate) fn measurement(
+    pub(crate) fn readings(
         self,
         channels: Channels,
         assume: &Assume,
         fixes_sample: bool,
-    ) -> Result<Scattered, FileError> {
+        has_azimuths: bool,
+    ) -> Result<Readings, FileError> {
         if self.pairs.is_empty() {
             return Err(FileError::whole(
                 self.name,
                 "there is no row above the horizon",
             ));
         }
+        let doubts_azimuths = has_azimuths && assume.conventions.azimuth.is_none();
         let mut assume = assume.clone();
         assume.otherwise.isotropic |= !fixes_sample;
         let parametrization = form(&Table::named(self.name), &assume)?;
@@ -183,14 +159,30 @@ impl<'a> Rows<'a> {
             schedule: Arc::new(schedule),
         };
         let (measurement, folded) = measurement.merged();
-        Ok(Scattered {
+        let counted = [
+            (
+                self.below_horizon,
+                "with light or sensor below the horizon: passed over",
+            ),
+            (folded.dropped(), "averaged with earlier ones"),
+        ];
+        let notes = counted.into_iter().filter(|(number, _)| *number > 0);
+        let notes = notes.map(|(number, what)| format!("{} {what}", count(number, "row")));
+        let peak = retro_peak(&measurement).filter(|_| doubts_azimuths);
+        let poses = measurement.schedule.poses.len();
+        Ok(Readings {
             measurement,
-            below_horizon: self.below_horizon,
-            negative: self.negative,
-            folded,
             about: self.about,
+            notes: notes.collect(),
+            warnings: (peak.iter().map(ToString::to_string))
+                .chain(self.negative.warning())
+                .chain(marks.warning())
+                .chain(folded.warning())
+                .collect(),
+            rows: poses + self.below_horizon + folded.dropped(),
+            lost: marks.count(),
             unread: self.unread,
-            marks,
+            intact: false,
         })
     }
 }
@@ -218,21 +210,29 @@ pub(super) fn refuse_columns(
     Ok(())
 }
 
-/// The finite numbers of a row.
+/// The finite numbers of a row; `asks` for one of some numbers of them, the least first, as `the header asks for`.
 ///
 /// # Errors
-/// The line, and the word that is none.
+/// The line, and the word that is no such number, or how many there are.
 pub(super) fn numbers<'t>(
     words: impl Iterator<Item = &'t str>,
     name: &str,
     line: usize,
+    asks: &str,
+    counts: &[usize],
 ) -> Result<Vec<f64>, FileError> {
     let parse = |word: &str| match word.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => {
             let message = format!("{}: allowed is a finite number", excerpt(word));
-            Err(FileError::at(name, line, message))
+            Err(FileError::on_line(name, line, message))
         }
     };
-    words.map(parse).collect()
+    let cells: Vec<f64> = words.map(parse).collect::<Result<_, _>>()?;
+    if counts.contains(&cells.len()) {
+        return Ok(cells);
+    }
+    let (found, asked) = (cells.len(), counts[0]);
+    let message = format!("{found} cells where {asks} {asked}");
+    Err(FileError::on_line(name, line, message).cut_if(found < asked))
 }

@@ -36,7 +36,7 @@
 //! A narrow lobe elsewhere than around the mirror direction (retro-reflection) is only seen with
 //! the resolution of the outer nodes, some 3°, and a lobe that is narrow along one tangent axis only
 //! with that of the nodes in φ_h, 6°: [`crate::brdf::laws::directional_albedo`] finds both. So the error is taken
-//! twice, the second time with half of the nodes along each axis: what the two differ by is told beside it.
+//! twice, the second time with half of the nodes along each axis: their difference is reported beside it.
 
 use super::{Quantity, Values, evaluate, sum::Sum};
 use crate::brdf::Brdf;
@@ -58,7 +58,7 @@ struct Nodes {
     phi: usize,
 }
 
-/// What albedos are taken with, and what says how near they are.
+/// The rule that albedos are integrated with, and a coarser one for their errors.
 const RULES: [Nodes; 2] = [Nodes::FINE.over(1), Nodes::FINE.over(2)];
 /// Numbers of the two.
 const FINE: usize = 0;

@@ -20,57 +20,56 @@
 use super::{Judged, Quantity};
 use serde::Serialize;
 
-/// Errors of one reconstruction under one measure; `None` where undefined, never NaN or infinite.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Errors {
-    /// RMS of (g − f) cos over RMS of f cos; `None` also for a black truth.
-    pub nrmse: Option<f64>,
-    /// Mean |ln((g + 1e-3)/(f + 1e-3))|.
-    pub log_relative: Option<f64>,
-    /// Mean |ln(1 + g cos) − ln(1 + f cos)|.
-    pub log1p: Option<f64>,
-    /// RMS of (g cos)^(1/3) − (f cos)^(1/3).
-    pub cbrt: Option<f64>,
-    /// Mean of |g − f| / max(f, 1e-3).
-    pub mean_relative: Option<f64>,
-    /// Mean of g over that of f, less 1; `None` also for a black truth.
-    pub energy: Option<f64>,
-    /// |g − f| / max(f, 1e-3) that 99.9 % of the measure is below, to 3 % and in [1e-9, 1e15]; 0 below.
-    pub relative_p999: Option<f64>,
-    /// Pairs that were compared.
-    pub pairs: usize,
-    /// Pairs left out because the truth has no data there.
-    pub pairs_missing: usize,
-    /// Pairs left out because the reconstruction has no value where the truth has one.
-    pub pairs_unreconstructed: usize,
-}
-
-/// An error and its standard error: each with its column and its field of an [`Errors`].
-macro_rules! judged {
+/// Errors, each with its column and summary: fields, columns, and columns of standard errors, in one order.
+macro_rules! errors {
     ($( $field:ident: $summary:literal, )+) => {
-        /// Every error, in the order of columns, with its field.
-        pub const QUANTITIES: [Judged<Errors>; 7] =
-            [$( (Quantity::real(stringify!($field), $summary), |e| e.$field) ),+];
+        /// Errors of one reconstruction under one measure; `None` where undefined, never NaN or infinite.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+        pub struct Errors {
+            $(
+                #[doc = $summary]
+                pub $field: Option<f64>,
+            )+
+            /// Pairs that were compared.
+            pub pairs: usize,
+            /// Pairs left out because the truth has no data there.
+            pub pairs_missing: usize,
+            /// Pairs left out because the reconstruction has no value where the truth has one.
+            pub pairs_unreconstructed: usize,
+        }
 
-        /// Standard errors, in the same order, with the fields of [`Tally::standard_errors`](super::Tally::standard_errors).
-        pub const STANDARD_ERRORS: [Judged<Errors>; 7] = [$( (
-            Quantity::real(
-                concat!(stringify!($field), "_se"),
-                concat!("standard error of ", stringify!($field), ": of the choice of test pairs"),
-            ),
-            |e| e.$field,
-        ) ),+];
+        /// Number of errors.
+        const ERRORS: usize = [$( stringify!($field) ),+].len();
+
+        impl Errors {
+            /// Every error, in the order of columns, with its field.
+            pub const QUANTITIES: [Judged<Errors>; ERRORS] =
+                [$( (Quantity::real(stringify!($field), $summary), |e| e.$field) ),+];
+
+            /// Standard errors, in the same order, with the fields of [`Tally::standard_errors`](super::Tally::standard_errors).
+            pub const STANDARD_ERRORS: [Judged<Errors>; ERRORS] = [$( (
+                Quantity::real(
+                    concat!(stringify!($field), "_se"),
+                    concat!("standard error of ", stringify!($field), ": of the choice of test pairs"),
+                ),
+                |e| e.$field,
+            ) ),+];
+
+            /// The errors of these values, in the order of columns, and numbers of pairs: compared, missing, unreconstructed.
+            pub(super) fn new([$( $field ),+]: [Option<f64>; ERRORS], counts: [usize; 3]) -> Self {
+                let [pairs, pairs_missing, pairs_unreconstructed] = counts;
+                Self { $( $field, )+ pairs, pairs_missing, pairs_unreconstructed }
+            }
+        }
     };
 }
 
-impl Errors {
-    judged! {
-        nrmse: "RMS of (g − f) cos over RMS of f cos; f truth, g reconstruction, cos = cos theta_i",
-        log_relative: "mean |ln((g + 1e-3)/(f + 1e-3))|",
-        log1p: "mean |ln(1 + g cos) − ln(1 + f cos)|",
-        cbrt: "RMS of (g cos)^(1/3) − (f cos)^(1/3)",
-        mean_relative: "mean of |g − f| / max(f, 1e-3)",
-        energy: "mean of g over that of f, less 1, by pairs of measure cosine that of the hemisphere's albedo; > 0 gains light",
-        relative_p999: "|g − f| / max(f, 1e-3) that 99.9 % of the pairs are below",
-    }
+errors! {
+    nrmse: "RMS of (g − f) cos over RMS of f cos; f truth, g reconstruction, cos = cos theta_i",
+    log_relative: "mean |ln((g + 1e-3)/(f + 1e-3))|",
+    log1p: "mean |ln(1 + g cos) − ln(1 + f cos)|",
+    cbrt: "RMS of (g cos)^(1/3) − (f cos)^(1/3)",
+    mean_relative: "mean of |g − f| / max(f, 1e-3)",
+    energy: "mean of g over that of f, less 1, by pairs of measure cosine that of the hemisphere's albedo; > 0 gains light",
+    relative_p999: "|g − f| / max(f, 1e-3) that 99.9 % of the pairs are below",
 }

@@ -81,13 +81,15 @@ impl Expected {
     }
 
     /// The errors under each measure of a level of test pairs, by some of these.
-    pub(crate) fn at(level: &Level, predictive: &dyn Predictive) -> Vec<Self> {
+    pub(crate) fn per_measure(level: &Level, predictive: &dyn Predictive) -> Vec<Self> {
         let counted: Vec<usize> = Uncovered::counted(level.pairs.len()).collect();
         let pairs: Vec<DirectionPair> = counted.iter().map(|&i| level.pairs[i]).collect();
         let known = predictive.predict(&pairs);
         let under = |weights: &Vec<f64>| {
             let all = counted.iter().zip(&pairs).zip(&known);
-            Self::of(all.map(|((&i, pair), known)| (weights[i], pair.omega_i.cos_theta(), *known)))
+            Self::from_pairs(
+                all.map(|((&i, pair), known)| (weights[i], pair.omega_i.cos_theta(), *known)),
+            )
         };
         level.weights.iter().map(under).collect()
     }
@@ -96,7 +98,7 @@ impl Expected {
     ///
     /// The square of an error of f is taken for e^v − 1 of that of the median of f, v the variance of ln f: for small v
     /// it is that on average, and for large v between its mean as a share of the median's square and of the mean square.
-    pub fn of(pairs: impl Iterator<Item = (f64, f64, LogNormal)>) -> Self {
+    pub fn from_pairs(pairs: impl Iterator<Item = (f64, f64, LogNormal)>) -> Self {
         let errors = |weight: f64, cosine: f64, mean: f64, variance: f64| {
             let shifted = mean.exp();
             [

@@ -86,6 +86,16 @@ impl Values {
     }
 }
 
+impl From<Vec<f64>> for Values {
+    /// Values of which none is missing.
+    fn from(luminance: Vec<f64>) -> Self {
+        Self {
+            luminance,
+            missing: Vec::new(),
+        }
+    }
+}
+
 /// Evaluates in parallel; the result does not depend on the number of threads.
 pub fn evaluate(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Values {
     let channels = brdf.channels();

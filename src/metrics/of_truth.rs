@@ -32,7 +32,7 @@ impl TruthErrors {
     };
 
     /// The errors under each measure of a level of test pairs, by some of these, where the truth has these `values`.
-    pub(crate) fn at(level: &Level, truth: &dyn SplitBrdf, values: &Values) -> Vec<Self> {
+    pub(crate) fn per_measure(level: &Level, truth: &dyn SplitBrdf, values: &Values) -> Vec<Self> {
         let counted = Uncovered::counted(level.pairs.len());
         let present: Vec<_> = counted.filter_map(|i| Some((i, values.get(i)?))).collect();
         let error = |&(i, _): &(usize, f64)| truth.split(&level.pairs[i]).transport.sum;
@@ -40,13 +40,13 @@ impl TruthErrors {
         let under = |weights: &Vec<f64>| {
             let all = present.iter().zip(&errors);
             let cosine = |i: usize| level.pairs[i].omega_i.cos_theta();
-            Self::of(all.map(|(&(i, f), u)| (weights[i], cosine(i), f, *u)))
+            Self::from_pairs(all.map(|(&(i, f), u)| (weights[i], cosine(i), f, *u)))
         };
         level.weights.iter().map(under).collect()
     }
 
     /// The errors under a measure: of each pair its weight, cos θ_i, f and u.
-    fn of(pairs: impl Iterator<Item = (f64, f64, f64, f64)>) -> Self {
+    fn from_pairs(pairs: impl Iterator<Item = (f64, f64, f64, f64)>) -> Self {
         let [nrmse, log_relative] = of_means(pairs.map(|(weight, cosine, f, u)| {
             let [of_error, of_f] = [u, f].map(|x| (x * cosine).powi(2));
             [weight, of_error, of_f, u / (f + EPSILON)]
@@ -72,7 +72,7 @@ mod tests {
             let (f, weight) = (1.0 + 0.9 * (0.7 * i).sin(), 1.0 + (0.3 * i).cos());
             (weight, 0.2 + 0.7 * (0.5 * i).cos().abs(), f, 0.02 * f)
         };
-        let told = TruthErrors::of((0..4000).map(pairs));
+        let told = TruthErrors::from_pairs((0..4000).map(pairs));
         let mut random = Random::new(3).stream(0);
         let [mut all, mut log, mut square, mut energy] = [0.0; 4];
         for (weight, cosine, f, u) in (0..4000).map(pairs) {
@@ -88,6 +88,9 @@ mod tests {
             let told = of(&told).unwrap();
             assert!((told / found - 1.0).abs() < 0.05, "{told} {found}");
         }
-        assert_eq!(TruthErrors::of(std::iter::empty()), TruthErrors::default());
+        assert_eq!(
+            TruthErrors::from_pairs(std::iter::empty()),
+            TruthErrors::default()
+        );
     }
 }

@@ -2,7 +2,7 @@
 
 use super::histogram::Histogram;
 use super::sum::Sum;
-use super::terms::{AVERAGES, Add, Block, Pair, Sums, TERMS};
+use super::terms::{self, AVERAGES, Add, Block, ENERGY, Pair, Sums, TERMS, defined};
 use super::{Errors, Values};
 use crate::geometry::{BLOCK, DirectionPair};
 use pulp::Arch;
@@ -13,9 +13,6 @@ const NEGLIGIBLE: f64 = 1e-6;
 
 /// Share of the measure where the relative error is above `relative_p999`.
 const ABOVE: f64 = 0.001;
-
-/// The number of `energy` among the averages.
-const ENERGY: usize = AVERAGES - 1;
 
 /// Sums over pairs, from which errors are made: per measure and replicate of the pairs.
 #[derive(Clone, Debug)]
@@ -165,26 +162,7 @@ impl Tally {
                 total.add(sum.value());
             }
         }
-        let [
-            weight,
-            difference2,
-            truth2,
-            cbrt2,
-            log_relative,
-            log1p,
-            relative,
-            gain,
-            energy,
-        ] = totals.map(Sum::value);
-        let mean = |sum: f64| defined(sum / weight);
-        [
-            defined((difference2 / truth2).sqrt()),
-            mean(log_relative),
-            mean(log1p),
-            mean(cbrt2).map(f64::sqrt),
-            mean(relative),
-            defined(gain / energy),
-        ]
+        terms::averages(totals.map(Sum::value))
     }
 
     /// The quantile of the relative error of all replicates but one.
@@ -199,21 +177,10 @@ impl Tally {
         (weight > 0.0).then(quantile).and_then(defined)
     }
 
-    fn named(&self, averages: [Option<f64>; AVERAGES], relative_p999: Option<f64>) -> Errors {
-        let [nrmse, log_relative, log1p, cbrt, mean_relative, energy] = averages;
+    fn named(&self, averages: [Option<f64>; AVERAGES], quantile: Option<f64>) -> Errors {
+        let values = std::array::from_fn(|k| *averages.get(k).unwrap_or(&quantile));
         let count = |k: usize| self.replicates.iter().map(|r| r.counts[k]).sum();
-        Errors {
-            nrmse,
-            log_relative,
-            log1p,
-            cbrt,
-            mean_relative,
-            energy,
-            relative_p999,
-            pairs: count(0),
-            pairs_missing: count(1),
-            pairs_unreconstructed: count(2),
-        }
+        Errors::new(values, std::array::from_fn(count))
     }
 }
 
@@ -266,11 +233,6 @@ fn averages(
     all.see(counted, |_, i| weight(i), truth, reconstruction);
     let replicates = vec![all];
     Tally { replicates }.errors(0)
-}
-
-/// The number; `None` for 0/0, x/0 and overflow.
-fn defined(x: f64) -> Option<f64> {
-    x.is_finite().then_some(x)
 }
 
 #[cfg(test)]

@@ -38,6 +38,41 @@ fn terms(f: f64, g: f64, cos: f64) -> [f64; TERMS] {
     ]
 }
 
+/// Errors that are averages over pairs; the last error is a quantile.
+pub(super) const AVERAGES: usize = Errors::QUANTITIES.len() - 1;
+
+/// The number of `energy` among the averages.
+pub(super) const ENERGY: usize = AVERAGES - 1;
+
+/// The averages by sums of weights and of the [`terms`], in the order of [`Errors::QUANTITIES`].
+pub(super) fn averages(sums: [f64; 1 + TERMS]) -> [Option<f64>; AVERAGES] {
+    let [
+        weight,
+        difference2,
+        truth2,
+        root2,
+        log,
+        log_1p,
+        relative,
+        gain,
+        energy,
+    ] = sums;
+    let mean = |sum: f64| defined(sum / weight);
+    [
+        defined((difference2 / truth2).sqrt()),
+        mean(log),
+        mean(log_1p),
+        mean(root2).map(f64::sqrt),
+        mean(relative),
+        defined(gain / energy),
+    ]
+}
+
+/// The number; `None` for 0/0, x/0 and overflow.
+pub(super) fn defined(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
 /// A pair: its numbers in the truth and in the reconstruction, and cos θ_i.
 pub(super) struct Pair {
     pub truth: usize,
@@ -139,6 +174,3 @@ fn sum(weights: &[f64; BLOCK], terms: &[f64; BLOCK]) -> f64 {
     let [a, b, c, d, e, f, g, h] = sums;
     ((a + e) + (c + g)) + ((b + f) + (d + h))
 }
-
-/// Errors that are averages over pairs; the last one is a quantile.
-pub(super) const AVERAGES: usize = Errors::QUANTITIES.len() - 1;

@@ -111,7 +111,8 @@ pub struct Compared {
 pub struct TestSet {
     window: Window,
     spec: MetricsSpec,
-    measures: Vec<Measure>,
+    /// The measures, in the order of the weights.
+    pub(crate) measures: Vec<Measure>,
     /// Candidates of a replicate in the first level.
     first: usize,
     /// Shares of [`Part::Cosine`] and of each lobe of [`LOBE_ALPHAS`] inside the window.
@@ -156,11 +157,6 @@ impl TestSet {
             first: spec.pairs.div_ceil(REPLICATES * CYCLE) * CYCLE,
             inside,
         })
-    }
-
-    /// The measures, in the order of the weights.
-    pub(crate) fn measures(&self) -> &[Measure] {
-        &self.measures
     }
 
     /// Candidates of this and all levels before it.
@@ -308,6 +304,3 @@ fn place(pair: &DirectionPair) -> u32 {
     let bit = |bit: u32| numbers.iter().fold(0, |key, n| 2 * key + (n >> bit & 1));
     (0..=BITS).rev().fold(0, |key, b| 8 * key + bit(b))
 }
-
-#[cfg(test)]
-mod tests;

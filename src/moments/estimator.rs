@@ -5,15 +5,12 @@ use super::peak::PeakResolving;
 use super::sampled::{MonteCarlo, ScrambledSobol};
 use super::slice::Slice;
 use crate::error::ParameterError;
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Resolved, Table};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Integrates the moments of a slice. A config names one by `kind`.
-pub trait Estimator: fmt::Debug + Send + Sync {
-    /// The kind and every key with its value, defaults filled in.
-    fn resolved(&self) -> registry::Keys;
-
+pub trait Estimator: Resolved + fmt::Debug + Send + Sync {
     /// A short name for tables.
     fn label(&self) -> String;
 

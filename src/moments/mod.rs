@@ -22,10 +22,11 @@
 mod clamping;
 mod component;
 mod cubature;
+mod curve;
 mod errors;
 mod estimator;
 mod fit;
-mod model;
+mod gaussian;
 mod noise;
 mod peak;
 mod profile;
@@ -44,9 +45,7 @@ pub use fit::{
     Undetermined, VarianceFit, ViewRange, fit_average_variance, fit_energy, fit_energy_shared,
     fit_mean, fit_mean_variance,
 };
-pub use model::{
-    SliceGaussians, SliceModel, SliceNode, SliceShape, TruncatedGaussian, gaussian_scaling,
-};
+pub use gaussian::TruncatedGaussian;
 pub use peak::PeakResolving;
 pub use profile::{MomentsSpec, Profile, Split};
 pub use sampled::{MonteCarlo, ScrambledSobol};

@@ -17,7 +17,7 @@ const NODES: [usize; 2] = [64, 32];
 
 /// Adds a standard error to each uncertainty.
 pub(super) fn add(slice: &Slice<'_>, moments: &mut Moments) {
-    let brdf = slice.brdf();
+    let brdf = slice.brdf;
     let Some(split) = brdf.as_split() else {
         return;
     };
@@ -25,7 +25,7 @@ pub(super) fn add(slice: &Slice<'_>, moments: &mut Moments) {
         return;
     };
     let weight = PI * PI / (2 * NODES[0] * NODES[1]) as f64;
-    let sides: &[f64] = match slice.is_mirrored() {
+    let sides: &[f64] = match slice.brdf.is_mirrored() {
         true => &[1.0],
         false => &[1.0, -1.0],
     };
@@ -35,9 +35,9 @@ pub(super) fn add(slice: &Slice<'_>, moments: &mut Moments) {
         for j in 0..NODES[1] {
             for side in sides {
                 let phi = side * FRAC_PI_2 * (j as f64 + 0.5) / NODES[1] as f64;
-                let pair = DirectionPair::new(view_centered(theta, phi), slice.omega_o());
+                let pair = DirectionPair::new(view_centered(theta, phi), slice.omega_o);
                 let mut influence = influence(moments, [theta, phi]);
-                if slice.is_mirrored() {
+                if slice.brdf.is_mirrored() {
                     // The pair at −φ too: what is odd has no error.
                     for c in Component::ALL {
                         influence[c.index()] *= if c.is_odd() { 0.0 } else { 2.0 };
@@ -129,7 +129,7 @@ mod tests {
             .collect();
         let weights: Vec<f64> = (0..200).map(|i| 1.0 + (0.7 * f64::from(i)).sin()).collect();
         let whole: f64 = weights.iter().sum();
-        let of = |weights: &[f64]| Tally::of(Order::MAX, &points, weights).values();
+        let of = |weights: &[f64]| Tally::from_points(Order::MAX, &points, weights).values();
         let estimate = |value: Option<f64>| {
             value.map(|value| Estimate {
                 value,

@@ -15,7 +15,7 @@ use super::slice::{Batch, Slice};
 use super::tally::{Tally, powers, shifted};
 use crate::error::{ParameterError, in_left_open};
 use crate::parametrization::{VIEW_CENTERED_AREA, view_centered};
-use crate::registry::{self, declare};
+use crate::registry::declare;
 use std::f64::consts::FRAC_PI_2;
 
 declare! {
@@ -41,10 +41,6 @@ impl PeakResolving {
 }
 
 impl Estimator for PeakResolving {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn label(&self) -> String {
         format!("{}-{:.0e}", Self::KIND, self.tolerance)
     }
@@ -66,13 +62,13 @@ impl Estimator for PeakResolving {
     fn estimate(&self, slice: &Slice<'_>, order: Order, _seed: u64) -> SliceMoments {
         let mut work = Workspace::default();
         let mut peaks = Vec::new();
-        let theta_o = slice.theta_o();
+        let theta_o = slice.theta_o;
         peaks.extend(Peak::find(slice, -theta_o));
         if theta_o > 1e-9 {
             // Only a peak or a ridge of its own: the flank of the mirror peak falls on one side.
             peaks.extend(Peak::find(slice, theta_o).filter(|p| p.on_both_sides));
         }
-        let cells = mesh(&peaks, slice.is_mirrored())
+        let cells = mesh(&peaks, slice.brdf.is_mirrored())
             .into_iter()
             .map(|r| Cell::new(slice, order, r, &mut work))
             .collect();
@@ -457,7 +453,7 @@ impl Propagation {
         }
         if order.get() > 2 {
             // Odd moments cancel between the two sides of the mean, their errors do not.
-            let mean = tally.mean();
+            let mean = tally.mean;
             for cell in cells {
                 let [dx, dy] = [0, 1].map(|a| cell.centre[a] - mean[a]);
                 let about_mean = shifted(&cell.sums, order, dx, dy);
@@ -486,7 +482,7 @@ impl Propagation {
         if weight <= 0.0 {
             return out;
         }
-        let mean = self.tally.mean();
+        let mean = self.tally.mean;
         let [dx, dy] = [0, 1].map(|a| centre[a] - mean[a]);
         let e = shifted(difference, self.order, dx, dy);
         let (px, py) = (powers(self.inverse[0]), powers(self.inverse[1]));

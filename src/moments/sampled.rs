@@ -4,7 +4,7 @@
 //! µ_nm ≈ (π²/N) Σ θ^n φ^m ρ(θ, φ). The points come in [`REPLICATES`] independent sets of equal
 //! size; leaving out one set at a time (the grouped jackknife) gives the uncertainty of every
 //! moment, linear or not, without a formula for each. For Sobol points the sets are independent
-//! scramblings, so that their spread knows that the points of one set are spread evenly.
+//! scramblings, so that their spread includes the even distribution of the points of one set.
 
 use super::component::{Estimate, Moments, Order};
 use super::estimator::{Estimator, SliceMoments, Unresolved};
@@ -12,7 +12,7 @@ use super::slice::{Batch, Kind, Slice};
 use super::tally::Tally;
 use crate::error::ParameterError;
 use crate::parametrization::{VIEW_CENTERED_AREA, view_centered};
-use crate::registry::{self, declare};
+use crate::registry::declare;
 use crate::sampling::{Random, Sobol};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -49,10 +49,6 @@ declare! {
 const MAX_SAMPLES: usize = 1 << 36;
 
 impl Estimator for MonteCarlo {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn label(&self) -> String {
         format!("{}-{}", Self::KIND, self.samples)
     }
@@ -76,10 +72,6 @@ impl Estimator for MonteCarlo {
 }
 
 impl Estimator for ScrambledSobol {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn label(&self) -> String {
         format!("{}-{}", Self::KIND, self.samples)
     }
@@ -141,7 +133,7 @@ where
     };
     let missing_share = share(|s| s.missing);
     let largest = sets.iter().map(|s| s.largest).fold(0.0, f64::max);
-    let peak = slice.value(-slice.theta_o(), 0.0).unwrap_or(0.0);
+    let peak = slice.value(-slice.theta_o, 0.0).unwrap_or(0.0);
     let effective = if largest > 0.0 {
         let relative = |s: &Set| s.squares * (s.largest / largest).powi(2);
         (weight / largest).powi(2) / sets.iter().map(relative).sum::<f64>()
@@ -197,7 +189,8 @@ impl Set {
                 batch.push(slice, view_centered(theta, phi));
             }
             slice.evaluate(&mut batch);
-            set.tally.merge(&Tally::of(order, &angles, batch.values()));
+            set.tally
+                .merge(&Tally::from_points(order, &angles, batch.values()));
             let largest = batch.values().iter().copied().fold(set.largest, f64::max);
             if largest > set.largest {
                 set.squares *= (set.largest / largest).powi(2);

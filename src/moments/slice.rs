@@ -43,7 +43,7 @@ impl Channel {
 
     /// The channel's number from the values of one evaluation.
     #[inline]
-    pub(super) fn of(self, channels: &Channels, values: &[f64]) -> f64 {
+    pub(super) fn select(self, channels: &Channels, values: &[f64]) -> f64 {
         match self {
             Channel::Luminance => channels.luminance(values),
             Channel::Average => (values[0] + values[1] + values[2]) / 3.0,
@@ -69,11 +69,16 @@ pub enum Kind {
 /// [`view_centered`].
 #[derive(Clone, Copy)]
 pub struct Slice<'a> {
-    brdf: &'a dyn Brdf,
-    channel: Channel,
-    theta_o: f64,
-    omega_o: Direction,
-    diffuse: f64,
+    /// The BRDF.
+    pub(super) brdf: &'a dyn Brdf,
+    /// Its channel.
+    pub(super) channel: Channel,
+    /// View elevation, rad.
+    pub(crate) theta_o: f64,
+    /// The direction of the view.
+    pub(super) omega_o: Direction,
+    /// Diffuse part that is subtracted, sr⁻¹.
+    pub(super) diffuse: f64,
 }
 
 impl<'a> Slice<'a> {
@@ -107,16 +112,6 @@ impl<'a> Slice<'a> {
         self
     }
 
-    /// The BRDF.
-    pub(crate) fn brdf(&self) -> &'a dyn Brdf {
-        self.brdf
-    }
-
-    /// The direction of the view.
-    pub(super) fn omega_o(&self) -> Direction {
-        self.omega_o
-    }
-
     /// The channel's number over the luminance, at a pair.
     pub(super) fn of_luminance(&self, pair: &DirectionPair) -> f64 {
         if self.channel == Channel::Luminance {
@@ -127,29 +122,9 @@ impl<'a> Slice<'a> {
         let presence = self.brdf.eval(pair, &mut values);
         let luminance = channels.luminance(&values);
         match presence == Presence::Present && luminance > 0.0 {
-            true => self.channel.of(channels, &values) / luminance,
+            true => self.channel.select(channels, &values) / luminance,
             false => 1.0,
         }
-    }
-
-    /// View elevation, rad.
-    pub(crate) fn theta_o(&self) -> f64 {
-        self.theta_o
-    }
-
-    /// Its channel.
-    pub(crate) fn channel(&self) -> Channel {
-        self.channel
-    }
-
-    /// Diffuse part that is subtracted, sr⁻¹.
-    pub(crate) fn diffuse(&self) -> f64 {
-        self.diffuse
-    }
-
-    /// True if its values at φ and −φ are the same: the plane of the view mirrors the material.
-    pub(super) fn is_mirrored(&self) -> bool {
-        self.brdf.is_mirrored()
     }
 
     /// Evaluates the directions of a batch.
@@ -163,7 +138,7 @@ impl<'a> Slice<'a> {
             .eval_batch(&batch.pairs, &mut batch.raw, &mut batch.presence);
         batch.values.resize(len, 0.0);
         batch.kinds.resize(len, Kind::Missing);
-        let tell = |value: f64, presence| {
+        let judged = |value: f64, presence| {
             // A value that breaks the promise of `Brdf` (finite, ≥ 0) would spoil every sum; it is
             // left out like a missing one.
             let is_there = presence == Presence::Present && value >= 0.0 && value.is_finite();
@@ -178,7 +153,7 @@ impl<'a> Slice<'a> {
             batch.values.copy_from_slice(&batch.raw);
         } else {
             for (value, raw) in batch.values.iter_mut().zip(batch.raw.chunks_exact(n)) {
-                *value = self.channel.of(channels, raw);
+                *value = self.channel.select(channels, raw);
             }
         }
         // Most often all are values, and none needs a choice.
@@ -190,9 +165,9 @@ impl<'a> Slice<'a> {
             batch.kinds.fill(Kind::Value);
             return;
         }
-        let told = batch.values.iter_mut().zip(&mut batch.kinds);
-        for ((value, kind), &presence) in told.zip(&batch.presence) {
-            (*value, *kind) = tell(*value, presence);
+        let both = batch.values.iter_mut().zip(&mut batch.kinds);
+        for ((value, kind), &presence) in both.zip(&batch.presence) {
+            (*value, *kind) = judged(*value, presence);
         }
     }
 

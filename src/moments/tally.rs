@@ -9,7 +9,7 @@
 use super::component::{Component, Order};
 
 #[inline]
-const fn at(n: usize, m: usize) -> usize {
+const fn index_of(n: usize, m: usize) -> usize {
     Component { n, m }.index()
 }
 
@@ -24,9 +24,9 @@ const fn steps(axis: usize) -> [(usize, usize); 20] {
             let mut other = 0;
             while other + degree <= 4 {
                 steps[next] = if axis == 0 {
-                    (at(degree, other), at(degree - 1, other))
+                    (index_of(degree, other), index_of(degree - 1, other))
                 } else {
-                    (at(other, degree), at(other, degree - 1))
+                    (index_of(other, degree), index_of(other, degree - 1))
                 };
                 other += 1;
                 next += 1;
@@ -65,7 +65,8 @@ pub(super) fn powers(x: f64) -> [f64; 5] {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tally {
     order: Order,
-    mean: [f64; 2],
+    /// Mean; meaningless if the weight is 0.
+    pub(super) mean: [f64; 2],
     /// Σ w (x − x̄)^n (y − ȳ)^m at the index of (n, m); first orders are 0.
     sums: [f64; 15],
 }
@@ -82,7 +83,7 @@ impl Tally {
 
     /// The tally of points with weights ≥ 0: two passes, so that every difference is one of
     /// neighbouring numbers.
-    pub fn of(order: Order, points: &[[f64; 2]], weights: &[f64]) -> Self {
+    pub fn from_points(order: Order, points: &[[f64; 2]], weights: &[f64]) -> Self {
         let mut tally = Self::new(order);
         let weight: f64 = weights.iter().sum();
         tally.sums[0] = weight;
@@ -158,11 +159,6 @@ impl Tally {
     /// Total weight.
     pub(crate) fn weight(&self) -> f64 {
         self.sums[0]
-    }
-
-    /// Mean; meaningless if the weight is 0.
-    pub(crate) fn mean(&self) -> [f64; 2] {
-        self.mean
     }
 
     /// Σ w (x − x̄)^n (y − ȳ)^m.

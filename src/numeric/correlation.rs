@@ -87,10 +87,4 @@ impl CorrelationMatrix {
     pub fn rows(&self) -> &[Vec<Correlation>] {
         &self.rows
     }
-
-    /// The entry of two columns; `None` if there is no column of that name.
-    pub fn get(&self, row: &str, column: &str) -> Option<Correlation> {
-        let at = |name: &str| self.names.iter().position(|n| n == name);
-        Some(self.rows[at(row)?][at(column)?])
-    }
 }

@@ -176,42 +176,37 @@ impl Neg for Exact {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
-    use std::f64::consts::PI;
+    use crate::sampling::Random;
 
-    #[test]
-    fn functions_agree_with_the_standard_library() {
-        let near = |x: Exact, want: f64| {
-            assert!((x.to_f64() - want).abs() <= 4e-16 * want.abs(), "{want}");
-        };
-        for x in [1e-300, 1e-8, 0.3, 1.0, 2.5, 5.9] {
-            let e = Exact::from(x);
-            near(e.clone(), x);
-            near(e.sqrt(), x.sqrt());
-            near(e.exp(), x.exp());
-            near(e.ln(), x.ln());
-            near(e.sin_cos().0, x.sin());
-            near(e.erf(), libm::erf(x));
-            near(e.powf(&2.5.into()), x.powf(2.5));
-            for (y, x) in [
-                (x, 0.7),
-                (x, -0.7),
-                (-x, 0.7),
-                (-x, -0.7),
-                (0.0, -x),
-                (x, 0.0),
-            ] {
-                near(Exact::atan2(&y.into(), &x.into()), y.atan2(x));
-            }
-        }
-        near(Exact::pi(), PI);
-        near(Exact::from(5e-324), 5e-324);
-        assert_eq!((Exact::from(1e-300) * &1e-300.into()).to_f64(), 0.0);
+    /// What `got` differs by from the exact number, in units of 2⁻⁵³ of the size that is given.
+    pub fn off(got: f64, want: &Exact, size: f64) -> f64 {
+        let off = Exact::from(got) - want;
+        (off.to_f64() / size).abs() * 2f64.powi(53)
     }
 
+    /// Numbers > 0, evenly spread over decades.
+    pub fn numbers(n: u64, [least, most]: [f64; 2]) -> impl Iterator<Item = f64> {
+        let random = Random::new(7);
+        (0..n).map(move |i| {
+            let [size] = random.point(i);
+            10f64.powf(least + (most - least) * size)
+        })
+    }
+
+    /// The functions are judged by `angles` and `powers`, which are judged by them.
     #[test]
     fn there_are_fifty_digits() {
+        assert_eq!(Exact::from(5e-324).to_f64(), 5e-324);
+        assert_eq!((Exact::from(1e-300) * &1e-300.into()).to_f64(), 0.0);
+        for x in [0.3, 1.0, 2.5] {
+            let (erf, root) = (
+                Exact::from(x).erf().to_f64(),
+                Exact::from(x).sqrt().to_f64(),
+            );
+            assert!((erf - libm::erf(x)).abs() <= 4e-16 && (root - x.sqrt()).abs() <= 4e-16);
+        }
         let third = Exact::from(1.0) / &3.0.into();
         let rest = third * &3.0.into() - Exact::from(1.0);
         assert!(rest.to_f64().abs() < 1e-50);

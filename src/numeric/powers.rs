@@ -127,64 +127,36 @@ pub(crate) fn cbrt(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampling::Random;
-    use astro_float_num::{BigFloat, Consts, RoundingMode};
+    use crate::numeric::exact::Exact;
+    use crate::numeric::exact::tests::{numbers, off};
 
-    /// Bits of the reference: some 50 digits.
-    const BITS: usize = 192;
-
-    const NEAREST: RoundingMode = RoundingMode::ToEven;
-
-    /// What `got` differs by from the exact number, in units of 2⁻⁵³ of it.
-    fn off(got: f64, want: &BigFloat) -> f64 {
-        let off = BigFloat::from_f64(got, BITS).sub(want, BITS, NEAREST);
-        let off: f64 = off.to_string().parse().unwrap();
-        let size: f64 = want.to_string().parse().unwrap();
-        if off == 0.0 {
-            0.0
-        } else {
-            (off / size).abs() * 2f64.powi(53)
-        }
-    }
-
-    /// Numbers > 0 of all sizes in decades.
-    fn numbers(n: u64, [least, most]: [f64; 2]) -> impl Iterator<Item = f64> {
-        let random = Random::new(7);
-        (0..n).map(move |i| {
-            let [size] = random.point(i);
-            10f64.powf(least + (most - least) * size)
-        })
+    fn assert_last_bits(name: &str, x: f64, got: f64, want: &Exact, allowed: f64) {
+        let off = off(got, want, want.to_f64());
+        assert!(got == want.to_f64() || off < allowed, "{name} {x:e}: {off}");
     }
 
     #[test]
     fn powers_are_good_to_the_last_bits() {
-        let mut consts = Consts::new().unwrap();
-        let exactly = |x: f64| BigFloat::from_f64(x, BITS);
         for size in numbers(4000, [-18.0, LARGEST_EXPONENT.log10()]) {
             for x in [size, -size] {
-                let want = exactly(x).exp(BITS, NEAREST, &mut consts);
-                assert!(off(exp(x), &want) < 2.0, "exp {x:e}");
+                assert_last_bits("exp", x, exp(x), &Exact::from(x).exp(), 2.0);
             }
         }
+        let third = Exact::from(1.0) / Exact::from(3.0);
         let near_one = numbers(2000, [-15.0, -0.5]).flat_map(|d| [1.0 + d, 1.0 - d]);
         for x in numbers(4000, [-307.0, 308.0]).chain(near_one) {
-            let want = exactly(x).ln(BITS, NEAREST, &mut consts);
-            if x != 1.0 {
-                assert!(off(ln(x), &want) < 2.0, "ln {x:e}");
-            }
-            let want = exactly(x).cbrt(BITS, NEAREST);
-            assert!(off(cbrt(x), &want) < 2.0, "cbrt {x:e}");
+            assert_last_bits("ln", x, ln(x), &Exact::from(x).ln(), 2.0);
+            assert_last_bits("cbrt", x, cbrt(x), &Exact::from(x).powf(&third), 2.0);
         }
         for size in numbers(4000, [-300.0, 300.0]) {
             for x in [size, -size].into_iter().filter(|x| *x > -1.0) {
-                let sum = exactly(1.0).add(&exactly(x), 4 * BITS, NEAREST);
-                let want = sum.ln(BITS, NEAREST, &mut consts);
-                // Of smaller numbers the sum is 1 to all these digits.
-                if size > 1e-100 {
-                    assert!(off(ln_1p(x), &want) < 4.0, "ln_1p {x:e}");
-                } else {
-                    assert_eq!(ln_1p(x), x);
-                }
+                let exact = Exact::from(x);
+                // Of smaller numbers the sum has too few digits left, and the series has no third term.
+                let want = match size > 1e-18 {
+                    true => (Exact::from(1.0) + &exact).ln(),
+                    false => exact.clone() - exact.clone() * &exact / Exact::from(2.0),
+                };
+                assert_last_bits("ln_1p", x, ln_1p(x), &want, 4.0);
             }
         }
     }

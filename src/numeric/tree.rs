@@ -17,7 +17,7 @@ const FEW: usize = 32;
 
 /// A way to measure distances of points with `K` coordinates.
 pub(crate) trait Metric<const K: usize> {
-    /// What tells the nearer of two points: less is nearer.
+    /// Order of points by nearness: less is nearer.
     type Distance: Copy + PartialOrd;
 
     /// The distance of two points.
@@ -35,7 +35,7 @@ pub(crate) trait Metric<const K: usize> {
     /// No more than what is [bounded](Self::bounded) of the distance to any point of a box.
     fn to_box(&self, from: &[f64; K], low: &[f64; K], high: &[f64; K]) -> f64;
 
-    /// The same for two boxes.
+    /// Lower bounds of two boxes, as [`to_box`](Self::to_box).
     #[inline(always)]
     fn to_boxes(&self, from: &[f64; K], low: &[[f64; 2]; K], high: &[[f64; 2]; K]) -> [f64; 2] {
         from_fn(|i| self.to_box(from, &from_fn(|d| low[d][i]), &from_fn(|d| high[d][i])))

@@ -94,8 +94,8 @@ pub trait Chart: Copy + Send + Sync + 'static {
     /// poles, and a step of s from a pole moves a direction by sqrt(s).
     const SQUARED: bool = false;
 
-    /// How many nodes a grid puts along a radial axis for each one along a quarter turn, if it is
-    /// not told: lobes are narrow along the radial axes of the half-vector charts and change
+    /// How many nodes a grid puts along a radial axis for each one along a quarter turn, by
+    /// default: lobes are narrow along the radial axes of the half-vector charts and change
     /// slowly with azimuth, but spread over all axes of the spherical one.
     const RADIAL_DENSITY: f64 = 4.0;
 

@@ -139,7 +139,7 @@ impl<C: Chart, const RECIPROCAL: bool, const BILATERAL: bool> Fold<C, RECIPROCAL
             (true, true) => r1 < r2,
             (true, false) => {
                 // Light and sensor exchanged: (r1, r2, a) is (r2, r1, −a). At a = 0 and ±π the
-                // azimuth cannot tell the two apart, the elevations do.
+                // azimuth is equal for both, and the elevations decide.
                 let tie = same(a, 0.0) | same(a.abs(), PI);
                 (tie & (r1 < r2)) | (!tie & (a < 0.0))
             }
@@ -374,7 +374,7 @@ impl<C: Chart> NullaryFnOnce for Inverse<'_, C> {
 impl<C: Chart> ParametrizationKind for Form<C> {
     const KIND: &'static str = C::NAME;
 
-    fn of(symmetry: Symmetry) -> Self {
+    fn with_symmetry(symmetry: Symmetry) -> Self {
         Self::new(symmetry)
     }
 }

@@ -46,7 +46,7 @@ pub(crate) struct Frame {
 impl Frame {
     /// Of ω_i and ω_o.
     #[inline(always)]
-    pub fn of(directions: [DVec3; 2]) -> Self {
+    pub fn new(directions: [DVec3; 2]) -> Self {
         let (h, k) = half_and_back(directions);
         // Opposite directions on the horizon: any h orthogonal to k is right.
         let opposed = h.x == 0.0 && h.y == 0.0 && h.z == 0.0;
@@ -97,14 +97,14 @@ impl Chart for HalfDifference {
 
     #[inline(always)]
     fn absolute(directions: [DVec3; 2]) -> [f64; 4] {
-        let f = Frame::of(directions);
+        let f = Frame::new(directions);
         let phi_h = atan2(f.h_bar[1], f.h_bar[0]);
         [f.theta_h, phi_h, f.theta_d, atan2(f.k[1], f.k[0])]
     }
 
     #[inline(always)]
     fn relative(directions: [DVec3; 2]) -> [f64; 3] {
-        let f = Frame::of(directions);
+        let f = Frame::new(directions);
         let phi_d = atan2(f.k[1], f.k[0]);
         // Where h is the normal the sample may be turned so that it is 0.
         let phi_d = if f.theta_h == 0.0 { 0.0 } else { phi_d };

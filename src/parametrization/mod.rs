@@ -87,7 +87,7 @@ pub enum Layout {
     /// Radial coordinates and azimuths, in polar coordinates: 3-D (r1, r2 cos a, r2 sin a), 4-D
     /// (r1 cos a1, r1 sin a1, r2 cos a2, r2 sin a2).
     Polar,
-    /// The same with a1 + a2 for a2, which turns with a1: where r1 vanishes only that sum has a
+    /// Polar coordinates as [`Layout::Polar`], with a1 + a2 in place of a2, which turns with a1: where r1 vanishes only that sum has a
     /// meaning.
     Nested,
     /// As they are.
@@ -186,7 +186,7 @@ pub trait Parametrization: Send + Sync {
     /// which may lie outside it: beyond a pole (negative radial coordinates, with azimuths turned
     /// by π) or beyond the ends of an azimuth. Two coordinates name one configuration, up to the
     /// declared symmetries, exactly if their representatives agree. `None` past the far end of a
-    /// radial axis. The box itself, not the physical domain, is what this knows about.
+    /// radial axis. The box itself, not the physical domain, is what counts.
     fn canonical(&self, coords: &Coords) -> Option<Coords>;
 
     /// d omega_i d omega_o = J · d(coords of the 4-D form), in steradians². The 3-D form has the
@@ -218,8 +218,8 @@ pub trait Parametrization: Send + Sync {
     /// What holds all over the domain.
     fn facts(&self) -> Facts;
 
-    /// Labels for planes of the first two axes of a 3-D form: of the coordinate that tells planes
-    /// apart, and of the azimuth of the sample, which is 0.
+    /// Labels for planes of the first two axes of a 3-D form: of the coordinate in which planes
+    /// differ, and of the azimuth of the sample, which is 0.
     fn plane_labels(&self) -> [&'static str; 2] {
         [self.axes()[2].label, "φ"]
     }

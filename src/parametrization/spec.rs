@@ -13,7 +13,7 @@ pub trait ParametrizationKind: Parametrization + Sized + 'static {
     const KIND: &'static str;
 
     /// The form for BRDFs with these symmetries.
-    fn of(symmetry: Symmetry) -> Self;
+    fn with_symmetry(symmetry: Symmetry) -> Self;
 }
 
 /// Makes the form for some symmetries with warps.
@@ -57,7 +57,7 @@ impl ParametrizationSpec {
             kind: P::KIND,
             warps,
             build: |symmetry, warps| {
-                let form = P::of(symmetry);
+                let form = P::with_symmetry(symmetry);
                 if warps.is_empty() {
                     Ok(Arc::new(form))
                 } else {

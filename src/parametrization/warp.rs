@@ -3,12 +3,11 @@
 use super::{Axis, AxisKind, Quantity, Unit, WarpProblem};
 use crate::error::{ParameterError, in_closed};
 use crate::registry::{self, Entry, NoKeys, ReadError, Table};
-use serde::de::{self, MapAccess, Visitor};
+use serde::de::{self, DeserializeOwned, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
-use std::ops::Range;
 
 /// Warps by axis symbol.
 pub type Warps = BTreeMap<String, WarpSpec>;
@@ -64,10 +63,15 @@ const fn plain(
     }
 }
 
-/// A table that must be empty.
-fn no_keys(table: Table<'_>, warp: WarpSpec) -> Result<Box<WarpSpec>, ReadError> {
-    let NoKeys {} = registry::parse(table)?;
-    Ok(Box::new(warp))
+/// The warp of the keys of a table.
+fn keyed<K: DeserializeOwned>(
+    table: Table<'_>,
+    warp: fn(K) -> Result<WarpSpec, ParameterError>,
+) -> Result<Box<WarpSpec>, ReadError> {
+    let span = table.span();
+    let warp = warp(registry::parse(table)?);
+    warp.map(Box::new)
+        .map_err(|e| ReadError::new(span, e.to_string()))
 }
 
 /// Every warp a config can name.
@@ -76,53 +80,37 @@ pub fn warps() -> Vec<Entry<WarpSpec>> {
         plain(
             "square-root",
             "sqrt(x / x_max), in [0, 1]: fine near the pole; any radial axis",
-            |table| no_keys(table, WarpSpec::SquareRoot),
+            |table| keyed(table, |NoKeys {}| Ok(WarpSpec::SquareRoot)),
         ),
         plain(
             "merl",
             "90 sqrt(theta_h / 90°), in [0, 90]: the rows of a MERL table; theta_h",
-            |table| no_keys(table, WarpSpec::Merl),
+            |table| keyed(table, |NoKeys {}| Ok(WarpSpec::Merl)),
         ),
         plain(
             "arcsine",
             "asin(x / x_max): fine near the end; of a length in degrees, e.g. |k| becomes theta_d, of an \
              angle over its largest, in [0, 1]",
-            |table| no_keys(table, WarpSpec::Arcsine),
+            |table| keyed(table, |NoKeys {}| Ok(WarpSpec::Arcsine)),
         ),
         Entry {
             kind: POWER,
             summary: "(x / x_max)^exponent, in [0, 1]: 0.5 is the square root; any radial axis",
             examples: &["exponent = 0.5", "exponent = 0.3", "exponent = 1.0"],
-            read: |table| {
-                let span = table.span();
-                let PowerKeys { exponent } = registry::parse(table)?;
-                checked(power(exponent), span)
-            },
+            read: |table| keyed(table, |PowerKeys { exponent }| power(exponent)),
         },
         Entry {
             kind: ASINH,
             summary: "asinh(x / s) over its largest, in [0, 1], s = scale x_max: steps grow with x from s on; \
                       any radial axis",
             examples: &["scale = 0.01", "scale = 1.0"],
-            read: |table| {
-                let span = table.span();
-                let AsinhKeys { scale } = registry::parse(table)?;
-                checked(asinh(scale), span)
-            },
+            read: |table| keyed(table, |AsinhKeys { scale }| asinh(scale)),
         },
     ]
 }
 
 const POWER: &str = "power";
 const ASINH: &str = "asinh";
-
-fn checked(
-    warp: Result<WarpSpec, ParameterError>,
-    span: impl Into<Option<Range<usize>>>,
-) -> Result<Box<WarpSpec>, ReadError> {
-    warp.map(Box::new)
-        .map_err(|e| ReadError::at(span, e.to_string()))
-}
 
 fn power(exponent: f64) -> Result<WarpSpec, ParameterError> {
     let exponent = in_closed("exponent", exponent, 0.1, 1.0)?;

@@ -88,6 +88,18 @@ pub fn list(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
     Ok(slice(&array)?.to_vec())
 }
 
+/// Rows of two arguments, each with its name and its number: as many of one as of the other, or one for all.
+fn matched(a: (&str, usize), b: (&str, usize)) -> PyResult<usize> {
+    match (a.1, b.1) {
+        (m, n) if m == n => Ok(n),
+        (1, n) | (n, 1) => Ok(n),
+        (m, n) => Err(refused(format!(
+            "{} has {m} rows and {} has {n}; allowed: as many, or one",
+            a.0, b.0
+        ))),
+    }
+}
+
 /// Directions as Python gives them.
 pub struct Directions<'py> {
     name: &'static str,
@@ -98,7 +110,7 @@ pub struct Directions<'py> {
 
 impl<'py> Directions<'py> {
     /// Directions from (n, 3) vectors, (n, 2) angles, or one of either.
-    pub fn of(value: &Bound<'py, PyAny>, name: &'static str) -> PyResult<Self> {
+    pub fn read(value: &Bound<'py, PyAny>, name: &'static str) -> PyResult<Self> {
         let array = numbers(value, name)?;
         let width = match *array.shape() {
             [width] | [_, width] if width == 2 || width == 3 => width,
@@ -210,30 +222,20 @@ pub struct Sides<'py> {
 
 impl<'py> Sides<'py> {
     /// The arguments `omega_i` and `omega_o` of a function.
-    pub fn of(omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> PyResult<Self> {
+    pub fn read(omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> PyResult<Self> {
         Ok(Self {
-            light: Directions::of(omega_i, "omega_i")?,
-            sensor: Directions::of(omega_o, "omega_o")?,
+            light: Directions::read(omega_i, "omega_i")?,
+            sensor: Directions::read(omega_o, "omega_o")?,
         })
     }
 
     /// As many of one as of the other, or one for all.
     pub fn pairs(&self) -> PyResult<Pairs<'_>> {
         let (light, sensor) = (self.light.rows()?, self.sensor.rows()?);
-        let count = match (light.len(), sensor.len()) {
-            (a, b) if a == b => a,
-            (1, n) | (n, 1) => n,
-            (a, b) => {
-                return Err(refused(format!(
-                    "{} has {a} rows and {} has {b}; allowed: as many, or one",
-                    light.name, sensor.name
-                )));
-            }
-        };
         Ok(Pairs {
+            count: matched((light.name, light.len()), (sensor.name, sensor.len()))?,
             light,
             sensor,
-            count,
         })
     }
 }
@@ -379,15 +381,7 @@ pub fn direction<'py>(
     phi: &Bound<'py, PyAny>,
 ) -> Matrix<'py> {
     let (theta, phi) = (list(theta, "theta")?, list(phi, "phi")?);
-    let n = match (theta.len(), phi.len()) {
-        (a, b) if a == b => a,
-        (1, n) | (n, 1) => n,
-        (a, b) => {
-            return Err(refused(format!(
-                "theta has {a} rows and phi has {b}; allowed: as many, or one"
-            )));
-        }
-    };
+    let n = matched(("theta", theta.len()), ("phi", phi.len()))?;
     let at = |list: &[f64], i: usize| list[if list.len() == 1 { 0 } else { i }];
     vectors(
         py,
@@ -398,7 +392,7 @@ pub fn direction<'py>(
 /// Polar angles from the normal and azimuths of directions, (n, 2), in radians.
 #[pyfunction]
 pub fn angles<'py>(py: Python<'py>, omega: &Bound<'py, PyAny>) -> Matrix<'py> {
-    let directions = Directions::of(omega, "omega")?;
+    let directions = Directions::read(omega, "omega")?;
     let all = directions.rows()?.all()?;
     let values = all.iter().flat_map(|d| [d.theta(), d.phi()]);
     rows(py, values.collect(), 2)

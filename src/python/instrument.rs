@@ -167,7 +167,8 @@ pub fn measure(
         seed: planned.map(|_| seed),
         schedule_hash: None,
     };
-    let (Some(planned), Some(instrument)) = (planned, instrument) else {
+    let bench = instrument.map_or(Ok(None), |i| i.bench(seed))?;
+    let (Some(planned), Some(bench)) = (planned, bench) else {
         let measurement = py.detach(|| match &schedule.order {
             Some(order) => Ideal.measure(brdf, poses).of_poses(order, &schedule.lost),
             None => Ideal.measure(brdf, poses),
@@ -175,9 +176,6 @@ pub fn measure(
         return Ok(PyMeasurement::new(measurement, about(None), None));
     };
     check(planned, folded, "the schedule")?;
-    let Some(bench) = instrument.bench(seed)? else {
-        return Err(refused("the ideal instrument has no machine"));
-    };
     let (measurement, itinerary) = py.detach(|| {
         let mut itinerary = match &schedule.order {
             Some(order) => bench.plan_given(poses, order),

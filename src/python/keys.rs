@@ -18,17 +18,17 @@ const DEEPEST: usize = 80;
 
 /// A dictionary as keys; what is `None` is left out.
 pub fn table(keys: Option<&Bound<'_, PyDict>>) -> PyResult<Table> {
-    keys.map_or(Ok(Table::new()), |keys| within(keys, 0))
+    keys.map_or(Ok(Table::new()), |keys| nested(keys, 0))
 }
 
-fn within(keys: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
+fn nested(keys: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
     let mut table = Table::new();
     for (key, value) in keys {
         let key: String = key
             .extract()
             .map_err(|_| refused(format!("key {key} is no text; allowed: names of keys")))?;
         if !value.is_none() {
-            let value = of(&key, &value, depth + 1)?;
+            let value = value_of(&key, &value, depth + 1)?;
             table.insert(key, value);
         }
     }
@@ -36,7 +36,7 @@ fn within(keys: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
 }
 
 /// A value as a config has it. NumPy's arrays and numbers are what their `tolist` says.
-fn of(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
+fn value_of(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
     if depth > DEEPEST {
         return Err(refused(format!(
             "{key} is nested too deep; allowed: less than {DEEPEST} dictionaries and lists"
@@ -60,14 +60,16 @@ fn of(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
         return Ok(Value::String(value.extract()?));
     }
     if let Ok(keys) = value.cast::<PyDict>() {
-        return Ok(Value::Table(within(keys, depth)?));
+        return Ok(Value::Table(nested(keys, depth)?));
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        let items = value.try_iter()?.map(|item| of(key, &item?, depth + 1));
+        let items = value
+            .try_iter()?
+            .map(|item| value_of(key, &item?, depth + 1));
         return Ok(Value::Array(items.collect::<PyResult<_>>()?));
     }
     if value.hasattr("tolist")? {
-        return of(key, &value.call_method0("tolist")?, depth + 1);
+        return value_of(key, &value.call_method0("tolist")?, depth + 1);
     }
     if value.hasattr("__fspath__")? {
         let path: PathBuf = value.extract()?;
@@ -142,7 +144,7 @@ pub fn channels(value: Option<&Bound<'_, PyAny>>) -> PyResult<Channels> {
         return Ok(Channels::Luminance);
     };
     let mut keys = Table::new();
-    let channels = match of("channels", value, 0)? {
+    let channels = match value_of("channels", value, 0)? {
         nm @ Value::Array(_) => Value::Table(Table::from_iter([("wavelengths_nm".into(), nm)])),
         other => other,
     };

@@ -25,6 +25,8 @@ use std::sync::Arc;
 #[pyclass(frozen, subclass, name = "Material", module = "gonio")]
 pub struct PyMaterial {
     pub brdf: Arc<dyn Brdf>,
+    /// A short name.
+    #[pyo3(get)]
     pub label: String,
 }
 
@@ -90,7 +92,7 @@ impl PyMaterial {
     /// f_r in 1/sr without the cosine, (n, channels); NaN where there is no data, 0 below the horizon.
     fn eval<'py>(&self, omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> Matrix<'py> {
         let py = omega_i.py();
-        let values = Sides::of(omega_i, omega_o)?
+        let values = Sides::read(omega_i, omega_o)?
             .pairs()?
             .values(py, &*self.brdf)?;
         rows(py, values, self.brdf.channels().count())
@@ -104,7 +106,7 @@ impl PyMaterial {
         u: &Bound<'py, PyAny>,
     ) -> Matrix<'py> {
         let sampler = self.sampler()?;
-        let sensor = Directions::of(omega_o, "omega_o")?;
+        let sensor = Directions::read(omega_o, "omega_o")?;
         let sensor = sensor.rows()?.all()?;
         let u = numbers(u, "u")?;
         let [n, 2] = *u.shape() else {
@@ -136,7 +138,7 @@ impl PyMaterial {
     fn pdf<'py>(&self, omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> Column<'py> {
         let py = omega_i.py();
         let sampler = self.sampler()?;
-        let values = Sides::of(omega_i, omega_o)?
+        let values = Sides::read(omega_i, omega_o)?
             .pairs()?
             .map(py, 1, |pairs, out| {
                 for (pair, out) in pairs.iter().zip(out) {
@@ -156,7 +158,7 @@ impl PyMaterial {
         #[pyo3(from_py_with = keys::seed)] seed: u64,
         estimator: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let found = moments::at(py, &*self.brdf, theta_o, channel, seed, estimator)?;
+        let found = moments::moments_at(py, &*self.brdf, theta_o, channel, seed, estimator)?;
         columns(py, &moments::objects(&self.label, &[found]))
     }
 
@@ -185,7 +187,7 @@ impl PyMaterial {
         force: bool,
     ) -> PyResult<()> {
         let (format, write) = writer(&WRITE_TABLE, format, &path)?;
-        let sizes = format.table_sizes;
+        let sizes = format.table.sizes;
         let size = usize::try_from(size).ok().filter(|s| *s < sizes);
         let size = size.ok_or_else(|| {
             refused(format!(
@@ -204,7 +206,7 @@ impl PyMaterial {
         };
         let filled = py.detach(|| write(&*self.brdf, tabulation, &path));
         let filled = filled.map_err(|e| match e {
-            TableError::Io(_) => unwritable(&path, e),
+            TableError::Io(..) => unwritable(&path, e),
             e => refused(e),
         })?;
         match filled {
@@ -242,12 +244,6 @@ impl PyMaterial {
     #[getter]
     fn remarks(&self) -> Vec<String> {
         self.brdf.remarks()
-    }
-
-    /// A short name.
-    #[getter]
-    fn label(&self) -> &str {
-        &self.label
     }
 
     fn __repr__(&self) -> String {

@@ -120,7 +120,7 @@ impl PyMeasurement {
         parametrization: Option<&Bound<'_, PyAny>>,
         symmetry: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let pairs = Sides::of(omega_i, omega_o)?.pairs()?.visible()?;
+        let pairs = Sides::read(omega_i, omega_o)?.pairs()?.visible()?;
         let array = numbers(values, "values")?;
         let width = match *array.shape() {
             [_] => 1,
@@ -347,11 +347,7 @@ impl PyMeasurement {
     /// The poses.
     #[getter]
     fn schedule(&self) -> PySchedule {
-        PySchedule {
-            schedule: Arc::clone(&self.measurement.schedule),
-            order: None,
-            lost: Vec::new(),
-        }
+        Arc::clone(&self.measurement.schedule).into()
     }
 
     /// Names of the channels: "luminance", or "r", "g", "b", or wavelengths as "550nm".

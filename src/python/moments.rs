@@ -45,7 +45,7 @@ fn settings(keys: Option<&Bound<'_, PyDict>>) -> PyResult<(MomentsSpec, Box<dyn 
 }
 
 /// The moments of slices at some views, as a profile of them.
-pub fn at(
+pub fn moments_at(
     py: Python<'_>,
     brdf: &dyn Brdf,
     theta_o: &Bound<'_, PyAny>,
@@ -92,7 +92,9 @@ pub fn profiles(
 
 /// Rows of profiles by the names of their columns.
 pub fn objects(material: &str, profiles: &[Profile]) -> Vec<Map<String, Value>> {
-    let rows = profiles.iter().flat_map(|p| ProfileRow::of(material, p));
+    let rows = profiles
+        .iter()
+        .flat_map(|p| ProfileRow::of_profile(material, p));
     profile_objects(&rows.collect::<Vec<_>>())
 }
 

@@ -24,7 +24,7 @@ type Arrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
 impl PyParametrization {
     /// A parametrization as it is given to functions: one, or its name.
-    pub fn of(value: &Bound<'_, PyAny>, folded: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    pub fn read(value: &Bound<'_, PyAny>, folded: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         if let Ok(known) = value.cast::<PyParametrization>() {
             if folded.is_some() {
                 return Err(refused(
@@ -96,7 +96,7 @@ impl PyParametrization {
     ) -> Matrix<'py> {
         let py = omega_i.py();
         let n = self.form.axes().len();
-        let values = Sides::of(omega_i, omega_o)?
+        let values = Sides::read(omega_i, omega_o)?
             .pairs()?
             .map(py, n, |pairs, out| {
                 let mut all = vec![[0.0; 4]; pairs.len()];

@@ -10,19 +10,23 @@ use gonio::geometry::Symmetry;
 use gonio::metrics::Expected;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What a planner answers: the next poses, or that the readings are enough.
 #[pyclass(frozen, name = "Suggestion", module = "gonio")]
 pub struct PySuggestion {
+    /// The next poses, the most telling first; none if the readings are enough.
+    #[pyo3(get)]
     schedule: Py<PySchedule>,
+    /// True if the readings so far have reached the target.
+    #[pyo3(get)]
     enough: bool,
     now: Option<(Expected, usize)>,
     then: Option<(Expected, usize)>,
 }
 
 /// Expected errors, and what those of nine of ten materials are below.
-fn told<'py>(
+fn errors_of<'py>(
     py: Python<'py>,
     known: Option<(Expected, usize)>,
 ) -> PyResult<Option<Bound<'py, PyDict>>> {
@@ -40,28 +44,16 @@ fn told<'py>(
 
 #[pymethods]
 impl PySuggestion {
-    /// The next poses, the most telling first; none if the readings are enough.
-    #[getter]
-    fn schedule(&self, py: Python<'_>) -> Py<PySchedule> {
-        self.schedule.clone_ref(py)
-    }
-
-    /// True if the readings so far have reached the target.
-    #[getter]
-    fn enough(&self) -> bool {
-        self.enough
-    }
-
     /// Errors (cosine) expected with the readings so far, each with what nine of ten materials are below; None if not known.
     #[getter]
     fn now<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        told(py, self.now)
+        errors_of(py, self.now)
     }
 
     /// The same with readings at the next poses too.
     #[getter]
     fn then<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        told(py, self.then)
+        errors_of(py, self.then)
     }
 
     fn __repr__(&self) -> String {
@@ -131,6 +123,6 @@ pub fn suggest(
         enough: batch.is_enough,
         now: batch.forecast.as_ref().map(|f| (f.now, batch.readings)),
         then: batch.forecast.map(|f| (f.then, all)),
-        schedule: Py::new(py, PySchedule::from(batch.schedule))?,
+        schedule: Py::new(py, PySchedule::from(Arc::new(batch.schedule)))?,
     })
 }

@@ -42,11 +42,11 @@ impl PyReconstruction {
         omega_o: &Bound<'py, PyAny>,
         channels: bool,
     ) -> PyResult<Types<'py>> {
-        let pairs = Sides::of(omega_i, omega_o)?.pairs()?.all()?;
+        let pairs = Sides::read(omega_i, omega_o)?.pairs()?.all()?;
         let known = py.detach(|| {
             self.replicated().map(|r| match channels {
                 true => r.channels_at(&pairs),
-                false => r.at(&pairs),
+                false => r.luminance_at(&pairs),
             })
         });
         let known = known.map_err(refused)?;
@@ -67,14 +67,10 @@ impl PyReconstruction {
         omega_o: &Bound<'py, PyAny>,
     ) -> PyResult<Vec<&'static str>> {
         let py = omega_i.py();
-        let pairs = Sides::of(omega_i, omega_o)?.pairs()?.all()?;
+        let pairs = Sides::read(omega_i, omega_o)?.pairs()?.all()?;
         let found = py.detach(|| self.made.cover().map(|c| c.coverages(&pairs)));
-        let name = |coverage: Coverage| {
-            let all = Coverage::ALL.into_iter();
-            let named = all.filter(|(c, _)| *c == coverage);
-            named.map(|(_, name)| name).next().unwrap_or_default()
-        };
-        Ok(found.map_err(refused)?.into_iter().map(name).collect())
+        let found = found.map_err(refused)?.into_iter();
+        Ok(found.map(Coverage::name).collect())
     }
 
     /// The method, with the keys that are not at their defaults.

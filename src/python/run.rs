@@ -15,10 +15,9 @@ use serde_json::{Map, Value};
 use std::cell::RefCell;
 use std::path::PathBuf;
 
-/// Keeps records and failures, and stops where Python was told to.
+/// Keeps records, and stops at an interrupt of Python.
 struct Keep<R> {
     records: Vec<R>,
-    failures: Vec<Failure>,
     stopped: RefCell<Option<PyErr>>,
 }
 
@@ -28,10 +27,8 @@ impl<R: Clone> Observer<R> for Keep<R> {
     }
 
     fn observe(&mut self, event: &Event<'_, R>) -> Result<(), Error> {
-        match event {
-            Event::Made(records) => self.records.extend_from_slice(records),
-            Event::Failed(failure) => self.failures.push((*failure).clone()),
-            _ => {}
+        if let Event::Made(records) = event {
+            self.records.extend_from_slice(records);
         }
         Ok(())
     }
@@ -44,7 +41,6 @@ where
 {
     let mut keep = Keep {
         records: Vec::new(),
-        failures: Vec::new(),
         stopped: RefCell::new(None),
     };
     let summary = py
@@ -54,11 +50,11 @@ where
         return Err(e);
     }
     let sentence = |f: &Failure| format!("{}: {}", f.job, f.reason);
-    match keep.failures.first() {
+    match summary.failures.first() {
         Some(failure) if keep.records.is_empty() => return Err(refused(sentence(failure))),
         _ => {}
     }
-    for failure in &keep.failures {
+    for failure in &summary.failures {
         warn(py, &sentence(failure))?;
     }
     let place = |record: &E::Record| {
@@ -117,9 +113,7 @@ pub fn run<'py>(
         }
         AnyPlan::Relations(plan) => {
             let rows: Vec<_> = records(py, &*plan)?.iter().flat_map(|r| r.rows()).collect();
-            let mut text = Vec::new();
-            relations_csv(&rows, &mut text).map_err(refused)?;
-            of_csv(&text)?
+            of_csv(relations_csv(&rows).as_bytes())?
         }
     };
     columns(py, &rows)

@@ -30,10 +30,10 @@ pub struct PySchedule {
     pub lost: Vec<(u32, Unreachable)>,
 }
 
-impl From<Schedule> for PySchedule {
-    fn from(schedule: Schedule) -> Self {
+impl From<Arc<Schedule>> for PySchedule {
+    fn from(schedule: Arc<Schedule>) -> Self {
         Self {
-            schedule: Arc::new(schedule),
+            schedule,
             order: None,
             lost: Vec::new(),
         }
@@ -56,9 +56,9 @@ impl PySchedule {
         parametrization: Option<&Bound<'_, PyAny>>,
         symmetry: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let pairs = Sides::of(omega_i, omega_o)?.pairs()?.visible()?;
+        let pairs = Sides::read(omega_i, omega_o)?.pairs()?.visible()?;
         let form = form(omega_i.py(), parametrization, symmetry)?.form;
-        Ok(Schedule::of_pairs(form, pairs).into())
+        Ok(Arc::new(Schedule::of_pairs(form, pairs)).into())
     }
 
     /// The schedule of a file: one that gonio wrote, or a table with the angles of light and sensor.
@@ -179,10 +179,10 @@ pub fn form(
     symmetry: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyParametrization> {
     match parametrization {
-        Some(given) => PyParametrization::of(given, symmetry),
+        Some(given) => PyParametrization::read(given, symmetry),
         None => {
             let usual = pyo3::types::PyString::new(py, "half-difference");
-            PyParametrization::of(usual.as_any(), symmetry)
+            PyParametrization::read(usual.as_any(), symmetry)
         }
     }
 }
@@ -205,5 +205,5 @@ pub fn plan(
     let form = form(py, parametrization, symmetry)?.form;
     set.check(form.axes()).map_err(refused)?;
     let schedule = py.detach(|| set.plan(&form, budget, seed));
-    Ok(schedule.map_err(refused)?.into())
+    Ok(Arc::new(schedule.map_err(refused)?).into())
 }

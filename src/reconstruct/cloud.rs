@@ -36,7 +36,7 @@ const MOST: usize = 4;
 /// What rounding may add to a squared distance.
 const WIDER: f64 = 1.0 + 1e-9;
 
-/// Points whose neighbours tell spacing and layout.
+/// Points whose neighbours determine spacing and layout.
 const PROBES: usize = 128;
 
 /// The `k` points nearest to `x`, nearest first.
@@ -250,7 +250,7 @@ impl<const K: usize> Cloud<K> {
         })
     }
 
-    /// The same cloud, which is known to lie in sheets.
+    /// This cloud, marked as lying in sheets.
     pub(crate) fn in_sheets(self) -> Self {
         Self {
             in_sheets: OnceLock::from(true),

@@ -13,7 +13,7 @@ use super::transform::{EPSILON, Transform};
 use super::{Reconstruct, ReconstructError, admit};
 use crate::error::{ParameterError, in_left_open};
 use crate::geometry::DirectionPair;
-use crate::registry::{self, declare};
+use crate::registry::declare;
 use nalgebra::DMatrix;
 
 /// The ridge by default: of materials that a prior was not made of, about the best.
@@ -59,10 +59,6 @@ impl Components {
 }
 
 impl Reconstruct for Components {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(KIND, self)
-    }
-
     fn label(&self) -> String {
         match self.ridge == Self::default().ridge {
             true => KIND.into(),
@@ -89,7 +85,7 @@ impl Reconstruct for Components {
         let pairs = present.iter().map(|&i| r.schedule.poses[i].pair);
         let pairs: Vec<DirectionPair> = pairs.collect();
         let prior = self.prior.load()?;
-        let (mean, functions) = prior.at(&pairs);
+        let (mean, functions) = prior.basis_at(&pairs);
         let value =
             |i: usize, c: usize| TRANSFORM.forward(r.values[present[i] * r.width + c]) - mean[i];
         let values = DMatrix::from_fn(pairs.len(), r.width, value);
@@ -116,10 +112,6 @@ impl Interpolant for Sum {
         self.width
     }
 
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
-        self.eval_batch(std::slice::from_ref(pair), out);
-    }
-
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
         out.fill(0.0);
         self.mean.add(pairs, out);
@@ -144,7 +136,7 @@ mod tests {
         let grey = made(Symmetry::FULL, |_| Some([0.0; 3]));
         let mut m = Ideal.measure(&grey, &Arc::new(schedule.unwrap()));
         let pairs: Vec<_> = m.schedule.poses.iter().map(|p| p.pair).collect();
-        let (mean, q) = prior.at(&pairs);
+        let (mean, q) = prior.basis_at(&pairs);
         let z = q.tr_mul(c);
         for i in 0..n {
             for j in 0..3 {

@@ -13,50 +13,37 @@ use super::transform::Transform;
 use crate::brdf::{Brdf, Presence, of_wrapped};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
+use crate::registry::named;
 use rayon::prelude::*;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How a pair lies to the readings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Coverage {
-    /// Readings surround it, or the next one is as near as readings are to each other, and within a tenth
-    /// of the range of the coordinates.
-    Interpolated,
-    /// Readings lie on one side of it.
-    Extrapolated,
-    /// No reading is near: farther than a third of the range of the coordinates (30° of 90°).
-    Unknown,
+named! {
+    /// How a pair lies to the readings, in the order of confidence.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Coverage {
+        /// Readings surround it, or the next one is as near as readings are to each other, and within a tenth
+        /// of the range of the coordinates.
+        Interpolated = "interpolated",
+        /// Readings lie on one side of it.
+        Extrapolated = "extrapolated",
+        /// No reading is near: farther than a third of the range of the coordinates (30° of 90°).
+        Unknown = "unknown",
+    }
 }
 
-impl Coverage {
-    /// Every coverage with its name, in the order of confidence.
-    pub const ALL: [(Coverage, &'static str); 3] = [
-        (Coverage::Interpolated, "interpolated"),
-        (Coverage::Extrapolated, "extrapolated"),
-        (Coverage::Unknown, "unknown"),
-    ];
-}
-
-/// What a file has where readings do not surround a pair.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Fill {
-    /// No data.
-    None,
-    /// The nearest reading.
-    Nearest,
-    /// What the method makes of it.
-    #[default]
-    Extrapolate,
-}
-
-impl Fill {
-    /// Every choice with its name.
-    pub(crate) const ALL: [(Fill, &'static str); 3] = [
-        (Fill::None, "none"),
-        (Fill::Nearest, "nearest"),
-        (Fill::Extrapolate, "extrapolate"),
-    ];
+named! {
+    /// What a file has where readings do not surround a pair.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Fill {
+        /// No data.
+        None = "none",
+        /// The nearest reading.
+        Nearest = "nearest",
+        /// What the method makes of it.
+        #[default]
+        Extrapolate = "extrapolate",
+    }
 }
 
 /// Readings that are looked for: enough to surround a pair in 4-D.
@@ -81,7 +68,7 @@ trait Places: Send + Sync {
 
 impl<const K: usize> Places for Embedded<K> {
     fn coverage(&self, pair: &DirectionPair, found: &mut Found) -> Coverage {
-        // A few readings may be surrounded by their own images, which says nothing of what is between.
+        // A few readings may be surrounded by their own images, which is no evidence of what is between.
         let surrounded =
             self.find(pair, NEIGHBOURS, found) && found.index.len() >= NEIGHBOURS.get();
         let nearest = found.distance2[0].sqrt();
@@ -95,7 +82,7 @@ impl<const K: usize> Places for Embedded<K> {
     }
 
     fn nearest_value(&self, pair: &DirectionPair) -> &[f64] {
-        self.nearest(pair)
+        self.cloud.value(self.cloud.nearest(&self.place(pair)))
     }
 }
 
@@ -109,7 +96,7 @@ impl Cover {
     /// If there is none.
     pub fn of(measurement: &Measurement) -> Result<Self, ReconstructError> {
         let present = present(measurement);
-        let readings = Readings::of(measurement, &present, None);
+        let readings = Readings::new(measurement, &present, None);
         // Distances are those on the bench: no axis counts more than the other.
         let own = ReconstructionCoordinates {
             coordinates: None,
@@ -148,7 +135,7 @@ pub struct Covered<'a> {
 }
 
 impl<'a> Covered<'a> {
-    /// `brdf` made of the readings of `measurement`, filled as `fill` says.
+    /// `brdf` made of the readings of `measurement`, filled as `fill` defines.
     ///
     /// # Errors
     /// If there is no reading.

@@ -377,7 +377,8 @@ pub(super) trait Rule<const D: usize>: Send + Sync {
 
 /// A rule on a lattice.
 pub(super) struct GridInterpolant<R, const D: usize> {
-    rule: R,
+    /// The rule.
+    pub rule: R,
     parametrization: Arc<dyn Parametrization>,
     axes: [LatticeAxis; D],
     transform: Transform,
@@ -404,7 +405,7 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
         }
     }
 
-    /// The same lattice with another rule, of `width` values per node.
+    /// This lattice with another rule, of `width` values per node.
     pub(crate) fn with<S: Rule<D>>(&self, rule: S, width: usize) -> GridInterpolant<S, D> {
         GridInterpolant {
             rule,
@@ -415,25 +416,8 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
         }
     }
 
-    /// The rule.
-    pub(crate) fn rule(&self) -> &R {
-        &self.rule
-    }
-
-    /// Writes the transformed values at a pair with these coordinates.
-    #[inline(always)]
-    fn transformed(&self, coords: &Coords, out: &mut [f64]) {
-        let x = std::array::from_fn(|d| self.axes[d].index(coords[d]));
-        self.rule.interpolate(&x, out);
-    }
-
-    /// Writes the transformed values at pairs, also of those below the horizon.
-    pub(crate) fn transformed_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
-        self.batch(pairs, out, None);
-    }
-
-    /// Writes the values at pairs, taken back by `back` and 0 below the horizon if there is one.
-    fn batch(&self, pairs: &[DirectionPair], out: &mut [f64], back: Option<Transform>) {
+    /// Writes the values at pairs: transformed, also of those below the horizon, or taken back by `back`, and 0 there.
+    pub(crate) fn batch(&self, pairs: &[DirectionPair], out: &mut [f64], back: Option<Transform>) {
         let n = self.width;
         let mut coords = [[0.0; 4]; BATCH];
         for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
@@ -464,7 +448,8 @@ impl<R: Rule<D>, const D: usize> NullaryFnOnce for LookUp<'_, R, D> {
     fn call(self) {
         let Self(of, coords, out, back) = self;
         for (coords, out) in coords.iter().zip(out.chunks_exact_mut(of.width)) {
-            of.transformed(coords, out);
+            let x = std::array::from_fn(|d| of.axes[d].index(coords[d]));
+            of.rule.interpolate(&x, out);
         }
         if let Some(back) = back {
             back.inverse_all(out);
@@ -475,15 +460,6 @@ impl<R: Rule<D>, const D: usize> NullaryFnOnce for LookUp<'_, R, D> {
 impl<R: Rule<D>, const D: usize> Interpolant for GridInterpolant<R, D> {
     fn width(&self) -> usize {
         self.width
-    }
-
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
-        if pair.is_above_horizon() {
-            self.transformed(&self.parametrization.forward(pair), out);
-            self.transform.inverse_all(out);
-        } else {
-            out.fill(0.0);
-        }
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {

@@ -1,4 +1,4 @@
-//! Readings, interpolants through them, and these as BRDFs.
+//! Readings, interpolants through them, these as BRDFs, and the errors that they expect of themselves.
 //!
 //! The neighbours of a pair and their weights depend on the poses of the readings and not on their
 //! values. So several values per pose (the channels of one material, or many materials at the same
@@ -34,7 +34,7 @@ pub struct Readings<'a> {
 
 impl<'a> Readings<'a> {
     /// Those of a measurement.
-    pub(crate) fn of(
+    pub(crate) fn new(
         measurement: &'a Measurement,
         present: &'a [bool],
         noise: Option<&'a [f64]>,
@@ -57,7 +57,7 @@ impl<'a> Readings<'a> {
     }
 
     /// The uncertainty of type A of pose `i` as a share of its values plus `epsilon` (sr⁻¹), over all its
-    /// values; 0 if nothing says it.
+    /// values; 0 if it is not stated.
     pub(super) fn relative_noise(&self, i: usize, epsilon: f64) -> f64 {
         let of = i * self.width..(i + 1) * self.width;
         let Some(noise) = self.noise.map(|noise| &noise[of.clone()]) else {
@@ -68,7 +68,7 @@ impl<'a> Readings<'a> {
     }
 
     /// Number of poses with a reading.
-    pub(crate) fn count(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.present.iter().filter(|p| **p).count()
     }
 }
@@ -123,20 +123,17 @@ pub trait Interpolant: Send + Sync {
     /// Values per pair.
     fn width(&self) -> usize;
 
-    /// Writes the values at a pair (length `width`).
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]);
+    /// Writes the values at pairs, pair-major (`pairs × width`).
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]);
 
-    /// What should be told of it, a sentence each.
-    fn remarks(&self) -> Vec<String> {
-        Vec::new()
+    /// Writes the values at a pair (length `width`).
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
+        self.eval_batch(std::slice::from_ref(pair), out);
     }
 
-    /// [`eval`](Self::eval) for many pairs: `out` is pair-major (`pairs × width`). One virtual call
-    /// per batch.
-    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
-        for (pair, out) in pairs.iter().zip(out.chunks_exact_mut(self.width())) {
-            self.eval(pair, out);
-        }
+    /// Remarks for the user, a sentence each.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
     }
 }
 
@@ -186,5 +183,40 @@ impl Brdf for Interpolated {
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         self.interpolant.eval_batch(pairs, out);
         presence.fill(Presence::Present);
+    }
+}
+
+/// What is known of the luminance f at a pair: ln(f + ε) as a normal variable, ε = 10⁻³ sr⁻¹.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LogNormal {
+    /// Mean of ln(f + ε).
+    pub mean: f64,
+    /// Variance of ln(f + ε).
+    pub variance: f64,
+    /// The part of the variance that is of errors which all readings share: one draw of them is the error everywhere.
+    pub shared: f64,
+}
+
+/// A reading that all others contradict, and that is left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Suspect {
+    /// The number of its pose.
+    pub pose: usize,
+    /// Its luminance f, sr⁻¹.
+    pub value: f64,
+    /// What the others predict of that.
+    pub expected: f64,
+    /// The standard uncertainty (k = 1) of the prediction, sr⁻¹.
+    pub uncertainty: f64,
+}
+
+/// A reconstruction with a predictive distribution between readings.
+pub trait Predictive: Send + Sync {
+    /// What is known at pairs.
+    fn predict(&self, pairs: &[DirectionPair]) -> Vec<LogNormal>;
+
+    /// The readings that it leaves out, in the order of the schedule.
+    fn suspects(&self) -> &[Suspect] {
+        &[]
     }
 }

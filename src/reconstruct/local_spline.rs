@@ -29,7 +29,7 @@
 //! if it is logarithms that are interpolated.
 
 use super::cloud::{Cloud, Found, Reach, covariance};
-use super::inverse_distance::Shepard;
+use super::neighbours::Shepard;
 use super::scattered::ScatteredRule;
 use super::spline_block::{Block, LANES, MOST, SMALLEST_PIVOT, Solve, Weighted, biharmonic};
 use super::transform::Values;
@@ -44,7 +44,7 @@ const DETERMINED: f64 = 0.02;
 /// that are the nearest points and fill space, that are from thinner copies too, and that are flat.
 const LARGEST_WEIGHTS: [f64; 3] = [6.0, 2.5, 1.5];
 
-/// The same where most of the readings fill space, and a slope is what all of them agree on.
+/// Largest sum of the sizes of the weights where most of the readings fill space, and all of them agree on the slope.
 const LARGEST_OF_SPACE: f64 = 20.0;
 
 /// Distance to the nearest neighbour that is rounding, as a share of that to the farthest.
@@ -65,7 +65,7 @@ const RISE: f64 = 3.0;
 /// Largest factor by which a value exceeds its neighbours, f + epsilon.
 const LARGEST_FACTOR: f64 = 4.0;
 
-/// The same where the readings fill space: of narrow lobes they seldom see the peak.
+/// Largest factor where the readings fill space: of narrow lobes they seldom sample the peak.
 const LARGEST_FACTOR_IN_SPACE: f64 = 30.0;
 
 /// Steps of the search along the way to the nearest neighbour: the place to 1 in 64.
@@ -76,7 +76,7 @@ pub(super) struct Local {
     neighbours: NonZeroUsize,
     /// Largest distance above the range of the neighbours, in the transformed value: ln of a factor.
     pub above: f64,
-    /// The same where the readings fill space.
+    /// Largest distance above that range where the readings fill space.
     above_in_space: f64,
 }
 
@@ -133,10 +133,6 @@ pub(super) struct Scratch<const K: usize> {
 
 impl<const K: usize> ScatteredRule<K> for Local {
     type Scratch = Box<Scratch<K>>;
-
-    fn scratch(&self) -> Self::Scratch {
-        Box::default()
-    }
 
     fn interpolate(
         &self,

@@ -28,13 +28,10 @@ mod cubic;
 mod fit;
 mod grid;
 mod interpolant;
-mod inverse_distance;
 mod kriging;
 mod lattice_method;
 mod local_spline;
-mod multilinear;
-mod nearest;
-mod predictive;
+mod neighbours;
 mod scattered;
 mod sheets;
 mod spline_block;
@@ -49,21 +46,20 @@ pub use coverage::{Cover, Coverage, Covered, Fill};
 pub use cubic::{Cubic, CubicRule};
 pub use fit::Fit;
 pub use grid::Continuation;
-pub use interpolant::{Interpolant, Readings, noise, present, values_at};
-pub use inverse_distance::InverseDistance;
+pub use interpolant::{
+    Interpolant, LogNormal, Predictive, Readings, Suspect, noise, present, values_at,
+};
 pub use kriging::{
     FUNCTIONS, Kriging, NODES, Prior, PriorFile, TRUSTED, TrainError, Trained, Training, suspects,
 };
 pub(crate) use kriging::{KIND as KRIGING, Mixture, Places, Posterior};
-pub use lattice_method::{LatticeMethod, LatticeRule};
-pub use multilinear::{Multilinear, MultilinearRule};
-pub use nearest::NearestReading;
-pub use predictive::{LogNormal, Predictive, Suspect};
+pub use lattice_method::{LatticeMethod, LatticeRule, Multilinear, MultilinearRule};
+pub use neighbours::{InverseDistance, NearestReading};
 pub use sheets::{IN_SHEETS, Sheets, incidences};
 pub(crate) use sheets::{Still, are_in_plane, still};
 pub use thin_plate::ThinPlate;
 pub use transform::{EPSILON, Transform, Values};
-pub use uncertainty::{Replicated, TOLD, Uncertain};
+pub use uncertainty::{MOST_PREDICTED, Replicated, Uncertain};
 
 use coordinates::ReconstructionCoordinates;
 use interpolant::Interpolated;
@@ -71,15 +67,12 @@ use interpolant::Interpolated;
 use crate::brdf::Brdf;
 use crate::error::{ParameterError, count_are};
 use crate::measurement::Measurement;
-use crate::registry::{self, family};
+use crate::registry::{Resolved, family};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 /// Turns a measurement into a BRDF. A config names one by `kind`.
-pub trait Reconstruct: std::fmt::Debug + Send + Sync {
-    /// The kind and every key with its value, defaults filled in.
-    fn resolved(&self) -> registry::Keys;
-
+pub trait Reconstruct: Resolved + std::fmt::Debug + Send + Sync {
     /// A short name for tables, the kind unless keys that matter differ from their defaults.
     fn label(&self) -> String;
 
@@ -93,12 +86,12 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
         None
     }
 
-    /// The same method in other coordinates; `None` if it has no choice of them.
+    /// This method in other coordinates; `None` if it has no choice of them.
     fn within(&self, _coordinates: &Coordinates) -> Option<Arc<dyn Reconstruct>> {
         None
     }
 
-    /// What it knows of other materials; `None`: nothing that is in a file.
+    /// The prior of other materials; `None`: none that is in a file.
     fn prior(&self) -> Option<&PriorFile> {
         None
     }
@@ -139,7 +132,7 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
         let present = interpolant::present(measurement);
         let noise = noise(measurement);
         let interpolant =
-            self.interpolate(&Readings::of(measurement, &present, noise.as_deref()))?;
+            self.interpolate(&Readings::new(measurement, &present, noise.as_deref()))?;
         Ok(Box::new(Interpolated {
             interpolant,
             channels: measurement.channels.clone(),
@@ -151,7 +144,7 @@ pub trait Reconstruct: std::fmt::Debug + Send + Sync {
     /// does not know.
     ///
     /// # Errors
-    /// As [`interpolate`](Self::interpolate), or of fewer readings: `kriging` knows it of 10 000 at most.
+    /// As [`interpolate`](Self::interpolate), or of fewer readings: `kriging` predicts errors of 10 000 at most.
     fn predictive(
         &self,
         _measurement: &Measurement,
@@ -220,7 +213,7 @@ family! {
     /// use gonio::experiment::{Plan, Source};
     /// use gonio::geometry::DirectionPair;
     /// use gonio::reconstruct::{self, Interpolant, Readings, Reconstruct, ReconstructError};
-    /// use gonio::registry::{self, Entry};
+    /// use gonio::registry::{self, Entry, Resolved};
     /// use serde::{Deserialize, Serialize};
     ///
     /// /// Lambert's law: the mean of the readings, times a factor.
@@ -236,18 +229,23 @@ family! {
     ///     fn width(&self) -> usize {
     ///         self.0.len()
     ///     }
-    ///     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
-    ///         let above = pair.omega_i.cos_theta() > 0.0 && pair.omega_o.cos_theta() > 0.0;
-    ///         for (out, mean) in out.iter_mut().zip(&self.0) {
-    ///             *out = if above { *mean } else { 0.0 };
+    ///     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
+    ///         for (pair, out) in pairs.iter().zip(out.chunks_exact_mut(self.width())) {
+    ///             let above = pair.omega_i.cos_theta() > 0.0 && pair.omega_o.cos_theta() > 0.0;
+    ///             for (out, mean) in out.iter_mut().zip(&self.0) {
+    ///                 *out = if above { *mean } else { 0.0 };
+    ///             }
     ///         }
     ///     }
     /// }
     ///
-    /// impl Reconstruct for Flat {
+    /// impl Resolved for Flat {
     ///     fn resolved(&self) -> registry::Keys {
     ///         registry::resolved("flat", self)
     ///     }
+    /// }
+    ///
+    /// impl Reconstruct for Flat {
     ///     fn label(&self) -> String {
     ///         "flat".into()
     ///     }
@@ -281,10 +279,10 @@ family! {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     "reconstruction": dyn Reconstruct = [
-        nearest::ENTRY,
+        NearestReading::ENTRY,
         Multilinear::ENTRY,
         Cubic::ENTRY,
-        inverse_distance::ENTRY,
+        InverseDistance::ENTRY,
         thin_plate::ENTRY,
         sheets::ENTRY,
         kriging::ENTRY,

@@ -233,7 +233,8 @@ impl<const K: usize> Embedded<K> {
         }
     }
 
-    fn place(&self, pair: &DirectionPair) -> [f64; K] {
+    /// The point of a pair.
+    pub(super) fn place(&self, pair: &DirectionPair) -> [f64; K] {
         self.embedding
             .point(&self.embedding.parametrization.forward(pair))
     }
@@ -252,20 +253,12 @@ impl<const K: usize> Embedded<K> {
         self.cloud.find(&x, k, found);
         found.reach != Reach::Flat && self.cloud.surrounds(&found.index, &x)
     }
-
-    /// The value of the reading nearest to a pair.
-    pub(crate) fn nearest(&self, pair: &DirectionPair) -> &[f64] {
-        self.cloud.value(self.cloud.nearest(&self.place(pair)))
-    }
 }
 
 /// An interpolation rule over neighbours.
 pub(super) trait ScatteredRule<const K: usize>: Send + Sync {
     /// Buffers that one thread reuses from query to query.
-    type Scratch;
-
-    /// Fresh buffers.
-    fn scratch(&self) -> Self::Scratch;
+    type Scratch: Default;
 
     /// Writes the transformed value of each channel at each of some points, point after point.
     fn interpolate(
@@ -296,28 +289,21 @@ where
     R: ScatteredRule<3> + ScatteredRule<4> + 'static,
 {
     fn on<R: ScatteredRule<K> + 'static, const K: usize>(
-        readings: Embedded<K>,
+        readings: Result<Embedded<K>, ReconstructError>,
         transform: Transform,
         rule: R,
-    ) -> Box<dyn Interpolant> {
-        Box::new(ScatteredInterpolant {
+    ) -> Result<Box<dyn Interpolant>, ReconstructError> {
+        Ok(Box::new(ScatteredInterpolant {
             rule,
-            readings,
+            readings: readings?,
             transform,
-        })
+        }))
     }
-    Ok(match readings.schedule.parametrization.axes().len() {
-        3 => on::<R, 3>(
-            Embedded::new(method, readings, coordinates, transform)?,
-            transform,
-            rule,
-        ),
-        _ => on::<R, 4>(
-            Embedded::new(method, readings, coordinates, transform)?,
-            transform,
-            rule,
-        ),
-    })
+    let (r, of) = (readings, coordinates);
+    match r.schedule.parametrization.axes().len() {
+        3 => on::<R, 3>(Embedded::new(method, r, of, transform), transform, rule),
+        _ => on::<R, 4>(Embedded::new(method, r, of, transform), transform, rule),
+    }
 }
 
 /// Pairs per call of `forward_batch`.
@@ -363,19 +349,9 @@ impl<R: ScatteredRule<K>, const K: usize> Interpolant for ScatteredInterpolant<R
         self.readings.cloud.channels
     }
 
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
-        let coords = self.readings.embedding.parametrization.forward(pair);
-        self.values(
-            std::slice::from_ref(pair),
-            &[coords],
-            &mut self.rule.scratch(),
-            out,
-        );
-    }
-
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
         let n = self.width();
-        let mut scratch = self.rule.scratch();
+        let mut scratch = R::Scratch::default();
         let mut coords = [[0.0; 4]; BATCH];
         for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
             let coords = &mut coords[..pairs.len()];

@@ -8,7 +8,7 @@
 //! Where the material is reciprocal the pair turned round is another one with another θ_i: both are taken,
 //! each with a weight that falls with the distance from its next sheet.
 //!
-//! The same after exchanging light and sensor if it is the sensor that stood still. Readings that lie in no
+//! If the sensor stood still, light and sensor are exchanged first. Readings that lie in no
 //! sheets (less than 90 % of them, or only along lines), and those of materials that are not isotropic, are
 //! interpolated by [`ThinPlate`] in half/difference coordinates.
 
@@ -23,7 +23,7 @@ use super::{
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::parametrization::Warps;
-use crate::registry::{self, declare};
+use crate::registry::declare;
 use rustc_hash::FxHashSet;
 
 declare! {
@@ -62,7 +62,7 @@ const ON_SHEET: f64 = 1e-9;
 /// Longest extrapolation past the first and the last sheet, in steps between the last two.
 const REACH: f64 = 1.0;
 
-/// Smallest cosine that is told from 0 in [`fall`]: 87°.
+/// Smallest cosine in [`fall`]: 87°.
 const LOWEST: f64 = 0.05;
 
 /// Places nearer to each other than this, rad, are one: a reading and its image.
@@ -72,10 +72,6 @@ const SAME: f64 = 1e-8;
 const NORMAL: f64 = 1e-6;
 
 impl Reconstruct for Sheets {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(KIND, self)
-    }
-
     fn label(&self) -> String {
         super::label(KIND, self.values, self.noise, None)
     }
@@ -347,12 +343,8 @@ impl Interpolant for SheetInterpolant {
         self.width
     }
 
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
-        self.eval_batch(std::slice::from_ref(pair), out);
-    }
-
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
-        let mut scratch = self.rule.scratch();
+        let mut scratch = Box::default();
         let mut values = [(); 2].map(|()| vec![0.0; self.width]);
         out.fill(0.0);
         let places = pairs.iter().zip(out.chunks_exact_mut(self.width));

@@ -7,7 +7,7 @@ use super::scattered::scattered;
 use super::transform::{EPSILON, Values};
 use super::{Interpolant, Readings, Reconstruct, ReconstructError, check_neighbours};
 use crate::error::ParameterError;
-use crate::registry::{self, declare};
+use crate::registry::declare;
 
 declare! {
     dyn Reconstruct, "thin-plate": "local thin-plate spline over the k nearest readings; also stretch (1.5, of sheets 3)", [
@@ -39,17 +39,7 @@ declare! {
 /// Fewest neighbours that are asked for: one more than the polynomials of the 4-D embedding.
 const FEWEST: usize = 6;
 
-impl ThinPlate {
-    fn search(&self) -> ReconstructionCoordinates<'_> {
-        ReconstructionCoordinates::new(&self.coordinates, self.stretch)
-    }
-}
-
 impl Reconstruct for ThinPlate {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(KIND, self)
-    }
-
     fn label(&self) -> String {
         super::label(KIND, self.values, self.noise, self.coordinates.as_ref())
     }
@@ -79,6 +69,7 @@ impl Reconstruct for ThinPlate {
         };
         let rule = Local::new(check_neighbours(self.neighbours, FEWEST)?, self.values);
         let transform = self.values.with(self.epsilon);
-        scattered(KIND, r, &self.search(), transform, rule)
+        let search = ReconstructionCoordinates::new(&self.coordinates, self.stretch);
+        scattered(KIND, r, &search, transform, rule)
     }
 }

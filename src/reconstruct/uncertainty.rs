@@ -65,16 +65,16 @@ pub struct Replicated {
     /// Values of a pair: one set of channels after the other.
     interpolant: Box<dyn Interpolant>,
     channels: Channels,
-    /// What the method says of its errors, if it does.
+    /// The predictive distribution of the method, if it has one.
     known: Option<Box<dyn Predictive>>,
 }
 
 /// Readings up to which the errors of a method that is predictive are asked for: that takes as long as the BRDF.
-pub const TOLD: usize = 2000;
+pub const MOST_PREDICTED: usize = 2000;
 
 impl Replicated {
     /// What `method` makes of a measurement; `None` if more than half of its readings have no uncertainty, unless the method is
-    /// [`Predictive`] and has up to [`TOLD`] readings.
+    /// [`Predictive`] and has up to [`MOST_PREDICTED`] readings.
     ///
     /// # Errors
     /// As [`Reconstruct::interpolate`].
@@ -96,7 +96,7 @@ impl Replicated {
         method: &dyn Reconstruct,
     ) -> Result<Option<Self>, ReconstructError> {
         let read = (0..present.len()).filter(|&i| present[i] && measurement.value(i).is_some());
-        if !(1..=TOLD).contains(&read.count()) {
+        if !(1..=MOST_PREDICTED).contains(&read.count()) {
             return Ok(None);
         }
         let others = (0..present.len()).filter(|&i| !present[i]);
@@ -105,7 +105,7 @@ impl Replicated {
             return Ok(None);
         };
         let noise = noise(&some);
-        let interpolant = method.interpolate(&Readings::of(&some, present, noise.as_deref()))?;
+        let interpolant = method.interpolate(&Readings::new(&some, present, noise.as_deref()))?;
         Ok(Some(Self {
             interpolant,
             channels: some.channels,
@@ -170,7 +170,7 @@ impl Replicated {
         let interpolant = method.interpolate(&Readings {
             width,
             values: &values,
-            ..Readings::of(measurement, present, Some(&noise))
+            ..Readings::new(measurement, present, Some(&noise))
         })?;
         Ok(Some(Self {
             interpolant,
@@ -180,7 +180,7 @@ impl Replicated {
     }
 
     /// Luminance and its uncertainties at many pairs, in parallel.
-    pub fn at(&self, pairs: &[DirectionPair]) -> Vec<Uncertain> {
+    pub fn luminance_at(&self, pairs: &[DirectionPair]) -> Vec<Uncertain> {
         self.each(pairs, 1, |values, out| {
             out.push(self.channels.luminance(values));
         })
@@ -249,7 +249,10 @@ impl Replicated {
 
     /// Standard uncertainties of the luminance at many pairs, sr⁻¹, in parallel.
     pub(crate) fn uncertainties(&self, pairs: &[DirectionPair]) -> Vec<f64> {
-        self.at(pairs).iter().map(Uncertain::uncertainty).collect()
+        self.luminance_at(pairs)
+            .iter()
+            .map(Uncertain::uncertainty)
+            .collect()
     }
 }
 

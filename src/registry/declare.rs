@@ -1,12 +1,12 @@
 //! Declarations of families and of their members: what each kind would else write again.
 
-/// The public functions of a family: `all`, `join` and `read`. Attributes are those of `join`.
+/// The public functions of a family: `all`, `join` and `read`. Behind its members may stand an iterator of more. Attributes are those of `join`.
 macro_rules! family {
-    ($(#[$join:meta])* $what:literal: $T:ty = [$($entry:expr),* $(,)?]) => {
+    ($(#[$join:meta])* $what:literal: $T:ty = [$($entry:expr),* $(,)?] $(+ $more:expr)?) => {
         static JOINED: $crate::registry::Joined<$T> = $crate::registry::Joined::new();
 
         fn built_in() -> Vec<$crate::registry::Entry<$T>> {
-            vec![$($entry),*]
+            [$($entry),*].into_iter()$(.chain($more))?.collect()
         }
 
         #[doc = concat!("Every ", $what, " that a config can name.")]
@@ -137,6 +137,12 @@ macro_rules! declare {
                 examples: &[$($example),*],
                 read: |table| Ok(Box::new($crate::registry::parse::<$Name>(table)?)),
             };
+        }
+
+        impl $crate::registry::Resolved for $Name {
+            fn resolved(&self) -> $crate::registry::Keys {
+                $crate::registry::resolved(Self::KIND, self)
+            }
         }
     };
     (

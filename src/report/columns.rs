@@ -23,6 +23,13 @@ impl Columns {
         Self { right, rows }
     }
 
+    /// Headings and rows.
+    pub(crate) fn with_rows(headings: &str, rows: impl IntoIterator<Item = String>) -> Self {
+        let mut columns = Self::new(headings);
+        rows.into_iter().for_each(|row| columns.row(&row));
+        columns
+    }
+
     /// Adds a row.
     pub fn row(&mut self, cells: &str) {
         let cells = cells.split('\t').map(String::from);

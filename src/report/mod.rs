@@ -3,7 +3,7 @@
 mod acquisition;
 mod analysis;
 mod columns;
-mod csv;
+pub(crate) mod csv;
 mod moments;
 #[cfg(feature = "pictures")]
 pub mod pictures;
@@ -17,7 +17,8 @@ mod svg;
 #[cfg(feature = "parquet")]
 pub use acquisition::results_parquet;
 pub use acquisition::{
-    Table, calibration, error_text, instruments, ranking, ranking_csv, results_csv, study_text,
+    RANKING_COLUMNS, Table, calibration, error_text, instruments, ranking, ranking_csv,
+    results_csv, study_text,
 };
 pub use analysis::{
     AlignmentRow, ReductionRow, SharesRow, StretchRow, alignment_table, claims_csv, claims_json,
@@ -25,8 +26,9 @@ pub use analysis::{
 };
 pub use columns::Columns;
 pub use moments::{
-    correlations_csv, fits_csv, profile_columns, profile_objects, profiles_csv, profiles_json,
-    relations_csv, relations_head, relations_lines, relations_summary, study_table, summary_json,
+    CORRELATION_COLUMNS, FIT_COLUMNS, PROFILE_COLUMNS, RELATION_COLUMNS, correlations_csv,
+    fits_csv, profile_columns, profile_objects, profiles_csv, profiles_json, relations_csv,
+    relations_head, relations_lines, relations_summary, study_table, summary_json,
 };
 pub use run::{
     Below, CONFIG, CORRELATIONS, FITS, Machine, MadeFrom, Manifest, Outcome, PARQUET, PROFILES,
@@ -55,6 +57,8 @@ pub use svg::plot::{Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, S
 #[cfg(feature = "pictures")]
 pub use svg::{forest_svg, labelled, svg};
 
+use std::fmt::Display;
+
 /// Items, each once, in the order of their first appearance.
 pub(crate) fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut list = Vec::new();
@@ -64,4 +68,9 @@ pub(crate) fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec
         }
     }
     list
+}
+
+/// What writing to memory gives: memory takes every byte, and what is written there has a form for every value.
+pub(crate) fn in_memory<T, E: Display>(written: Result<T, E>) -> T {
+    written.unwrap_or_else(|e| unreachable!("memory takes every byte: {e}"))
 }

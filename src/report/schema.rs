@@ -4,7 +4,6 @@ use super::csv::Csv;
 use crate::experiment::moments::shown;
 use serde::Serialize;
 use serde_json::{Map, Value};
-use std::io::{self, Write};
 
 /// A cell of a table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -126,23 +125,16 @@ impl<R> Schema<R> {
         names.zip(self.cells(row).map(Cell::json)).collect()
     }
 
-    /// Writes rows as CSV below the names of the columns.
-    ///
-    /// # Errors
-    /// Whatever `out` reports.
-    pub(crate) fn csv<'r>(
-        &self,
-        rows: impl IntoIterator<Item = &'r R>,
-        out: &mut impl Write,
-    ) -> io::Result<()>
+    /// Rows as CSV below the names of the columns.
+    pub(crate) fn csv<'r>(&self, rows: impl IntoIterator<Item = &'r R>) -> String
     where
         R: 'r,
     {
-        let mut csv = Csv::new(out);
-        csv.row(self.names())?;
+        let mut csv = Csv::new();
+        csv.row(self.names());
         for row in rows {
-            csv.row(self.cells(row).map(Cell::text))?;
+            csv.row(self.cells(row).map(Cell::text));
         }
-        csv.flush()
+        csv.text()
     }
 }

@@ -11,30 +11,35 @@ use maud::html as page;
 /// Characters of a case that a table for people has room for.
 const ROOM: usize = 64;
 
+/// Cells of a finding behind its error: conditioning, ratio, allowed, cases, evaluations, seconds and verdict.
+fn cells(f: &Finding) -> [String; 7] {
+    [
+        format!("{:.1e}", f.conditioning),
+        format!("{:.2}", f.ratio),
+        f.allowed.to_string(),
+        f.cases.to_string(),
+        f.evaluations.to_string(),
+        format!("{:.2}", f.seconds),
+        f.verdict.name().into(),
+    ]
+}
+
 /// A table for each family, and how many laws hold.
 pub fn stability_table(findings: &[Finding]) -> String {
     let mut out = String::new();
     for family in findings.chunk_by(|a, b| a.family == b.family) {
-        let mut columns = Columns::new(
-            "member\tlaw\t>error\t\t>conditioning\t>ratio\t>allowed\t>cases\t>evaluations\t>seconds\t\tworst at",
-        );
-        for f in family {
+        let line = |f: &Finding| {
             let at: String = f.at.chars().take(ROOM).collect();
-            columns.row(&format!(
-                "{}\t{}\t{:.1e}\t{}\t{:.1e}\t{:.2}\t{}\t{}\t{}\t{:.2}\t{}\t{at}",
-                f.member,
-                f.law,
-                f.error,
-                f.unit,
-                f.conditioning,
-                f.ratio,
-                f.allowed,
-                f.cases,
-                f.evaluations,
-                f.seconds,
-                f.verdict.name(),
-            ));
-        }
+            let (error, cells) = (f.error, cells(f).join("\t"));
+            format!(
+                "{}\t{}\t{error:.1e}\t{}\t{cells}\t{at}",
+                f.member, f.law, f.unit
+            )
+        };
+        let columns = Columns::with_rows(
+            "member\tlaw\t>error\t\t>conditioning\t>ratio\t>allowed\t>cases\t>evaluations\t>seconds\t\tworst at",
+            family.iter().map(line),
+        );
         out += &format!("{}\n{columns}\n", family[0].family);
     }
     out + &sentence(findings) + "\n"
@@ -110,13 +115,7 @@ fn table<'a>(caption: &str, findings: impl Iterator<Item = &'a Finding>) -> maud
                     th scope="row" { (f.member) }
                     td { (f.law) }
                     td { (format!("{:.1e} {}", f.error, f.unit)) }
-                    td { (format!("{:.1e}", f.conditioning)) }
-                    td { (format!("{:.2}", f.ratio)) }
-                    td { (f.allowed) }
-                    td { (f.cases) }
-                    td { (f.evaluations) }
-                    td { (format!("{:.2}", f.seconds)) }
-                    td { (f.verdict.name()) }
+                    @for cell in cells(f) { td { (cell) } }
                     td { (f.at) }
                 }
             }

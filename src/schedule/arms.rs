@@ -34,7 +34,7 @@ impl Angles {
                  delta_phi_deg = phi_i - phi_o) and, unless the sample is isotropic, phi_i_deg; \
                  under other names: --columns {name}=NAME"
             );
-            FileError::at(&table.name, table.head, message)
+            FileError::on_line(&table.name, table.head, message)
         })
     }
 

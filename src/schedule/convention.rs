@@ -124,7 +124,7 @@ choices! {
 
 impl UncertaintyUnit {
     /// What multiplies an uncertainty of a value to have the unit of the value.
-    pub(crate) fn of(self, value: f64) -> f64 {
+    pub(crate) fn factor(self, value: f64) -> f64 {
         match self {
             Self::Value => 1.0,
             Self::Relative => value.abs(),
@@ -165,11 +165,11 @@ impl Quantity {
     }
 }
 
-/// How a file says what ours say. What is not said is as in ours.
+/// Conventions of a file of another program. What is not given is as in files of this one.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Conventions {
-    /// Our names of columns and those in the file. With any, columns that nobody knows are passed
+    /// Our names of columns and those in the file. With any, unknown columns are passed
     /// over.
     #[serde(deserialize_with = "columns")]
     pub columns: Vec<(String, String)>,

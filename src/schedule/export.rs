@@ -130,7 +130,7 @@ impl<'a> PoseRows<'a> {
         }
     }
 
-    /// The same rows without coordinates and symmetries, which nothing said.
+    /// These rows without coordinates and symmetries, for a schedule that states none.
     pub(crate) fn without_coordinates(self) -> Self {
         Self {
             is_bare: true,

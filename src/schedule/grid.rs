@@ -131,10 +131,6 @@ impl SampleSet for Grid {
         registry::resolved(Self::KIND, self)
     }
 
-    fn label(&self) -> String {
-        Self::KIND.into()
-    }
-
     fn is_grid(&self) -> bool {
         true
     }
@@ -250,10 +246,6 @@ impl SampleSet for Stratified {
         registry::resolved(Self::KIND, self)
     }
 
-    fn label(&self) -> String {
-        Self::KIND.into()
-    }
-
     fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
         check_ratio(self.ratio.as_deref(), axes)
     }
@@ -315,7 +307,7 @@ pub(super) fn nodes(
 
 /// A table of configurations, which recognises coordinates that name the same one.
 pub(crate) struct Distinct {
-    // The standard hasher takes most of the time of laying out a grid; nobody attacks this map.
+    // The standard hasher takes most of the time of laying out a grid; no input is chosen to attack this map.
     seen: FxHashMap<[i64; 4], u32>,
     scale: [(f64, f64, bool); 4],
 }
@@ -325,7 +317,7 @@ impl Distinct {
     /// a million times smaller.
     const STEPS: f64 = 1e9;
     /// Shifts the steps against the nodes, which sit at fractions of the range: rounding would
-    /// tell apart two equal nodes half-way between steps (512 nodes do that). The golden ratio
+    /// separate two equal nodes half-way between steps (512 nodes do that). The golden ratio
     /// is as far from all fractions as a number can be.
     const SHIFT: f64 = 0.618_033_988_749_894_9;
 

@@ -47,7 +47,7 @@ pub struct Assume {
     /// Names of axes whose columns may be there without a header that names them, as in a table that
     /// went through a program that drops comments. Their values are not used then.
     pub axes: Vec<String>,
-    /// How the file says what ours say.
+    /// The conventions of the file.
     pub conventions: Conventions,
 }
 
@@ -195,16 +195,11 @@ pub(crate) struct Again {
     pub row: usize,
     /// The first row of that pose.
     pub first: usize,
-    /// True if the rows share an index, false if they share directions.
-    by_index: bool,
+    /// True of two poses under one index, false of rows that share directions.
+    pub by_index: bool,
 }
 
 impl Again {
-    /// True for two poses under one index.
-    pub(crate) fn is_another_pose(&self) -> bool {
-        self.by_index
-    }
-
     /// The error for a pose that is there twice.
     pub(crate) fn refuse(&self, table: &Table) -> FileError {
         let first = table.lines[self.first];
@@ -318,7 +313,7 @@ impl Rows {
             }
             _ => {
                 let intact = table.fact::<String>(hash_key)?.is_some();
-                let columns = Columns::of(table, &*schedule.parametrization);
+                let columns = Columns::find(table, &*schedule.parametrization);
                 let columns = columns.filter(|_| as_declared && intact);
                 schedule.poses = by_index
                     .iter()
@@ -391,7 +386,7 @@ struct Columns(Vec<(usize, Axis, usize)>);
 
 impl Columns {
     /// `None` unless every coordinate with a column is there.
-    fn of(table: &Table, form: &dyn Parametrization) -> Option<Self> {
+    fn find(table: &Table, form: &dyn Parametrization) -> Option<Self> {
         let axes = coordinate_axes(form.axes());
         let columns = axes.map(|(d, axis)| Some((d, *axis, table.column(&axis.column())?)));
         columns.collect::<Option<Vec<_>>>().map(Self)

@@ -46,7 +46,7 @@ impl Unreachable {
 
     /// The reason as rows of files write it: the name, and the number of its axis or pair behind a
     /// colon.
-    pub(crate) fn label(self) -> String {
+    pub fn label(self) -> String {
         let name = self.name();
         match self {
             Self::AxisRange(number) | Self::Collision(number) => format!("{name}:{number}"),

@@ -62,7 +62,7 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// The same with each configuration once: the first of poses that the symmetries make one.
+    /// This schedule with each configuration once: the first of the poses that are equal under the symmetries.
     #[must_use]
     pub fn distinct(mut self) -> Self {
         let mut distinct = grid::Distinct::new(self.parametrization.axes());
@@ -93,7 +93,7 @@ impl Schedule {
         }
     }
 
-    /// Poses that somebody else chose, as those of a table, in their order; both directions above the horizon.
+    /// Given poses, as those of a table, in their order; both directions above the horizon.
     pub fn of_pairs(
         parametrization: Arc<dyn Parametrization>,
         pairs: impl IntoIterator<Item = DirectionPair>,
@@ -106,7 +106,7 @@ impl Schedule {
         Self::new(Arc::clone(&parametrization), FROM_FILE, poses, 0.0)
     }
 
-    /// True if the poses are those of a table, and nothing says which sample set they are.
+    /// True if the poses are those of a table, and their sample set is unknown.
     pub fn is_of_others(&self) -> bool {
         self.sample_set == FROM_FILE
     }

@@ -23,10 +23,6 @@ impl<S: PointSet> SampleSet for S {
         registry::resolved(Self::KIND, self)
     }
 
-    fn label(&self) -> String {
-        Self::KIND.into()
-    }
-
     fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
         Ok(())
     }

@@ -14,8 +14,12 @@ pub trait SampleSet: std::fmt::Debug + Send + Sync {
     /// The kind and every key with its value.
     fn resolved(&self) -> crate::registry::Keys;
 
-    /// A short name for tables: the kind.
-    fn label(&self) -> String;
+    /// A short name for tables; the kind by default.
+    fn label(&self) -> String {
+        let keys = self.resolved();
+        let kind = keys.get("kind").and_then(|kind| kind.as_str());
+        kind.unwrap_or_default().to_owned()
+    }
 
     /// True if the poses lie on a lattice, which grid reconstructions need.
     fn is_grid(&self) -> bool {

@@ -30,7 +30,7 @@ pub(crate) const WORDS: &str = "flags";
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {message}", self.place())]
 pub struct FileError {
-    /// The file, as the reader was told.
+    /// Name of the file.
     pub name: String,
     /// The line, from 1, if the error is about one.
     pub line: Option<usize>,
@@ -45,7 +45,7 @@ pub struct FileError {
 
 impl FileError {
     /// An error about one line of a file.
-    pub(crate) fn at(name: &str, line: usize, message: impl Into<String>) -> Self {
+    pub(crate) fn on_line(name: &str, line: usize, message: impl Into<String>) -> Self {
         Self {
             line: Some(line),
             ..Self::whole(name, message)
@@ -63,13 +63,13 @@ impl FileError {
         }
     }
 
-    /// The same with the error behind it.
+    /// This error with its cause.
     pub(crate) fn because(self, cause: impl Into<Cause>) -> Self {
         let source = Some(cause.into());
         Self { source, ..self }
     }
 
-    /// The same, of a file whose end may be missing if `is_cut`.
+    /// This error, with a note that the end of the file may be missing if `is_cut`.
     pub(crate) fn cut_if(self, is_cut: bool) -> Self {
         Self { is_cut, ..self }
     }

@@ -88,7 +88,7 @@ pub(super) fn pairs() -> Vec<Case> {
     cases
 }
 
-/// The same without what is too near to the horizon for an instrument or a table.
+/// The pairs with both cosines above `cos`: others are too near to the horizon for an instrument or a table.
 pub(super) fn pairs_above(cos: f64) -> Vec<Case> {
     let mut cases = pairs();
     let low = |p: &DirectionPair| p.omega_i.cos_theta().min(p.omega_o.cos_theta());
@@ -192,7 +192,7 @@ pub(super) fn material(text: &str) -> Option<Box<dyn Brdf>> {
     spec(text)?.build(Channels::Luminance).ok()
 }
 
-/// The same, not yet built.
+/// The specification of a material of the registry, from its keys.
 pub(super) fn spec(text: &str) -> Option<Box<dyn BrdfSpec>> {
     let table = toml::de::DeTable::parse(text).ok()?;
     brdf::read(table).ok()

@@ -21,7 +21,7 @@ pub(super) fn exactly(pair: &DirectionPair) -> Pair {
     components(pair).map(|v| unit(&v))
 }
 
-/// Components as they are stored, which is all that the orthographic chart knows of.
+/// Components as they are stored, which the orthographic chart takes.
 pub(super) fn components(pair: &DirectionPair) -> Pair {
     pair.vectors().map(|v| v.to_array().map(Exact::from))
 }

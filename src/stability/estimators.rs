@@ -82,7 +82,7 @@ fn checks(extent: Extent) -> Vec<Check> {
             true => STATED,
             false => RANDOM,
         };
-        for width in extent.of(vec![1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6], 3) {
+        for width in extent.subset(vec![1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6], 3) {
             for base in [0.0, 1e-12] {
                 let by = Arc::clone(&by);
                 let member = format!("{name}, width {width:e}, base {base:e}");
@@ -92,7 +92,7 @@ fn checks(extent: Extent) -> Vec<Check> {
             }
         }
         let alphas = vec!["1.0", "0.1", "1e-2", "1e-3", "1e-4", "1e-5", "1e-6"];
-        for alpha in extent.of(alphas, 3) {
+        for alpha in extent.subset(alphas, 3) {
             let by = Arc::clone(&by);
             let member = format!("{name}, ggx {alpha}");
             checks.push(Check::new(&*member, FINITE, move |watch| {
@@ -118,7 +118,7 @@ fn slice<'a>(brdf: &'a dyn Brdf, degrees: f64, watch: &mut Watch) -> Option<Slic
 }
 
 fn closed_forms(by: &dyn Estimator, width: f64, base: f64, extent: Extent, watch: &mut Watch) {
-    for degrees in extent.of(VIEWS.to_vec(), 2) {
+    for degrees in extent.subset(VIEWS.to_vec(), 2) {
         let bump = Bump {
             centre: -degrees.to_radians(),
             width: [width, 2.0 * width],
@@ -130,7 +130,7 @@ fn closed_forms(by: &dyn Estimator, width: f64, base: f64, extent: Extent, watch
         };
         let got = by.estimate(&slice, Order::MAX, 1);
         watch.spent(got.evaluations);
-        // Who says that a result is unresolved has kept his word.
+        // A result that is marked as unresolved is no violation.
         if got.unresolved.is_some() {
             watch.holds(true, &format_args!("{degrees}°, unresolved"));
             continue;
@@ -161,7 +161,7 @@ fn finite(by: &dyn Estimator, alpha: &str, extent: Extent, watch: &mut Watch) {
     let Some(brdf) = material(alpha) else {
         return;
     };
-    for degrees in extent.of(VIEWS.to_vec(), 2) {
+    for degrees in extent.subset(VIEWS.to_vec(), 2) {
         let Some(slice) = slice(&*brdf, degrees, watch) else {
             continue;
         };
@@ -188,7 +188,7 @@ fn lobes(alpha: &str, extent: Extent, watch: &mut Watch) {
         tolerance: 1e-3 * by.tolerance,
         ..by
     };
-    for degrees in extent.of(VIEWS.to_vec(), 2) {
+    for degrees in extent.subset(VIEWS.to_vec(), 2) {
         let Some(slice) = slice(&*brdf, degrees, watch) else {
             continue;
         };

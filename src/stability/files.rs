@@ -21,7 +21,7 @@ const OTHERS: Law = Law::strict("a text that is cut or spoilt is refused with a 
 /// Extreme pairs at least so far apart, rad: files may put repeated poses together.
 fn cases(extent: Extent, apart: f64) -> Vec<Case> {
     let mut kept: Vec<Case> = Vec::new();
-    for case in extent.of(pairs_above(GRAZING_COS), 5) {
+    for case in extent.subset(pairs_above(GRAZING_COS), 5) {
         let near = |k: &Case| distance(&k.pair, &case.pair, Symmetry::NONE) < apart;
         if !kept.iter().any(near) {
             kept.push(case);
@@ -110,12 +110,12 @@ fn checks(extent: Extent) -> Vec<Check> {
                 format!("{}, spoilt", format.name),
                 OTHERS,
                 move |watch| {
-                    let cases = extent.of(cases(Extent::Short, APART[0]), 9);
+                    let cases = extent.subset(cases(Extent::Short, APART[0]), 9);
                     let Some(whole) = text(&measured(&cases)) else {
                         return;
                     };
                     let ends = (0..=whole.len()).filter(|&end| whole.is_char_boundary(end));
-                    for end in extent.of(ends.collect(), 17) {
+                    for end in extent.subset(ends.collect(), 17) {
                         spoilt(&whole[..end], read, watch);
                     }
                     for (old, new) in [

@@ -37,7 +37,7 @@ fn checks(extent: Extent) -> Vec<Check> {
 }
 
 fn ideal(extent: Extent, watch: &mut Watch) {
-    let cases = extent.of(pairs(), 2);
+    let cases = extent.subset(pairs(), 2);
     let schedule = schedule_of(&cases, Symmetry::FULL);
     for (what, brdf) in materials() {
         let measured = Ideal.measure(&*brdf, &schedule);
@@ -56,7 +56,7 @@ fn axes(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
     };
     let machine = machine.without_limits();
     let only_isotropic = machine.class().isotropic_only;
-    for Case { name, pair } in extent.of(pairs(), 3) {
+    for Case { name, pair } in extent.subset(pairs(), 3) {
         for free in [false, true] {
             watch.spent(1);
             let Ok(positions) = machine.place(&pair, free) else {
@@ -71,7 +71,7 @@ fn axes(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
 }
 
 fn times(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
-    let schedule = schedule_of(&extent.of(pairs(), 3), Symmetry::FULL);
+    let schedule = schedule_of(&extent.subset(pairs(), 3), Symmetry::FULL);
     let Ok(bench) = Bench::new(spec, Parts::ALL, 1) else {
         return;
     };
@@ -90,7 +90,7 @@ fn times(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
 
 fn readings(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
     // Below a tenth of a degree no arm goes.
-    let cases = extent.of(pairs_above(2e-3), 6);
+    let cases = extent.subset(pairs_above(2e-3), 6);
     let schedule = schedule_of(&cases, Symmetry::FULL);
     let Ok(bench) = Bench::new(spec, Parts::ALL, 1) else {
         return;
@@ -99,7 +99,7 @@ fn readings(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
     let session = bench.session(&itinerary, 1);
     let mut all = materials();
     all.extend(cases::material("kind = \"ggx\"\nalpha = 1e-2").map(|brdf| ("ggx 1e-2", brdf)));
-    for (what, brdf) in extent.of(all, 2) {
+    for (what, brdf) in extent.subset(all, 2) {
         let measured = session.measure(&*brdf, &schedule);
         watch.spent(cases.len());
         for (k, case) in cases.iter().enumerate() {

@@ -44,7 +44,7 @@ pub enum Extent {
 
 impl Extent {
     /// Every case, or of a short run one in `step`, spread over them.
-    fn of<T>(self, cases: Vec<T>, step: usize) -> Vec<T> {
+    fn subset<T>(self, cases: Vec<T>, step: usize) -> Vec<T> {
         match self {
             Extent::Short => cases.into_iter().step_by(step).collect(),
             Extent::Whole => cases,

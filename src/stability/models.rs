@@ -107,7 +107,7 @@ fn checks(extent: Extent) -> Vec<Check> {
 fn finite(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
     let mut all: Vec<DirectionPair> = pairs().into_iter().map(|case| case.pair).collect();
     all.extend(laws::edge_pairs());
-    for pair in extent.of(all, 3) {
+    for pair in extent.subset(all, 3) {
         let found = laws::positivity(&**brdf, &[pair]);
         watch.spent(1);
         let at = format!("{:?}", found.worst);
@@ -116,7 +116,7 @@ fn finite(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
 }
 
 fn batches(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
-    let cases = extent.of(pairs(), 3);
+    let cases = extent.subset(pairs(), 3);
     let all: Vec<DirectionPair> = cases.iter().map(|case| case.pair).collect();
     let mut values = vec![f64::NAN; all.len()];
     let mut presence = vec![Presence::Missing; all.len()];
@@ -144,7 +144,7 @@ pub(super) fn neighbours(pair: &DirectionPair) -> impl Iterator<Item = Direction
 
 fn symmetries(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
     let symmetry = brdf.symmetry();
-    for Case { name, pair } in extent.of(pairs(), 3) {
+    for Case { name, pair } in extent.subset(pairs(), 3) {
         let Some(f) = brdf.luminance(&pair) else {
             continue;
         };
@@ -176,7 +176,7 @@ fn symmetries(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
 }
 
 fn against_exact(Model { brdf, keys }: &Model, extent: Extent, watch: &mut Watch) {
-    for Case { name, pair } in extent.of(pairs(), 7) {
+    for Case { name, pair } in extent.subset(pairs(), 7) {
         let got = brdf.luminance(&pair).unwrap_or(f64::NAN);
         watch.spent(1);
         let with = |pair: &charts::Pair, nudge| {
@@ -200,7 +200,7 @@ fn against_exact(Model { brdf, keys }: &Model, extent: Extent, watch: &mut Watch
 
 fn energy(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
     let elevations = [0.0, 1e-6, 0.5, 1.0, 1.4, 1.55, 1.57];
-    for theta in extent.of(elevations.to_vec(), 3) {
+    for theta in extent.subset(elevations.to_vec(), 3) {
         let albedo = laws::directional_albedo(&**brdf, Direction::from_spherical(theta, 0.3));
         let beyond = (albedo.max() - 1.0).max(0.0);
         watch.see(

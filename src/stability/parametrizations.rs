@@ -25,7 +25,7 @@ const OUTSIDE: Law = Law::strict("nothing outside the domain");
 /// A form, plain or warped.
 struct Checked {
     form: Arc<dyn Parametrization>,
-    /// The same without warps.
+    /// The form without warps.
     plain: Arc<dyn Parametrization>,
     /// Its name in [`charts`]; empty of a form without formulas there.
     chart: &'static str,
@@ -92,7 +92,7 @@ fn radii(chart: &str, symmetry: Symmetry, pair: &Pair) -> Vec<f64> {
 type Nudge = fn(&DirectionPair, usize) -> Option<Pair>;
 
 fn coordinates(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut Watch) {
-    for Case { name, pair } in extent.of(pairs(), 7) {
+    for Case { name, pair } in extent.subset(pairs(), 7) {
         let got = form.forward(&pair);
         watch.spent(1);
         let (at, nudge): (Pair, Nudge) = match *chart {
@@ -137,7 +137,7 @@ fn absolute(chart: &str, symmetry: Symmetry, coords: &[Exact; 4]) -> [Exact; 4] 
 /// Coordinates of the extreme pairs, and of corners and edges of the box and places beside them.
 fn places(form: &dyn Parametrization, extent: Extent) -> Vec<(String, Coords)> {
     let of = |case: Case| (case.name, form.forward(&case.pair));
-    let mut places: Vec<_> = extent.of(pairs(), 7).into_iter().map(of).collect();
+    let mut places: Vec<_> = extent.subset(pairs(), 7).into_iter().map(of).collect();
     let axes = form.axes();
     let shares = [0.0, 1e-300, 1e-12, 0.4, 1.0 - 1e-12, 1.0];
     let count = shares.len().pow(axes.len() as u32);
@@ -150,7 +150,7 @@ fn places(form: &dyn Parametrization, extent: Extent) -> Vec<(String, Coords)> {
         }
         (format!("{:?}", &coords[..axes.len()]), coords)
     });
-    places.extend(extent.of(corners.collect(), 11));
+    places.extend(extent.subset(corners.collect(), 11));
     places
 }
 
@@ -190,7 +190,7 @@ fn directions(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut
 
 fn jacobian(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut Watch) {
     let symmetry = form.symmetry();
-    for (name, coords) in extent.of(places(&**form, Extent::Whole), 31) {
+    for (name, coords) in extent.subset(places(&**form, Extent::Whole), 31) {
         let of = |coords: &[Exact; 4]| charts::jacobian(chart, &absolute(chart, symmetry, coords));
         let exact = coords.map(Exact::from);
         // On the edge of the domain there is no difference to take.
@@ -236,7 +236,7 @@ fn moved(form: &dyn Parametrization, pair: &DirectionPair, watch: &mut Watch) ->
 
 /// A warp bends the coordinates of a plain form: their conditioning is its own too.
 fn there_and_back(Checked { form, plain, .. }: &Checked, extent: Extent, watch: &mut Watch) {
-    for Case { name, pair } in extent.of(pairs(), 3) {
+    for Case { name, pair } in extent.subset(pairs(), 3) {
         watch.spent(2);
         let Some(back) = form.inverse(&form.forward(&pair)) else {
             // What has coordinates is a pair.

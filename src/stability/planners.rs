@@ -1,4 +1,4 @@
-//! Planners, for budgets of one pose on, on materials that tell them nothing or too much.
+//! Planners, for budgets of one pose on, on materials without information and with extreme values.
 
 use super::cases::{Example, examples, half_difference};
 use super::reconstructions::materials;
@@ -30,7 +30,7 @@ fn plans(planner: &dyn Planner, extent: Extent, watch: &mut Watch) {
         Extent::Whole => &[1, 2, 3, 24],
         Extent::Short => &[1, 12],
     };
-    for (what, brdf) in extent.of(materials(), 3) {
+    for (what, brdf) in extent.subset(materials(), 3) {
         for &budget in budgets {
             plan(planner, &*brdf, budget, what, watch);
         }

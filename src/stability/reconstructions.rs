@@ -84,9 +84,9 @@ fn schedule(layout: &str, form: &Arc<dyn Parametrization>, budget: usize) -> Opt
 fn checks(extent: Extent) -> Vec<Check> {
     let checks = examples(reconstruct::all()).flat_map(|example| {
         // A fit has the constants of its model, and a prior those of its materials.
-        let knows = ["components", "fit"].contains(&example.kind);
+        let has_constants = ["components", "fit"].contains(&example.kind);
         let tests: &[Test<dyn Reconstruct>] = match example.member.prior() {
-            None if !knows => &[(FINITE, any), (CONSTANT, constant)],
+            None if !has_constants => &[(FINITE, any), (CONSTANT, constant)],
             _ => &[(FINITE, any)],
         };
         Check::each(example.name, example.member, extent, tests)
@@ -103,7 +103,7 @@ fn constant(method: &dyn Reconstruct, extent: Extent, watch: &mut Watch) {
 }
 
 fn reconstruct(method: &dyn Reconstruct, is_constant: bool, extent: Extent, watch: &mut Watch) {
-    let cases = extent.of(pairs(), 4);
+    let cases = extent.subset(pairs(), 4);
     let all: Vec<DirectionPair> = cases.iter().map(|case| case.pair).collect();
     // What is below the horizon is black, whatever is known.
     let below = DirectionPair::from_spherical(1.7, 0.3, 0.3, 0.1);
@@ -127,7 +127,7 @@ fn reconstruct(method: &dyn Reconstruct, is_constant: bool, extent: Extent, watc
         }
     }
     // A step that meets every layout and budget.
-    for ((what, constant, of), (kind, form), layout, budget) in extent.of(combinations, 13) {
+    for ((what, constant, of), (kind, form), layout, budget) in extent.subset(combinations, 13) {
         let Some(schedule) = schedule(layout, form, budget) else {
             continue;
         };

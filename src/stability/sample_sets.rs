@@ -24,7 +24,7 @@ fn checks(extent: Extent) -> Vec<Check> {
         for example in cases::examples(vec![entry]) {
             let set: Arc<dyn SampleSet> = Arc::from(example.member);
             for (what, symmetry) in [SYMMETRIES[1], SYMMETRIES[3]] {
-                for (name, form) in extent.of(cases::forms(symmetry), 4) {
+                for (name, form) in extent.subset(cases::forms(symmetry), 4) {
                     // A ratio is of three axes or of four.
                     if set.check(form.axes()).is_err() {
                         continue;

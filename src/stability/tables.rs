@@ -110,7 +110,7 @@ fn checks(extent: Extent) -> Vec<Check> {
             constant(utia(|_| size), size, extent, watch);
         }));
     }
-    for (name, value) in extent.of(CONTENTS.to_vec(), 2) {
+    for (name, value) in extent.subset(CONTENTS.to_vec(), 2) {
         for interpolation in [Interpolation::Nearest, Interpolation::Trilinear] {
             let member = format!("merl {interpolation:?}, {name}").to_lowercase();
             checks.push(Check::new(member, FINITE, move |watch| {
@@ -150,10 +150,10 @@ fn right_cell(extent: Extent, watch: &mut Watch) {
         return;
     };
     let dims = table.grid().dims();
-    let mut cases: Vec<Case> = extent.of(pairs(), 3);
+    let mut cases: Vec<Case> = extent.subset(pairs(), 3);
     // Middles and edges of cells, those of the peak first.
     let mut axis = vec![0.0, 0.2, 0.5, 1.0, 1.5, 7.3, 44.0, 44.5, 88.9];
-    axis = extent.of(axis, 2);
+    axis = extent.subset(axis, 2);
     for &h in &axis {
         for &d in &axis {
             for phi in [0.0, 0.5, 90.0, 90.5, 179.5] {
@@ -217,9 +217,9 @@ fn constant(table: Option<impl Brdf>, size: f64, extent: Extent, watch: &mut Wat
     let Some(table) = table else {
         return;
     };
-    for Case { name, pair } in extent.of(pairs(), 3) {
+    for Case { name, pair } in extent.subset(pairs(), 3) {
         watch.spent(1);
-        // Beyond 75° a UTIA table says nothing.
+        // Beyond 75° a UTIA table has no data.
         if let Some(value) = table.luminance(&pair) {
             watch.see((value - size).abs() / size, ROUNDING, &name);
         }
@@ -230,7 +230,7 @@ fn finite(table: Option<impl Brdf>, extent: Extent, watch: &mut Watch) {
     let Some(table) = table else {
         return;
     };
-    for Case { name, pair } in extent.of(pairs(), 3) {
+    for Case { name, pair } in extent.subset(pairs(), 3) {
         watch.spent(1);
         watch.is_reflectance(table.luminance(&pair).unwrap_or(0.0), &name);
     }
@@ -246,7 +246,7 @@ fn linear(extent: Extent, watch: &mut Watch) {
         return;
     };
     let value = |pair: &DirectionPair| table.luminance(pair);
-    for Case { name, pair } in extent.of(pairs(), 3) {
+    for Case { name, pair } in extent.subset(pairs(), 3) {
         watch.spent(1);
         let Some(got) = value(&pair) else {
             continue;

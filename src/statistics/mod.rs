@@ -1,7 +1,7 @@
 //! Statistics of errors on the same materials: paired ratios of two choices, intervals, tests,
 //! orders of convergence, and the share of the variance that each factor explains.
 //!
-//! Knows nothing of reflectance: numbers in, numbers out. Errors are compared by their logarithms:
+//! Independent of reflectance: numbers in, numbers out. Errors are compared by their logarithms:
 //! materials differ by orders of magnitude, and what a choice changes is a factor.
 
 mod bootstrap;

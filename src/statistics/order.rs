@@ -29,9 +29,9 @@ fn logs((budget, error): &(f64, f64)) -> Option<(f64, f64)> {
 /// negative or not finite.
 pub fn order(points: &[(f64, f64)]) -> Option<Order> {
     let logs = points.iter().map(logs).collect::<Option<Vec<_>>>()?;
-    let told = logs.into_iter().zip(points);
-    let told = told.filter(|(_, (_, error))| *error >= EXACT);
-    let (x, y): (Vec<f64>, Vec<f64>) = told.map(|(logs, _)| logs).unzip();
+    let kept = logs.into_iter().zip(points);
+    let kept = kept.filter(|(_, (_, error))| *error >= EXACT);
+    let (x, y): (Vec<f64>, Vec<f64>) = kept.map(|(logs, _)| logs).unzip();
     if x.iter().all(|b| *b == x[0]) {
         return None;
     }

@@ -130,7 +130,7 @@ impl Paired {
     ///   asks for the mean of log ratios, the test for the side they lean to: one material of a
     ///   hundred may carry the mean, and a hundredth of a percent on each may carry the test;
     /// - else *undecided*, also where there is no interval or no p: six ratios other than 1 are the
-    ///   fewest that can tell.
+    ///   fewest that decide.
     pub fn verdict(&self) -> Verdict {
         let Some([low, high]) = self.interval else {
             return Verdict::Undecided;

@@ -64,13 +64,13 @@ pub fn variance_shares(rows: &[(&[usize], f64)]) -> Option<Shares> {
     let pairs = pairs.into_iter().map(|(a, b, taken)| (a, b, share(taken)));
     let pairs: Vec<_> = pairs.collect();
     let rest = share(rest);
-    let told = mains.iter().sum::<f64>() + pairs.iter().map(|p| p.2).sum::<f64>() + rest;
+    let attributed = mains.iter().sum::<f64>() + pairs.iter().map(|p| p.2).sum::<f64>() + rest;
     Some(Shares {
         levels: levels.counts,
         mains,
         pairs,
         rest,
-        entangled: 1.0 - told,
+        entangled: 1.0 - attributed,
         variance: total / n,
     })
 }
@@ -337,99 +337,5 @@ impl Design {
             }
         }
         (without, left[(last, last)])
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// All combinations of these numbers of levels, with values of theirs.
-    fn balanced(counts: &[usize], value: impl Fn(&[usize]) -> f64) -> Vec<(Vec<usize>, f64)> {
-        let rows = counts.iter().product();
-        let row = |mut i: usize| {
-            let levels: Vec<usize> = counts
-                .iter()
-                .map(|c| {
-                    let level = i % c;
-                    i /= c;
-                    level
-                })
-                .collect();
-            let value = value(&levels);
-            (levels, value)
-        };
-        (0..rows).map(row).collect()
-    }
-
-    fn borrowed(rows: &[(Vec<usize>, f64)]) -> Vec<(&[usize], f64)> {
-        rows.iter().map(|(l, v)| (l.as_slice(), *v)).collect()
-    }
-
-    #[test]
-    fn balanced_data_as_least_squares_has_it() {
-        // Levels are names: neither their order nor their size matters. Twice every row, with scatter.
-        let mut rows = balanced(&[5, 3, 1, 4], |l| {
-            let k = (l[0] + 5 * l[1] + 15 * l[3]) as f64;
-            3.0 + (k * k).sin() + 0.5 * l[0] as f64 - 0.3 * (l[1] * l[3]) as f64
-        });
-        let again: Vec<_> = rows.iter().map(|(l, v)| (l.clone(), v + v.cos())).collect();
-        rows.extend(again);
-        for (levels, _) in &mut rows {
-            for l in levels {
-                *l = 1000 - 13 * *l;
-            }
-        }
-        assert!(agrees_with_least_squares(&rows));
-        // A row too many, one too few, and one in the place of another are gaps.
-        let is_crossed =
-            |rows: &[(Vec<usize>, f64)]| Levels::new(&borrowed(rows)).crossed().is_some();
-        assert!(is_crossed(&rows));
-        let mut more = rows.clone();
-        more.push(rows[7].clone());
-        assert!(!is_crossed(&more) && !is_crossed(&rows[1..]));
-        rows[3].0 = rows[4].0.clone();
-        assert!(!is_crossed(&rows));
-    }
-
-    #[test]
-    fn a_factor_crossed_with_others_that_have_gaps() {
-        // Only the second factor is crossed; the others lack combinations, have some twice, and one is named by another.
-        let value = |l: &[usize]| {
-            let k = (l[0] + 5 * l[1] + 15 * l[2]) as f64;
-            (k * k).sin() + 0.5 * l[0] as f64 - 0.3 * (l[1] * l[2]) as f64
-        };
-        let mut rows = balanced(&[5, 7, 4, 2], value);
-        rows.retain(|(l, _)| (3 * l[0] + 5 * l[2] + l[3]) % 4 != 0);
-        let again = rows.iter().filter(|(l, _)| l[0] == 2);
-        let again: Vec<_> = again.map(|(l, v)| (l.clone(), v + v.cos())).collect();
-        rows.extend(again);
-        for (levels, _) in &mut rows {
-            levels.push(9 - levels[2]);
-        }
-        let levels = Levels::new(&borrowed(&rows));
-        assert_eq!(levels.crossed().map(|c| c.factor), Some(1));
-        assert!(agrees_with_least_squares(&rows));
-    }
-
-    /// True if the sums of squares are those of one fit by all terms at once.
-    fn agrees_with_least_squares(rows: &[(Vec<usize>, f64)]) -> bool {
-        let rows = borrowed(rows);
-        let mean = rows.iter().map(|(_, v)| v).sum::<f64>() / rows.len() as f64;
-        let values: Vec<f64> = rows.iter().map(|(_, v)| v - mean).collect();
-        let levels = Levels::new(&rows);
-        let fitted = Design::new(&levels, &values, true).squares();
-        let total: f64 = values.iter().map(|v| v * v).sum();
-        let told = Squares::new(&levels, values);
-        let all = |s: &Squares| {
-            let pairs = s.pairs.iter().map(|p| p.2);
-            let mains = s.mains.iter().copied();
-            mains.chain(pairs).chain([s.rest]).collect::<Vec<f64>>()
-        };
-        let (told, fitted) = (all(&told), all(&fitted));
-        assert_eq!(told.len(), fitted.len());
-        // Elimination loses a few digits of a hundred columns.
-        let is_near = |(t, f): (&f64, &f64)| (t - f).abs() < 1e-12 * total;
-        told.iter().zip(&fitted).all(is_near)
     }
 }

@@ -11,7 +11,7 @@ use crate::reconstruct::{
 use std::sync::Arc;
 
 /// Every parametrization as it is, and with the square root along its first axis.
-fn coordinates(symmetry: Symmetry) -> Vec<Coordinates> {
+pub(crate) fn coordinates(symmetry: Symmetry) -> Vec<Coordinates> {
     let mut all = Vec::new();
     for entry in parametrization::all() {
         let first = entry
@@ -48,7 +48,7 @@ impl CrossValidation<'_> {
     /// [`Sheets`], [`Kriging`] of no more readings than it takes seconds for, and the scattered ones in every
     /// parametrization.
     pub fn candidates(&self) -> Vec<Arc<dyn Reconstruct>> {
-        let schedule = &self.measurement().schedule;
+        let schedule = &self.measurement.schedule;
         let symmetry = schedule.parametrization.symmetry();
         let mut all: Vec<Arc<dyn Reconstruct>> = Vec::new();
         if schedule.lattice.is_some() {
@@ -60,7 +60,7 @@ impl CrossValidation<'_> {
             Arc::new(NearestReading::default()),
         ];
         // Readings without noise are all the same to it.
-        let uncertain = noise(self.measurement()).is_some_and(|u| u.iter().any(|&u| u > 0.0));
+        let uncertain = noise(self.measurement).is_some_and(|u| u.iter().any(|&u| u > 0.0));
         for noise in [false, true].into_iter().take(1 + usize::from(uncertain)) {
             if matches!(self.left(), Left::Sheets { .. }) && symmetry.isotropic {
                 all.push(Arc::new(Sheets {
@@ -73,7 +73,7 @@ impl CrossValidation<'_> {
                 ..ThinPlate::default()
             }));
         }
-        if self.measurement().readings() <= KRIGED {
+        if self.measurement.readings() <= KRIGED {
             all.push(Arc::new(Kriging::default()));
         }
         let coordinates = coordinates(symmetry);
@@ -105,8 +105,8 @@ impl CrossValidation<'_> {
         }
         let place = |(_, scores): &Ranked| scores.rank().unwrap_or(f64::INFINITY);
         ranked.sort_by(|a, b| place(a).total_cmp(&place(b)));
-        // Readings that are left out lie where readings are, and kriging errs least of all methods between them: it goes before those that
-        // it is not told apart from.
+        // Readings that are left out lie where readings are, and kriging errs least of all methods between them: it goes before those
+        // within a standard error of it.
         let best = ranked.first().and_then(|(_, scores)| {
             let best = scores.ranked_by()?;
             Some(best.value? + best.standard_error?)

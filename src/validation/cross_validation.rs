@@ -24,7 +24,8 @@ struct Part {
 
 /// Readings that are left out in turn.
 pub struct CrossValidation<'a> {
-    measurement: &'a Measurement,
+    /// The readings.
+    pub(crate) measurement: &'a Measurement,
     /// The poses of the readings that take part.
     poses: Vec<usize>,
     groups: Groups,
@@ -45,7 +46,7 @@ impl<'a> CrossValidation<'a> {
         let (poses, groups) = Self::groups(measurement, sheets, &suspects(measurement))?;
         let judges = groups.judges(&poses);
         Ok(Self {
-            jury: ReferenceReadings::of(measurement, &judges, groups.count, true)?,
+            jury: ReferenceReadings::from_poses(measurement, &judges, groups.count, true)?,
             measurement,
             poses,
             groups,
@@ -75,11 +76,6 @@ impl<'a> CrossValidation<'a> {
     /// What is left out at a time.
     pub fn left(&self) -> Left {
         self.groups.left
-    }
-
-    /// The readings.
-    pub(crate) fn measurement(&self) -> &Measurement {
-        self.measurement
     }
 
     /// Number of reconstructions that [`scores`](Self::scores) makes of this many methods.
@@ -117,10 +113,8 @@ impl<'a> CrossValidation<'a> {
             .chunks(groups)
             .map(|of_groups| {
                 let of_groups = of_groups.iter().cloned().collect::<Result<Vec<_>, _>>()?;
-                Ok(self.jury.errors(&Values {
-                    luminance: self.in_order_of_judges(&of_groups),
-                    missing: Vec::new(),
-                }))
+                let predicted = Values::from(self.in_order_of_judges(&of_groups));
+                Ok(self.jury.errors(&predicted))
             })
             .collect()
     }
@@ -139,7 +133,7 @@ impl<'a> CrossValidation<'a> {
         for group in 0..self.groups.count {
             let part = self.part(group);
             match Replicated::of_some(self.measurement, &part.present, method)? {
-                Some(replicated) => predicted.push(replicated.at(&part.pairs)),
+                Some(replicated) => predicted.push(replicated.luminance_at(&part.pairs)),
                 None => return Ok(None),
             }
         }
@@ -147,12 +141,9 @@ impl<'a> CrossValidation<'a> {
         if predicted.iter().all(|p| p.type_a == 0.0) {
             return Ok(None);
         }
-        let values = Values {
-            luminance: predicted.iter().map(|p| p.value).collect(),
-            missing: Vec::new(),
-        };
+        let values: Vec<f64> = predicted.iter().map(|p| p.value).collect();
         let uncertainty: Vec<f64> = predicted.iter().map(|p| p.type_a).collect();
-        Ok(Some(self.jury.within(&values, &uncertainty)))
+        Ok(Some(self.jury.within(&values.into(), &uncertainty)))
     }
 
     /// What was predicted of each group, as one list in the order of the jury.
@@ -181,14 +172,9 @@ impl<'a> CrossValidation<'a> {
     /// What a method makes of the pairs of a part, in their order: luminance, sr⁻¹.
     fn predict(&self, method: &dyn Reconstruct, part: &Part) -> Result<Vec<f64>, ReconstructError> {
         let channels = &self.measurement.channels;
-        let interpolant = method.interpolate(&Readings {
-            schedule: &self.measurement.schedule,
-            width: channels.count(),
-            values: &self.measurement.values,
-            present: &part.present,
-            noise: noise(self.measurement).as_deref(),
-            half_angles_deg: self.measurement.half_angles_deg,
-        })?;
+        let noise = noise(self.measurement);
+        let readings = Readings::new(self.measurement, &part.present, noise.as_deref());
+        let interpolant = method.interpolate(&readings)?;
         let values = values_at(&*interpolant, &part.pairs);
         let luminance = values.chunks_exact(channels.count());
         Ok(luminance.map(|v| channels.luminance(v)).collect())

@@ -3,7 +3,7 @@
 use super::{Beside, ValidationError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
-use crate::numeric::wrap_angle;
+use crate::numeric::{hashed, wrap_angle};
 use crate::parametrization::Parametrization;
 use crate::reconstruct::{Still, are_in_plane, still};
 use std::fmt;
@@ -81,7 +81,7 @@ pub(super) struct Groups {
 }
 
 impl Groups {
-    /// Groups of the readings of some poses: whole sheets if `sheets` says so, or where they lie in sheets.
+    /// Groups of the readings of some poses: whole sheets if `sheets` is true, or where they lie in sheets.
     pub(crate) fn new(
         measurement: &Measurement,
         poses: &[usize],
@@ -143,7 +143,7 @@ impl Groups {
         }
         let sets = MOST.min(places);
         let mut order: Vec<usize> = (0..places).collect();
-        order.sort_by_key(|&n| (shuffled(n), n));
+        order.sort_by_key(|&n| (hashed([n as u64]), n));
         let mut group = vec![0; places];
         for (i, n) in order.into_iter().enumerate() {
             group[n] = i % sets;
@@ -185,14 +185,6 @@ impl Groups {
     }
 }
 
-/// A number for each number that looks random (the finaliser of SplitMix64).
-fn shuffled(n: usize) -> u64 {
-    let mut x = (n as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
-}
-
 /// The number of the place of each pair; `form` folds pairs that are the same to the material.
 fn places(form: &dyn Parametrization, pairs: &[DirectionPair]) -> Vec<usize> {
     let key = |pair: &DirectionPair| form.forward(pair).map(|x| (x / SAME).round() as i64);
@@ -212,7 +204,7 @@ fn by_sheets(pairs: &[DirectionPair]) -> Option<(usize, bool, Vec<InSheets>)> {
         .into_iter()
         .map(|direction| InSheets {
             sheet: None,
-            part: (shuffled(direction) % PARTS as u64) as usize,
+            part: (hashed([direction as u64]) % PARTS as u64) as usize,
         })
         .collect();
     for (n, sheet) in sheets.iter().enumerate() {

@@ -5,7 +5,9 @@ use crate::brdf::Brdf;
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::{self, Errors, Expected, Measure, MetricsSpec, TestSet, Uncovered, WITHIN};
-use crate::reconstruct::{Cover, Predictive, Reconstruct, ReconstructError, Replicated, TOLD};
+use crate::reconstruct::{
+    Cover, MOST_PREDICTED, Predictive, Reconstruct, ReconstructError, Replicated,
+};
 use crate::schedule::Schedule;
 use std::sync::{Arc, OnceLock};
 
@@ -48,9 +50,9 @@ impl Reconstruction {
         })
     }
 
-    /// What the method says of its errors; `None` of one that does not, and of more than [`TOLD`] readings.
+    /// The predictive distribution of the method; `None` of one without, and of more than [`MOST_PREDICTED`] readings.
     pub(crate) fn predictive(&self) -> Option<Box<dyn Predictive>> {
-        let few = (1..=TOLD).contains(&self.measurement.readings());
+        let few = (1..=MOST_PREDICTED).contains(&self.measurement.readings());
         few.then(|| self.method.predictive(&self.measurement).ok().flatten())?
     }
 
@@ -105,29 +107,24 @@ impl Reconstruction {
             let weights = &first.weights[at];
             let tally = &compared.tally;
             let (errors, standard) = (tally.errors(at), tally.standard_errors(at));
-            let errors = Errors::QUANTITIES.iter().map(|(_, of)| Estimate {
-                value: of(&errors),
-                standard_error: of(&standard),
-            });
+            let both = Errors::QUANTITIES.iter();
+            let both = both.map(|(_, of)| Estimate::new(of(&errors), of(&standard)));
             let uncovered = Uncovered::among(&coverage, weights, f);
             let shares = Uncovered::QUANTITIES.iter().map(|(_, of)| of(&uncovered));
             let within = uncertainty
                 .as_ref()
                 .map(|u| metrics::share_within(|i| weights[i], f, g, u));
-            let shares = shares.chain(within).map(|value| Estimate {
-                value,
-                standard_error: None,
-            });
-            errors.chain(shares).collect()
+            let shares = shares.chain(within);
+            both.chain(shares.map(|share| Estimate::new(share, None)))
+                .collect()
         };
-        let errors = Errors::QUANTITIES.iter().map(|(quantity, _)| quantity.name);
-        let shares = Uncovered::QUANTITIES
-            .iter()
-            .map(|(quantity, _)| quantity.name);
-        let within = replicated.map(|_| WITHIN.name);
+        let errors = Errors::QUANTITIES.iter().map(|(quantity, _)| quantity);
+        let shares = Uncovered::QUANTITIES.iter().map(|(quantity, _)| quantity);
+        let within = replicated.map(|_| &WITHIN);
+        let quantities = errors.chain(shares).chain(within);
         Ok(Against {
-            names: errors.chain(shares).chain(within).collect(),
-            columns: (0..set.measures().len()).map(column).collect(),
+            names: quantities.map(|quantity| quantity.name).collect(),
+            columns: (0..set.measures.len()).map(column).collect(),
         })
     }
 }
@@ -135,7 +132,7 @@ impl Reconstruction {
 /// The errors under the cosine measure that a BRDF expects of itself.
 pub fn expected(known: &dyn Predictive) -> Option<Expected> {
     let set = TestSet::new(&[Measure::Cosine], &MetricsSpec::default()).ok()?;
-    Expected::at(&set.level(0), known).first().copied()
+    Expected::per_measure(&set.level(0), known).first().copied()
 }
 
 /// Light at 0°, 30° and 60°, and sensors every 5° of elevation and 15° of azimuth.

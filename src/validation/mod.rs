@@ -1,4 +1,4 @@
-//! How good a reconstruction is when nobody knows the truth: readings that it was not given.
+//! Errors of a reconstruction without a truth: by readings that it was not given.
 //!
 //! [`CrossValidation`] leaves out some of the readings, has a method predict them from the others, and does
 //! so in turn, up to ten times. Where readings lie in sheets of constant incidence, whole sheets are left out
@@ -20,6 +20,8 @@ mod left_out;
 mod made;
 mod reference;
 
+#[cfg(feature = "pictures")]
+pub(crate) use choice::coordinates;
 pub use choice::{Ranked, chosen};
 pub use cross_validation::CrossValidation;
 pub use left_out::Left;
@@ -66,7 +68,7 @@ pub enum ValidationError {
         "the readings lie in fewer than 3 sheets of constant incidence; allowed: to leave out points"
     )]
     NoSheets,
-    /// No reading is as far from the others as what has to be told of them.
+    /// No reading is as far from the others as the directions that errors are asked for.
     #[error(
         "the readings are {0}, and say nothing of what lies beside; allowed: to leave out points"
     )]

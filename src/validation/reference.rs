@@ -22,6 +22,17 @@ pub struct Estimate {
     pub standard_error: Option<f64>,
 }
 
+impl Estimate {
+    /// A number, if it is defined, and its standard error, if that is known.
+    pub(crate) fn new(value: impl Into<Option<f64>>, standard_error: Option<f64>) -> Self {
+        let value = value.into();
+        Self {
+            value,
+            standard_error,
+        }
+    }
+}
+
 /// Errors of a method: per [`Measure::USUAL`], in the order of [`Errors::QUANTITIES`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scores(pub [[Estimate; Errors::QUANTITIES.len()]; Measure::USUAL.len()]);
@@ -63,12 +74,12 @@ impl ReferenceReadings {
             .collect();
         let groups = Groups::new(measurement, &all, Some(false))?;
         let judges = groups.judges(&all);
-        Self::of(measurement, &judges, groups.count, false)
+        Self::from_poses(measurement, &judges, groups.count, false)
     }
 
     /// The readings of some poses, each with its group. `share`: what they are compared with has their errors
     /// of type B, which then are no difference.
-    pub(super) fn of(
+    pub(super) fn from_poses(
         measurement: &Measurement,
         judges: &[(usize, usize)],
         groups: usize,
@@ -84,10 +95,7 @@ impl ReferenceReadings {
                 .iter()
                 .map(|&i| measurement.schedule.poses[i].pair)
                 .collect(),
-            truth: Values {
-                luminance: poses.iter().map(luminance).collect(),
-                missing: Vec::new(),
-            },
+            truth: poses.iter().map(luminance).collect::<Vec<_>>().into(),
             uncertainty: poses
                 .iter()
                 .map(|&i| uncertainty(measurement, i, share))
@@ -148,10 +156,7 @@ impl ReferenceReadings {
             std::array::from_fn(|q| {
                 let of_groups: Option<Vec<f64>> =
                     without.iter().map(|numbers| numbers[q]).collect();
-                Estimate {
-                    value: whole[q],
-                    standard_error: of_groups.and_then(|values| jackknife(&values)),
-                }
+                Estimate::new(whole[q], of_groups.and_then(|values| jackknife(&values)))
             })
         })
     }

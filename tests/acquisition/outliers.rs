@@ -1,9 +1,9 @@
 //! Readings that a fault multiplied: they are found, and cost little.
 
 use super::common::{Level, levels};
-use super::{error_of, noisy, over_matte, task};
-use gonio::acquisition::{Aim, Greedy, Rule, acquire};
-use gonio::reconstruct::{Kriging, Reconstruct, suspects};
+use super::{error_of, greedy, kriging, noisy, over_matte, task};
+use gonio::acquisition::{Rule, acquire};
+use gonio::reconstruct::suspects;
 use gonio::sampling::Random;
 
 levels! {
@@ -18,17 +18,13 @@ fn faults_are_found_and_cost_little(level: Level) {
         let (mut clean, mut with_faults) = (0.0, 0.0);
         for alpha in level.of(vec![0.05], vec![0.02, 0.05, 0.1, 0.2]) {
             let truth = over_matte(alpha);
-            let planner = Greedy::new(Rule::Adaptive, Aim::default());
-            let measured = acquire(&planner, &task(readings), &*truth).unwrap();
+            let measured = acquire(&greedy(Rule::Adaptive), &task(readings), &*truth).unwrap();
             // Without noise the edges of a lobe are the worst there is to be doubted.
             let edges = suspects(&measured);
             assert!(edges.is_empty(), "{alpha} {readings}: {edges:?}");
             for seed in 0..level.of(4, 8) {
                 let mut some = noisy(&measured, readings, seed);
-                let error = |some: &_| {
-                    let copy = Kriging::default().reconstruct(some).unwrap();
-                    error_of(&*copy, &*truth).ln()
-                };
+                let error = |some: &_| error_of(&*kriging(some), &*truth).ln();
                 clean += error(&some);
                 doubted += suspects(&some).len();
                 good += readings;

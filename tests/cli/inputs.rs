@@ -1,9 +1,7 @@
 //! Inputs: several that do not belong together, and outputs that are inputs.
 
-use super::Bench;
 use super::common::{says, table};
-use std::fs;
-use std::process::{Command, Stdio};
+use super::{Bench, POSES, READINGS, send};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -16,18 +14,12 @@ fn bench() -> Bench {
     for name in ["matte", "=matte"] {
         bench.write(&format!("{name}.toml"), LAMBERT.replace("NAME", name));
     }
-    let poses = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n";
-    let rows = |from: usize| -> String {
-        (0..12)
-            .map(|k| format!("{},0,{},{}\n", from + 3 * k, 5 * k, 30 * k))
-            .collect()
-    };
     for (file, config, from) in [("a", "matte", 1), ("b", "matte", 2), ("c", "=matte", 3)] {
-        bench.write("poses.csv", poses.to_owned() + &rows(from));
-        let config = format!("{config}.toml");
-        let file = format!("{file}.csv");
+        let row = |k: usize| format!("{},0,{},{}\n", from + 3 * k, 5 * k, 30 * k);
+        let rows: String = (0..12).map(row).collect();
+        bench.write("poses.csv", POSES.to_owned() + &rows);
         bench.good(format!(
-            "measure poses.csv --config {config} -o {file} --force"
+            "measure poses.csv --config {config}.toml -o {file}.csv"
         ));
     }
     bench.good("tabulate matte.toml -o matte.binary");
@@ -37,20 +29,15 @@ fn bench() -> Bench {
 #[test]
 fn readings_of_two_materials_are_not_taken_for_one() {
     let bench = bench();
-    for (command, output) in [
-        ("reconstruct a.csv FILE", None),
-        ("convert a.csv FILE both.csv", Some("both.csv")),
-        ("next a.csv FILE --batch 4 -o next.csv", Some("next.csv")),
+    for command in [
+        "reconstruct a.csv FILE",
+        "convert a.csv FILE both.csv --force",
+        "next a.csv FILE --batch 4 -o next.csv --force",
     ] {
-        let run = |file: &str, more: &str| command.replace("FILE", file) + more;
-        let run_c = run("c.csv", "");
-        let told = bench.refused(&run_c, 3);
         let sentence = "c.csv: these readings are of the material \"=matte\", those of a.csv of \"matte\"; allowed: readings of one, or --mixed";
-        says(&told, sentence);
-        for (file, more) in [("c.csv", " --mixed"), ("b.csv", "")] {
-            output.map(|file| fs::remove_file(bench.path(file)));
-            bench.good(run(file, more));
-        }
+        bench.refuses(command.replace("FILE", "c.csv"), 3, sentence);
+        bench.good(command.replace("FILE", "c.csv") + " --mixed");
+        bench.good(command.replace("FILE", "b.csv"));
     }
     assert!(bench.read("both.csv").contains("# material = \"matte\""));
     // Text that names a material in its rows.
@@ -60,10 +47,8 @@ fn readings_of_two_materials_are_not_taken_for_one() {
         )
     };
     bench.write("two.pab", pab("tile") + &pab("wood").replace("30", "40"));
-    bench.refuses(
-        "reconstruct two.pab",
-        3,
-        "two.pab:7: these readings are of the material \"wood\", those before of \"tile\"",
+    bench.does(
+        "3 | reconstruct two.pab | two.pab:7: these readings are of the material \"wood\", those before of \"tile\"",
     );
 }
 
@@ -73,44 +58,32 @@ fn an_output_is_no_input() {
     #[cfg(unix)]
     std::os::unix::fs::symlink("a.csv", bench.path("link.csv")).unwrap();
     let before = ["a.csv", "matte.binary", "matte.toml"].map(|file| bench.read_bytes(file));
-    for args in [
-        "reconstruct a.csv -o a.csv --format merl",
-        "reconstruct a.csv --checked a.csv",
-        "reconstruct a.csv --checked link.csv",
-        "reconstruct a.csv --uncertainty a.csv",
-        "next a.csv --batch 4 -o a.csv",
-        "next a.csv b.csv --batch 4 -o link.csv",
-        "convert a.csv a.csv",
-        "convert link.csv a.csv",
-        "convert matte.binary matte.binary",
-        "measure a.csv --config matte.toml -o a.csv",
-        "tabulate matte.toml -o matte.toml --format merl",
-        "picture matte.toml -o matte.toml",
-        "moments matte.binary -o matte.binary",
-        "train matte.toml -o matte.toml",
-        "schedule matte.toml --budget 8 -o matte.toml --format csv",
-    ] {
-        let mut words: Vec<&str> = args.split(' ').collect();
-        words.push("--force");
-        let output = bench.gonio(&words);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{args}: {said}");
+    let refused = "
+        reconstruct a.csv -o a.csv --format merl
+        reconstruct a.csv --checked a.csv
+        reconstruct a.csv --checked link.csv
+        reconstruct a.csv --uncertainty a.csv
+        next a.csv --batch 4 -o a.csv
+        next a.csv b.csv --batch 4 -o link.csv
+        convert a.csv a.csv
+        convert link.csv a.csv
+        convert matte.binary matte.binary
+        measure a.csv --config matte.toml -o a.csv
+        tabulate matte.toml -o matte.toml --format merl
+        picture matte.toml -o matte.toml
+        moments matte.binary -o matte.binary
+        train matte.toml -o matte.toml
+        schedule matte.toml --budget 8 -o matte.toml --format csv";
+    for [line] in table(refused) {
+        bench.ends(format!("{line} --force"), 2);
     }
-    assert_eq!(
-        before,
-        ["a.csv", "matte.binary", "matte.toml"].map(|file| bench.read_bytes(file))
-    );
-    bench.refuses(
-        "convert a.csv a.csv --force",
-        2,
-        "a.csv: this file is read and was to be replaced; choose another name",
-    );
+    let after = ["a.csv", "matte.binary", "matte.toml"].map(|file| bench.read_bytes(file));
+    assert!(before == after);
     // A copy is replaced, and two outputs are not one.
-    bench.good("convert a.csv b.csv --force");
-    bench.refuses(
-        "reconstruct a.csv --checked x.csv --uncertainty x.csv",
-        2,
-        "x.csv: two of the files to be written have this name",
+    bench.does(
+        "2 | convert a.csv a.csv --force | a.csv: this file is read and was to be replaced; choose another name
+         0 | convert a.csv b.csv --force
+         2 | reconstruct a.csv --checked x.csv --uncertainty x.csv | x.csv: two of the files to be written have this name",
     );
 }
 
@@ -121,89 +94,64 @@ fn marks_are_no_readings() {
     let row = |k: usize, value: &str| {
         format!("{},0,{},{},{value}\n", 10 + k % 7 * 8, 5 + k % 9 * 7, 8 * k)
     };
-    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value";
     let good: String = (0..40)
         .map(|k| row(k, &format!("{}", 0.1 + 0.002 * k as f64)))
         .collect();
-    let marked = |mark: &str| (40..44).map(|k| row(k, mark)).collect::<String>();
+    let marked = |mark: &str| {
+        let rows: String = (40..44).map(|k| row(k, mark)).collect();
+        format!("{READINGS}{good}{rows}")
+    };
     let convert = |name: &str, text: String| {
         bench.write(name, text);
         let said = bench.ends(format!("convert {name} out.csv --force"), 0);
-        let out = bench.read("out.csv");
-        let rows = out.lines().filter(|l| !l.starts_with(['#', 'i']));
-        let values: Vec<f64> = rows
-            .filter_map(|l| l.split(',').nth_back(2)?.parse().ok())
-            .collect();
-        (values, said)
+        let rows = bench.lines("out.csv").into_iter();
+        let value = |l: String| l.split(',').nth_back(2)?.parse().ok();
+        (rows.filter_map(value).collect::<Vec<f64>>(), said)
     };
-    let (clean, said) = convert("lab.csv", format!("{head}\n{good}"));
+    let (clean, said) = convert("lab.csv", format!("{READINGS}{good}"));
     assert!(clean.len() == 40 && !said.contains("no reading"), "{said}");
-    for mark in [
-        "-999", "-9999", "-99", "9999", "1e30", "n.a.", "NaN", "-", "OVERFLOW", "#N/A",
-    ] {
-        let (values, said) = convert("lab.csv", format!("{head}\n{good}{}", marked(mark)));
+    for mark in "-999 -9999 -99 9999 1e30 n.a. NaN - OVERFLOW #N/A".split(' ') {
+        let (values, said) = convert("lab.csv", marked(mark));
         assert_eq!(values, clean, "{mark}");
-        let of = mark
-            .parse::<f64>()
-            .map_or(mark.to_owned(), |number| number.to_string());
+        let number = mark.parse::<f64>().map(|number| number.to_string());
+        let of = number.unwrap_or(mark.into());
         says(&said, &format!("taken for no reading: {of} in 4 cells"));
     }
-    // -1 where values are noise of that size is read.
-    let (values, said) = convert("lab.csv", format!("{head}\n{good}{}", marked("-1")));
-    assert!(values.len() == 44 && said.contains("below 0"), "{said}");
-    // Zeros among ordinary values and a plateau are doubted, and passed over if that is wished.
-    for (mark, doubt) in [
-        ("0", "4 values are 0 and all others are 0.1 and more"),
-        (
-            "5.5",
-            "the largest value, 5.5, is there 4 times, as if the sensor were saturated",
-        ),
-    ] {
-        let text = format!("{head}\n{good}{}", marked(mark));
-        let (values, said) = convert("lab.csv", text);
+    // -1 where values are noise of that size is read. Zeros among ordinary values and a plateau are doubted, and passed over if
+    // that is wished.
+    for [mark, doubt] in table(
+        "-1 | below 0
+         0 | 4 values are 0 and all others are 0.1 and more
+         5.5 | the largest value, 5.5, is there 4 times, as if the sensor were saturated",
+    ) {
+        let (values, said) = convert("lab.csv", marked(mark));
         assert!(values.len() == 44 && said.contains(doubt), "{said}");
+        if mark == "-1" {
+            continue;
+        }
         bench.good(format!(
             "convert lab.csv out.csv --force --no-reading {mark}"
         ));
-        let out = bench.read("out.csv");
-        assert_eq!(
-            out.lines().filter(|l| l.contains("no-data")).count(),
-            4,
-            "{out}"
-        );
+        let out = bench.lines("out.csv");
+        let lost = out.iter().filter(|l| l.contains("no-data"));
+        assert_eq!(lost.count(), 4, "{out:?}");
     }
     // Of an uncertainty it is one that is not known.
     let unsure: String = good.lines().map(|l| format!("{l},.001\n")).collect();
     let unsure = unsure.replacen(",.001", ",-999", 3);
+    let head = READINGS.trim_end();
     let (_, said) = convert("unsure.csv", format!("{head},uncertainty\n{unsure}"));
     says(&said, "taken for no reading: -999 in 3 cells");
-    // Of one channel: that row alone is lost.
-    let rgb = good
-        .lines()
-        .map(|l| format!("{l},.2,.3\n"))
-        .collect::<String>();
-    let rgb = format!("{head}_r,value_g,value_b\n{rgb}70,0,10,5,.1,-999,.3\n");
-    let (values, said) = convert("rgb.csv", rgb);
-    assert!(
-        values.len() == 40 && said.contains("1 pose without the value of some channel: no reading"),
-        "{said}"
-    );
     let pab = "#format: theta phi BRDF\n#intheta 30\n#inphi 0\n10 0 .1\n20 0 -999\n30 0 .2\n";
     let (values, said) = convert("tile.pab", pab.into());
-    assert!(
-        values.len() == 2 && said.contains("taken for no reading: -999 in 1 cell"),
-        "{said}"
-    );
-    bench.ends("reconstruct tile.pab --strict", 3);
+    says(&said, "taken for no reading: -999 in 1 cell");
+    assert_eq!(values.len(), 2, "{said}");
 }
 
 #[test]
 fn names_are_no_formulas() {
     let bench = bench();
-    let config = super::SMALL.replace(
-        "kind = \"lambert\"\n",
-        "kind = \"lambert\"\nname = \"=cmd()\"\n",
-    );
+    let config = super::SMALL.replace("\"lambert\"", "\"lambert\", name = \"=cmd()\"");
     bench.write("small.toml", config);
     bench.good("run small.toml -o run");
     let table = bench.read("run/results.csv");
@@ -232,7 +180,7 @@ fn threads_that_cannot_be_are_refused() {
 #[test]
 fn bad_parts_spoil_themselves_only() {
     let bench = bench();
-    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,wavelength_nm,value\n";
+    let head = READINGS.replace("value", "wavelength_nm,value");
     let row =
         |k: usize, nm: &str| format!("{},0,{},{},{nm},0.{}\n", 1 + k, 2 + k, 9 * k, 1 + k % 9);
     let good: String = (0..20).map(|k| row(k, "450") + &row(k, "550")).collect();
@@ -248,19 +196,14 @@ fn bad_parts_spoil_themselves_only() {
     };
     let (clean, said) = convert("");
     assert!(clean.len() == 20 && !said.contains("passed over"), "{said}");
+    let others = "1 row without an angle or a wavelength that others are at: passed over";
     for (more, sentence) in [
-        (
-            row(30, "NaN"),
-            "1 row without an angle or a wavelength that others are at: passed over",
-        ),
+        (row(30, "NaN"), others),
         (
             row(30, "450").replace("31,0", "n.a.,0"),
             "1 row without an angle or a wavelength",
         ),
-        (
-            row(30, "551"),
-            "1 row without an angle or a wavelength that others are at",
-        ),
+        (row(30, "551"), others),
         (
             row(30, "550"),
             "1 pose without the value of some channel: no reading",
@@ -274,10 +217,11 @@ fn bad_parts_spoil_themselves_only() {
     // One file of several.
     bench.write("cut.csv", "theta_i_deg,phi_i_deg\n1,");
     let run = "convert a.csv cut.csv b.csv c.jsonl --force";
-    let said = bench.ends(run, 0);
-    says(&said, "cut.csv: … ; the file is left out");
-    bench.ends(format!("{run} --strict"), 3);
-    bench.refuses("convert a.csv none.csv c.jsonl --force", 3, "none.csv");
+    bench.does(&format!(
+        "0 | {run} | cut.csv: … ; the file is left out
+         3+ | {run} --strict
+         3 | convert a.csv none.csv c.jsonl --force | none.csv"
+    ));
 }
 
 /// Every command ends at once, leaves nothing half-written and says by which signal.
@@ -285,51 +229,27 @@ fn bad_parts_spoil_themselves_only() {
 #[cfg(unix)]
 fn signals_end_every_command() {
     let bench = bench();
-    let poses = (0..1500).map(|k| format!("{},0,{},{}\n", 1 + k % 70, 1 + k % 67, k % 360));
-    let poses = poses.collect::<String>();
-    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
-    bench.write("many.csv", head.to_owned() + &poses.replace('\n', ",.1\n"));
-    let slow = "quantities = [\"moments\"]\nbudgets = [3000]\n[[material]]\nkind = \"ggx\"\nalpha = 0.3\n\
-                [[parametrization]]\nkind = \"spherical\"\n[[sample_set]]\nkind = \"random\"\n\
-                [[reconstruction]]\nkind = \"thin-plate\"\n[pictures]\ndraw = false\n";
-    bench.write("slow.toml", slow);
+    let poses = (0..1500).map(|k| format!("{},0,{},{},.1\n", 1 + k % 70, 1 + k % 67, k % 360));
+    bench.write("many.csv", READINGS.to_owned() + &poses.collect::<String>());
     for [command, signal, code] in table(
         "
         tabulate matte.toml -o slow.xml --tolerance 1e-9 | TERM | 143
         tabulate matte.toml -o slow.bsdf --tolerance 1e-9 | INT | 130
         reconstruct many.csv | INT | 130
-        reconstruct many.csv | TERM | 143
-        run slow.toml -o slow | INT | 130",
+        reconstruct many.csv | TERM | 143",
     ) {
-        let code = code.parse().unwrap();
-        let words: Vec<&str> = command.split(' ').collect();
-        let mut child = bench
-            .command(&words)
-            .stderr(Stdio::piped())
-            .stdout(Stdio::null())
-            .spawn()
-            .unwrap();
+        let mut child = bench.started(command);
         thread::sleep(Duration::from_millis(250));
-        assert!(
-            child.try_wait().unwrap().is_none(),
-            "{command} was done before"
-        );
-        let kill = Command::new("kill")
-            .args(["-s", signal, &child.id().to_string()])
-            .status();
-        assert!(kill.unwrap().success());
+        let done = child.try_wait().unwrap();
+        assert!(done.is_none(), "{command} was done before");
+        send(signal, &child);
         let sent = Instant::now();
         let status = child.wait().unwrap();
-        assert_eq!(status.code(), Some(code), "{command}");
-        assert!(
-            sent.elapsed() < Duration::from_secs(1),
-            "{command}: {:?}",
-            sent.elapsed()
-        );
-        let left = bench
-            .files("")
-            .into_iter()
-            .find(|file| file.ends_with(".part"));
+        assert_eq!(status.code(), code.parse().ok(), "{command}");
+        let late = sent.elapsed();
+        assert!(late < Duration::from_secs(1), "{command}: {late:?}");
+        let files = bench.files("");
+        let left = files.iter().find(|file| file.ends_with(".part"));
         assert_eq!(left, None, "{command}");
     }
 }

@@ -77,10 +77,8 @@ impl Bench {
         let mut shell = Command::new("sh");
         shell.args(["-c", line]).current_dir(self.path("."));
         shell.env("PATH", env::join_paths(path).unwrap());
-        shell
-            .stdin(Stdio::null())
-            .stdout(out.try_clone().expect(name))
-            .stderr(out);
+        let both = out.try_clone().expect(name);
+        shell.stdin(Stdio::null()).stdout(both).stderr(out);
         let status = shell.status().unwrap();
         (status, fs::read_to_string(shown).unwrap())
     }
@@ -126,8 +124,7 @@ fn the_commands_of_the_pages_are_commands(level: Level) {
     let some = "tabulate small.toml --material ggx-0.4 -o";
     fs::create_dir(bench.path("brdfs")).unwrap();
     for name in ["alum-bronze", "pink-felt"] {
-        let file = format!("brdfs/{name}.binary");
-        bench.good(format!("{some} {}", file.as_str()));
+        bench.good(format!("{some} brdfs/{name}.binary"));
     }
     let mut count = 0;
     for page in ["findings", "parametrizations", "light_paths", "planning"] {
@@ -156,7 +153,7 @@ fn the_recipes_of_a_cluster_use_what_there_is() {
         for command in code.split("gonio ").skip(1) {
             let words = command.split(['"', ' ']).filter(|w| !w.is_empty());
             let words: Vec<&str> = words.collect();
-            let help = bench.good(["help", words[0]]);
+            let help = bench.good(format!("help {}", words[0]));
             for option in words.iter().filter(|w| w.starts_with("--")) {
                 assert!(help.contains(option), "{name}: {option}");
                 options += 1;

@@ -1,18 +1,18 @@
 //! Pictures of parametrizations, materials and reconstructions.
 
 use super::Bench;
-use std::fs;
+use super::common::says;
 
-/// Every file begins as its ending says.
+/// Every file of `out` begins as its ending says.
 fn well_formed(bench: &Bench, files: &[String]) {
     for file in files {
-        let bytes = fs::read(bench.path("out").join(file)).unwrap();
         let start: &[u8] = match file.rsplit('.').next().unwrap() {
             "png" => b"\x89PNG",
             "svg" => b"<svg",
-            "exr" => &[0x76, 0x2f, 0x31, 0x01],
-            _ => panic!("{file}"),
+            "csv" => b"theta_deg",
+            _ => &[0x76, 0x2f, 0x31, 0x01],
         };
+        let bytes = bench.read_bytes(&format!("out/{file}"));
         assert!(bytes.starts_with(start), "{file}");
     }
 }
@@ -41,20 +41,12 @@ fn each_picture_is_one_command() {
     let files = bench.files("out");
     told.sort();
     assert_eq!(told, files);
-    assert_eq!(
-        files,
-        [
-            "functions.svg",
-            "ggx-0.3_slices.exr",
-            "ggx-0.3_slices.svg",
-            "ggx-0.3_sphere.exr",
-            "ggx-0.3_sphere.png",
-            "ggx-0.3_thin-plate_half-difference_200.exr",
-            "ggx-0.3_thin-plate_half-difference_200.png",
-            "ggx-0.3_thin-plate_half-difference_200.svg",
-            "hemispheres.svg",
-        ]
+    let compared = "thin-plate_half-difference_200";
+    let expected = format!(
+        "functions.svg ggx-0.3_slices.exr ggx-0.3_slices.svg ggx-0.3_sphere.exr ggx-0.3_sphere.png \
+         ggx-0.3_{compared}.exr ggx-0.3_{compared}.png ggx-0.3_{compared}.svg hemispheres.svg"
     );
+    assert_eq!(files.join(" "), expected);
     well_formed(&bench, &files);
     // The paper's three, in its order.
     let slices = bench.read("out/ggx-0.3_slices.svg");
@@ -66,24 +58,16 @@ fn each_picture_is_one_command() {
 fn a_comparison_takes_warps() {
     let bench = Bench::new();
     let small = "--budget 200 --resolution 16 --samples 4 -o out";
-    let error = |warps: &str| -> f64 {
-        let all = "picture compare ggx --set alpha=0.05";
-        let said = bench.good(format!("{all} {small} {warps}"));
-        let title = said.lines().next().unwrap();
-        assert_eq!(title.contains("theta_h:"), !warps.is_empty(), "{title}");
-        let words = said.split_whitespace();
-        let mut numbers = words.filter_map(|word| word.trim_end_matches(',').parse().ok());
-        numbers.next_back().unwrap()
-    };
-    let (plain, warped) = (error(""), error("--warp theta_h=square-root"));
-    assert!(warped.is_finite() && warped != plain);
-    error("--warp theta_h:power-0.4");
+    bench.does(&format!(
+        "0 | picture compare ggx {small} --warp theta_h=square-root | theta_h:square-root
+         0 | picture compare ggx {small} --warp theta_h:power-0.4 | theta_h:power-0.4"
+    ));
 }
 
 #[test]
 fn what_cannot_be_pictured_is_refused() {
     let bench = Bench::new();
-    bench.refuses_all(
+    bench.does(
         "2 | picture hemispheres -o out --parametrization polar | --parametrization … polar … hybrid
          2 | picture hemispheres -o out --view-deg 90 | --view-deg … [0, 90)
          2 | picture functions -o out --phi-deg 200 | --phi-deg … 200
@@ -92,13 +76,41 @@ fn what_cannot_be_pictured_is_refused() {
          2 | picture compare ggx -o out --reconstruction magic | --reconstruction … magic … cubic
          2 | picture slices small.toml -o out | --material … lambert
          2 | picture compare ggx -o out --warp theta_h=sqare-root | did you mean square-root?
-         2 | picture compare ggx -o out --warp theta=square-root | theta_h
          2 | picture compare ggx -o out --warp theta_h | AXIS=WARP
-         2 | slice ggx -o out --view-deg 90 | --view-deg … 90 … [0, 90)
-         2 | slice ggx -o out --view-deg NaN | --view-deg
-         2 | slice shiny -o out --view-deg 0 | shiny … ggx
-         2 | slice ggx -o out --set alpha=-1 --view-deg 0 | alpha
-         2 | slice small.toml -o out --view-deg 0 | --material … lambert",
+         2 | slice ggx -o out --view-deg 90 | --view-deg … 90 … [0, 90)",
     );
     assert!(!bench.path("out").exists());
+}
+
+#[test]
+fn slices_are_pictured_from_each_view() {
+    let bench = Bench::new();
+    let args = "slice ggx --set alpha=0.1 --view-deg 0 --view-deg 30 --resolution 20 -o out";
+    let said = bench.ends(args, 0);
+    let files = bench.files("out");
+    assert_eq!(files.len(), 6);
+    well_formed(&bench, &files);
+    for file in &files {
+        says(&said, file);
+    }
+    // The peak lies at the mirror direction.
+    let csv = files.iter().find(|f| f.ends_with("_30.csv")).unwrap();
+    let text = bench.read(&format!("out/{csv}"));
+    assert!(text.starts_with("theta_deg,phi_deg,value\n-85.5"));
+    let cells = |l: &str| l.split(',').map(|c| c.parse().unwrap()).collect();
+    let rows: Vec<Vec<f64>> = text.lines().skip(1).map(cells).collect();
+    assert_eq!(rows.len(), 400);
+    let peak = rows.iter().max_by(|a, b| a[2].total_cmp(&b[2])).unwrap();
+    assert!(
+        (peak[0] + 30.0).abs() < 9.1 && peak[1].abs() < 9.1,
+        "{peak:?}"
+    );
+    // A material of a config is chosen by its name.
+    bench.does(&format!(
+        "2 | {args} | --force
+         0 | {args} --force
+         0 | slice small.toml --material lambert --view-deg 12.5 --resolution 3 -o one"
+    ));
+    let names = ["csv", "png", "svg"].map(|ending| format!("lambert_12.5.{ending}"));
+    assert_eq!(bench.files("one"), names);
 }

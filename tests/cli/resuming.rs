@@ -1,7 +1,8 @@
 //! Runs of every kind go on where they were, in parts or whole, and end the same.
 
-use super::common::{Level, levels};
-use super::{Bench, MATERIALS, SMALL, assert_same, results, whole_run};
+use super::common::{says, table};
+use super::{Bench, MATERIALS, SMALL, assert_same, results, utia, whole_run};
+use serde_json::json;
 use std::fs;
 
 /// A kind of run: its config, the file of its records, how many there are, and of how many jobs.
@@ -13,58 +14,33 @@ struct Kind {
 }
 
 /// One of each.
-fn kinds() -> Vec<Kind> {
-    let second =
-        "[[parametrization]]\nkind = \"half-difference\"\nwarp = { theta_h = \"square-root\" }\n";
-    let small = SMALL.replace(second, "");
-    let small = small.replace(
-        "budgets = [60, 150]\nseeds = [1, 2]",
-        "budgets = [60]\nseeds = [1]",
-    );
-    let study = small.replace("seeds = ", "experiment = \"study\"\nseeds = ");
-    let acquisition = format!("{small}\n[output]\nschedules = \"csv\"\nslices = true\n");
-    let moments = |order: usize, views: usize| {
+fn kinds() -> [Kind; 4] {
+    let second = "  { kind = \"half-difference\", warp = { theta_h = \"square-root\" } },\n";
+    let small = SMALL.replace(second, "").replace("[60, 150]", "[60]");
+    let small = small.replace("seeds = [1, 2]", "seeds = [1]");
+    let moments = |kind: &str, order: usize| {
         format!(
-            "[moments]\nviews = {views}\norder = {order}\n\
+            "experiment = {kind:?}\n[moments]\nviews = 9\norder = {order}\n\
              estimator = {{ kind = \"peak-resolving\", tolerance = 1e-2 }}\n{MATERIALS}"
         )
     };
-    let lights = r#"
-[relations]
-views_deg = [30]
-tolerance = 1e-2
-
-[[lighting]]
-kind = "blob"
-theta_deg = 40
-phi_deg = 180
-width_deg = 10
-"#;
-    vec![
-        Kind {
-            text: acquisition,
-            records: "results.jsonl",
-            rows: 16,
-            jobs: 8,
-        },
-        Kind {
-            text: study + "\n[pictures]\ndraw = false\n",
-            records: "results.jsonl",
-            rows: 16,
-            jobs: 8,
-        },
-        Kind {
-            text: format!("experiment = \"moments\"\n{}", moments(4, 9)),
-            records: "profiles.jsonl",
-            rows: 3,
-            jobs: 3,
-        },
-        Kind {
-            text: format!("experiment = \"relations\"\n{}{lights}", moments(2, 9)),
-            records: "relations.jsonl",
-            rows: 3,
-            jobs: 3,
-        },
+    let lights = "relations = { views_deg = [30], tolerance = 1e-2 }\n\
+        lighting = [{ kind = \"blob\", theta_deg = 40, phi_deg = 180, width_deg = 10 }]\n";
+    let kind = |text: String, records, rows, jobs| Kind {
+        text,
+        records,
+        rows,
+        jobs,
+    };
+    let acquisition = format!("{small}output = {{ schedules = \"csv\", slices = true }}\n");
+    let pictures = "pictures = { resolution = 8, samples = 4, budget = 60 }\n";
+    let study = format!("experiment = \"study\"\n{small}{pictures}");
+    let relations = lights.to_owned() + &moments("relations", 2);
+    [
+        kind(acquisition, "results.jsonl", 16, 8),
+        kind(study, "results.jsonl", 16, 8),
+        kind(moments("moments", 4), "profiles.jsonl", 3, 3),
+        kind(relations, "relations.jsonl", 3, 3),
     ]
 }
 
@@ -87,16 +63,18 @@ fn what_is_done_is_told_again_and_stays() {
         let path = bench.path("a").join(kind.records);
         let (files, records) = (bench.files("a"), fs::read(&path).unwrap());
         let before = results(&bench, "a");
-        assert_eq!(bench.manifest("a")["files"], serde_json::json!(files));
+        let manifest_is_whole = || {
+            let manifest = bench.manifest("a");
+            assert_eq!(manifest["files"], json!(files));
+            assert_eq!(manifest["status"], "complete");
+            // Those that are there, not those of the second time.
+            assert_eq!(manifest["rows"], kind.rows);
+        };
+        manifest_is_whole();
         // Every digit of what is printed, the seconds too.
         assert_eq!(bench.good(AGAIN), text);
         assert!(fs::read(&path).unwrap() == records, "{}", kind.text);
-        assert_same(&before, &results(&bench, "a"));
-        assert_eq!(bench.files("a"), files);
-        assert_eq!(bench.manifest("a")["files"], serde_json::json!(files));
-        assert_eq!(bench.manifest("a")["status"], "complete");
-        // Those that are there, not those of the second time.
-        assert_eq!(bench.manifest("a")["rows"], kind.rows);
+        manifest_is_whole();
         let list = bench.good("run c.toml -o a --list");
         let done = list.lines().filter(|l| l.starts_with("done  ")).count();
         assert_eq!(done, kind.jobs, "{list}");
@@ -113,11 +91,8 @@ fn what_is_done_is_told_again_and_stays() {
     }
 }
 
-levels! {
-    what_a_crash_leaves_is_gone_on_with: "thorough: crashes before, in and after the first line";
-}
-
-fn what_a_crash_leaves_is_gone_on_with(level: Level) {
+#[test]
+fn what_a_crash_leaves_is_gone_on_with() {
     for kind in kinds() {
         let (bench, _) = whole(&kind);
         let path = bench.path("a").join(kind.records);
@@ -126,13 +101,10 @@ fn what_a_crash_leaves_is_gone_on_with(level: Level) {
         let ends: Vec<usize> = (0..whole.len()).filter(|&i| whole[i] == b'\n').collect();
         let kept = kind.rows / 3;
         let line = ends[kept - 1] + 1;
-        let cut = [&whole[..line + 40], &[0; 100]].concat();
-        // In the middle of a line, and where a line was to be.
+        // In the middle of a line and of a character, where a line was to be, and before the first line.
+        let cut = [&whole[..line + 40], b"\xc3", &[0; 100]].concat();
         let zeros = [&whole[..line], &[0; 100]].concat();
-        for left in level.of(
-            vec![cut.clone(), vec![0; 3]],
-            vec![cut, zeros, Vec::new(), vec![0; 3]],
-        ) {
+        for left in [cut, zeros, Vec::new(), vec![0; 3]] {
             let kept = if left.len() > 3 { kept } else { 0 };
             fs::write(&path, &left).unwrap();
             fs::remove_file(bench.path("a/manifest.json")).unwrap();
@@ -159,19 +131,12 @@ fn parts_make_up_the_whole() {
         let mut rows = 0;
         // What a part has it has as a table too.
         let table = kind.records.replace("jsonl", "csv");
-        let lines = |run: &str| -> Vec<String> {
-            let csv = bench.read(&format!("{run}/{table}"));
-            csv.lines().skip(1).map(String::from).collect()
-        };
+        let lines = |run: &str| bench.lines(&format!("{run}/{table}"));
         let mut of_parts = Vec::new();
         for part in [1, 2] {
             let shard = format!("{part}/2");
-            let list = ["run", "c.toml", "--shard", &shard, "--list"];
-            let list = bench.good(list);
-            assert!(
-                list.contains("open  ") && !list.contains("done  "),
-                "{list}"
-            );
+            let list = bench.tells(format!("run c.toml --shard {shard} --list"), "open  ");
+            assert!(!list.contains("done  "), "{list}");
             bench.good(format!("run c.toml -q --shard {shard}"));
             let folder = format!("runs/c.shard-{part}-of-2");
             let records = bench.read(&format!("{folder}/{}", kind.records));
@@ -209,14 +174,18 @@ fn notes_of_somebody_else_are_not_cut() {
         fs::create_dir_all(bench.path("mine")).unwrap();
         let notes = bench.path("mine").join(kind.records);
         fs::write(&notes, "my notes").unwrap();
-        bench.refuses("run c.toml -q -o mine", 3, "no record");
-        bench.refused("run c.toml -q -o mine --force", 3);
+        bench.does(
+            "3 | run c.toml -q -o mine | no record
+             3 | run c.toml -q -o mine --force",
+        );
         assert_eq!(fs::read_to_string(&notes).unwrap(), "my notes");
-        // Records of another version are in nobody's way, nor what a crash left half written.
+        // Records of another version stop no run, nor what a crash left half written.
         fs::write(&notes, "{\"key\":\"0123\",\"of\":\"old\"}\n").unwrap();
         bench.write("mine/.gonio-1-2.part", "half");
-        bench.refused("run c.toml -q -o mine", 3);
-        bench.good("run c.toml -q -o mine --force");
+        bench.does(
+            "3 | run c.toml -q -o mine
+             0 | run c.toml -q -o mine --force",
+        );
         let records = fs::read_to_string(&notes).unwrap();
         assert_eq!(records.lines().count(), kind.rows);
         assert!(!bench.path("mine/.gonio-1-2.part").exists());
@@ -227,32 +196,28 @@ fn notes_of_somebody_else_are_not_cut() {
 #[test]
 fn parts_made_elsewhere_are_put_together_and_parts_that_differ_are_not() {
     let bench = Bench::new();
-    let table: Vec<u8> = (0..3 * 288 * 288)
-        .flat_map(|i| (0.1 + 1e-7 * f64::from(i % 977)).to_le_bytes())
-        .collect();
-    let material = "budgets = [60, 90]\n[[material]]\nkind = \"utia\"\npath = ";
-    for (shard, place) in [("1/2", "here"), ("2/2", "there")] {
-        fs::create_dir(bench.path(place)).unwrap();
-        fs::write(bench.path(place).join("a.bin"), &table).unwrap();
-        let text = format!("{material}\"{place}/a.bin\"\n[pictures]\ndraw = false\n");
-        bench.write("c.toml", text);
-        let folder = format!("part-{place}");
-        bench.good(format!("run c.toml -q -o {folder} --shard {shard}"));
-    }
+    let part = |place: &str, shard: &str, value: f64| {
+        fs::create_dir_all(bench.path(place)).unwrap();
+        bench.write(&format!("{place}/a.bin"), utia(value));
+        let table = format!("{{ kind = \"utia\", path = \"{place}/a.bin\" }}");
+        let text = "budgets = [60, 90]\npictures = { draw = false }";
+        bench.write("c.toml", format!("{text}\nmaterial = [{table}]\n"));
+        bench.good(format!(
+            "run c.toml -q -o part-{place} --shard {shard} --force"
+        ));
+    };
+    part("here", "1/2", 0.1);
+    part("there", "2/2", 0.1);
     // Files of others, and folders, are taken along as far as they can be.
     fs::create_dir_all(bench.path("part-there/pictures/mine")).unwrap();
     bench.good("merge part-here part-there -o both");
     assert_eq!(bench.rows("both").len(), 4);
     let manifest = bench.manifest("both");
-    let inputs = manifest["inputs"].as_array().unwrap();
-    let paths: Vec<_> = inputs.iter().map(|i| i["path"].as_str().unwrap()).collect();
+    let inputs = manifest["inputs"].as_array().unwrap().iter();
+    let paths: Vec<_> = inputs.map(|i| i["path"].as_str().unwrap()).collect();
     assert_eq!(paths, ["c.toml", "here/a.bin", "there/a.bin"]);
-    assert!(
-        bench.machine("both")["seconds"]["measure"]
-            .as_f64()
-            .unwrap()
-            > 0.0
-    );
+    let seconds = &bench.machine("both")["seconds"]["measure"];
+    assert!(seconds.as_f64() > Some(0.0));
     // The same rows with another number.
     let mut rows = bench.rows("both");
     for row in &mut rows {
@@ -260,34 +225,39 @@ fn parts_made_elsewhere_are_put_together_and_parts_that_differ_are_not() {
     }
     bench.seal("part-there", &rows);
     let refusal = bench.refused("merge part-here part-there -o no", 3);
-    let names = rows.iter().any(|row| refusal.contains(&row.key));
     assert!(
-        names && refusal.contains("other numbers than in part-here"),
+        rows.iter().any(|row| refusal.contains(&row.key)),
         "{refusal}"
     );
+    says(&refusal, "other numbers than in part-here");
+    // Another table.
+    part("there", "2/2", 0.2);
+    let other = "merge part-here part-there -o no";
+    bench.refuses(other, 3, "another material … part-here");
+    assert!(!bench.path("no").exists());
 }
 
 #[test]
 fn rows_of_another_material_of_the_same_name_are_left_out() {
     let bench = Bench::new();
-    let text = |alpha: f64| {
-        format!(
-            "budgets = [60, 90]\n[[material]]\nname = \"metal\"\nkind = \"ggx\"\nalpha = {alpha}\n\
-             [pictures]\ndraw = false\n"
-        )
-    };
     for alpha in [0.1, 0.2] {
-        bench.write("c.toml", text(alpha));
-        for (part, folder) in [("1/2", "p"), ("2/2", "q")] {
-            bench.good(format!("run c.toml -q -o {folder} --shard {part}"));
-        }
+        let material = format!("{{ name = \"metal\", kind = \"ggx\", alpha = {alpha} }}");
+        let text = "budgets = [60, 90]\npictures = { draw = false }";
+        bench.write("c.toml", format!("{text}\nmaterial = [{material}]\n"));
+        bench.does(
+            "0 | run c.toml -q -o p --shard 1/2
+             0 | run c.toml -q -o q --shard 2/2",
+        );
     }
-    bench.good("merge p q -o both");
-    bench.good("run c.toml -q -o whole");
+    bench.does(
+        "0 | merge p q -o both | rows of other configs left out
+         2 | merge p q -o both | --force
+         0 | run c.toml -q -o whole",
+    );
     assert_same(&results(&bench, "both"), &results(&bench, "whole"));
     // The config is that of 0.2 already, the rows are not.
     let rows = bench.read("p/results.jsonl");
-    let old: String = rows.lines().skip(2).map(|l| format!("{l}\n")).collect();
+    let old: String = rows.split_inclusive('\n').skip(2).collect();
     bench.write("p/results.jsonl", old);
     bench.ends("merge p q -o some", 5);
     assert_eq!(bench.rows("some").len(), 2);
@@ -309,23 +279,22 @@ fn a_changed_digit_is_no_row() {
         text.replace_range(at..at + by.len(), by);
         text
     };
-    let old = records[digit..].starts_with('7');
+    let other = if records[digit..].starts_with('7') {
+        "3"
+    } else {
+        "7"
+    };
     for (text, part) in [
-        (
-            changed(digit, if old { "3" } else { "7" }),
-            "not as it was written",
-        ),
-        (changed(end + 8, "19"), "revision 19 of results"),
+        (changed(digit, other), "is … not as it was written"),
+        (changed(end + 8, "19"), "is … revision 19 of results"),
         (
             records.replacen(&records[end - 1..end + 28], "", 1),
             "has no seal",
         ),
     ] {
         fs::write(&file, &text).unwrap();
-        for args in [run, "merge a -o b", "run small.toml -o a --list"] {
-            let verb = if part == "has no seal" { "" } else { "is … " };
-            let part = format!("results.jsonl: line 2 … {verb}{part}");
-            bench.refuses(args, 3, &part);
+        for [args] in table("run small.toml -q -o a\nmerge a -o b\nrun small.toml -o a --list") {
+            bench.refuses(args, 3, &format!("results.jsonl: line 2 … {part}"));
         }
         assert_eq!(bench.read("a/results.jsonl"), text);
     }

@@ -1,48 +1,38 @@
 //! Runs: what they leave, what they depend on, what they replace, how they end.
 
 use super::common::says;
-use super::{Bench, SMALL, assert_same, finished, results};
+use super::{Bench, SMALL, assert_same, csv_rows, empty_merl, finished, results, send};
 use gonio::experiment::{Plan, Row, Source};
 use gonio::report::RunFolder;
+use serde_json::{Value, json};
 use std::fs;
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 #[test]
 fn a_run_leaves_its_results_and_how_to_repeat_them() {
     let bench = Bench::new();
-    let table = bench.good("run small.toml -o a");
-    says(&table, "half-difference theta_h:square-root");
-    says(&table, "ranking, lobe");
-    let mut names = vec![
-        "config.toml",
-        "manifest.json",
-        "ranking.csv",
-        "report.html",
-        "results.csv",
-        "results.jsonl",
-        "timings.jsonl",
-        "timings.svg",
-    ];
-    names.insert(2, "pictures/errors.svg");
-    assert_eq!(bench.files("a"), names);
-    assert_eq!(bench.manifest("a")["files"], serde_json::json!(names));
+    bench.tells(
+        "run small.toml -o a",
+        "half-difference theta_h:square-root … ranking, lobe",
+    );
+    let files = bench.files("a");
+    let names = "config.toml manifest.json pictures/errors.svg ranking.csv report.html results.csv results.jsonl timings.jsonl timings.svg";
+    assert_eq!(files.join(" "), names);
 
     let rows = bench.rows("a");
     let count = 2 * 2 * 2 * 2 * 2 * 2 * 2;
     assert_eq!(rows.len(), count);
     // The table says the same.
-    let mut reader = csv::Reader::from_path(bench.path("a/results.csv")).unwrap();
-    let header: Vec<_> = Row::columns().map(|(name, _)| name).collect();
-    assert_eq!(reader.headers().unwrap(), header);
-    let table: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let table = csv_rows(&bench.read("a/results.csv"));
+    assert!(table[0].keys().eq(Row::columns().map(|(name, _)| name)));
     assert_eq!(table.len(), count);
     for (cells, row) in table.iter().zip(&rows) {
         let row = serde_json::to_value(row).unwrap();
-        for (cell, value) in cells.iter().zip(row.as_object().unwrap().values()) {
+        for (cell, value) in cells.values().zip(row.as_object().unwrap().values()) {
+            let cell = cell.as_str().unwrap();
             match value {
-                serde_json::Value::Null => assert_eq!(cell, ""),
-                serde_json::Value::String(text) => assert_eq!(cell, text),
+                Value::Null => assert_eq!(cell, ""),
+                Value::String(text) => assert_eq!(cell, text),
                 number => assert_eq!(cell.parse().ok(), number.as_f64()),
             }
         }
@@ -60,16 +50,15 @@ fn a_run_leaves_its_results_and_how_to_repeat_them() {
         )
     };
     assert!(rows.is_sorted_by_key(key));
-    assert!(
-        rows.iter()
-            .all(|r| r.readings <= r.budget && r.readings + r.no_data == r.poses)
-    );
-    assert!(rows.iter().all(|r| r.value("nrmse").is_some()));
-
+    for r in &rows {
+        assert!(r.readings <= r.budget && r.readings + r.no_data == r.poses);
+        assert!(r.value("nrmse").is_some());
+    }
     let manifest = bench.manifest("a");
+    assert_eq!(manifest["files"], json!(files));
     assert_eq!(manifest["status"], "complete");
     assert_eq!(manifest["rows"], count);
-    assert_eq!(manifest["seeds"], serde_json::json!([1, 2]));
+    assert_eq!(manifest["seeds"], json!([1, 2]));
     let hash = blake3::hash(SMALL.as_bytes()).to_string();
     assert_eq!(manifest["inputs"][0]["blake3"], hash);
     let machine = bench.dir.path().to_string_lossy().into_owned();
@@ -81,44 +70,14 @@ fn a_run_leaves_its_results_and_how_to_repeat_them() {
 const EVERYTHING: &str = r#"
 quantities = ["albedo", "moments"]
 budgets = [12]
-
-[[material]]
-kind = "lambert"
-
-[[material]]
-kind = "ggx"
-alpha = 0.4
-
-[[parametrization]]
-kind = "half-difference"
-
-[[sample_set]]
-kind = "random"
-
-[[sample_set]]
-kind = "adaptive"
-
-[[reconstruction]]
-kind = "nearest"
-
-[[reconstruction]]
-kind = "kriging"
-
-[[instrument]]
-preset = "cornell"
-
-[moments]
-views = 2
-order = 2
-estimator = { kind = "peak-resolving", tolerance = 1e-2 }
-
-[metrics]
-pairs = 100
-max_pairs = 1
-
-[output]
-schedules = "csv"
-slices = true
+material = [{ kind = "lambert" }, { kind = "ggx", alpha = 0.4 }]
+parametrization = [{ kind = "half-difference" }]
+sample_set = [{ kind = "random" }, { kind = "adaptive" }]
+reconstruction = [{ kind = "nearest" }, { kind = "kriging" }]
+instrument = [{ preset = "cornell" }]
+moments = { views = 2, order = 2, estimator = { kind = "peak-resolving", tolerance = 1e-2 } }
+metrics = { pairs = 100, max_pairs = 1 }
+output = { schedules = "csv", slices = true }
 "#;
 
 #[test]
@@ -137,10 +96,8 @@ fn bytes_depend_on_config_and_seed_only() {
     let rows = bench.rows("other");
     assert!(rows.iter().all(|r| r.seed == 7));
     let random = |rows: Vec<Row>| {
-        let row = rows
-            .into_iter()
-            .find(|r| r.material != "lambert" && r.sample_set == "random");
-        row.unwrap().value("nrmse")
+        let is_random = |r: &&Row| r.material != "lambert" && r.sample_set == "random";
+        rows.iter().find(is_random).unwrap().value("nrmse")
     };
     assert_ne!(random(rows), random(bench.rows("one")));
 }
@@ -150,50 +107,40 @@ fn folders_are_chosen_kept_and_made_again() {
     let bench = Bench::new();
     let quick = "--set budgets=[60] --set seeds=[1] -q";
     let run = |more: &str| format!("run small.toml {quick} {more}");
+    let count = || fs::read_dir(bench.path("runs")).unwrap().count();
     bench.good(run(""));
     let first = bench.read("runs/small/results.csv");
     // The same question goes on where it was, another takes the next name.
-    bench.good(run(""));
-    assert_eq!(bench.read("runs/small/results.csv"), first);
     let other = "--set metrics={pairs=400,max_pairs=1}";
-    bench.good(run(other));
-    bench.good(run(other));
-    bench.good(run(""));
-    bench.good(run("-o deep/er/a"));
-    assert_eq!(fs::read_dir(bench.path("runs")).unwrap().count(), 2);
+    for more in ["", other, other, "", "-o deep/er/a"] {
+        bench.good(run(more));
+    }
+    assert_eq!(count(), 2);
     for folder in ["runs/small", "runs/small-2", "deep/er/a"] {
-        assert!(
-            bench.path(folder).join("manifest.json").exists(),
-            "{folder}"
-        );
+        let manifest = bench.path(folder).join("manifest.json");
+        assert!(manifest.exists(), "{folder}");
     }
     assert_eq!(bench.read("runs/small/results.csv"), first);
     let before = bench.read("deep/er/a/results.csv");
-    bench.good(run("-o deep/er/a"));
-    assert_eq!(bench.read("deep/er/a/results.csv"), before);
-
     // Made again is what a run made, and nothing else is touched.
     bench.write("deep/er/a/notes.txt", "mine");
-    bench.good(run("-o deep/er/a --set output.schedules=csv"));
-    let count = || {
-        fs::read_dir(bench.path("deep/er/a/schedules"))
-            .unwrap()
-            .count()
-    };
-    assert_eq!(count(), 4);
-    // Every row was there.
-    assert_eq!(bench.read("deep/er/a/results.csv"), before);
-    bench.good(run("-o deep/er/a --force"));
-    assert!(!bench.path("deep/er/a/schedules").exists());
+    for (more, schedules) in [("", 0), ("--set output.schedules=csv", 4), ("--force", 0)] {
+        bench.good(run(&format!("-o deep/er/a {more}")));
+        assert_eq!(bench.read("deep/er/a/results.csv"), before);
+        let files = bench.files("deep/er/a");
+        let found = files
+            .iter()
+            .filter(|file| file.starts_with("schedules/"))
+            .count();
+        assert_eq!(found, schedules, "{more}");
+    }
     assert_eq!(bench.read("deep/er/a/notes.txt"), "mine");
-    let again = bench.read("deep/er/a/results.csv");
-    assert!(again == before);
     // Also without naming the folder.
     let times = bench.read("runs/small/timings.jsonl");
     bench.good(run("--force"));
-    assert!(bench.read("runs/small/results.csv") == first);
+    assert_eq!(bench.read("runs/small/results.csv"), first);
     assert!(bench.read("runs/small/timings.jsonl") != times);
-    assert_eq!(fs::read_dir(bench.path("runs")).unwrap().count(), 2);
+    assert_eq!(count(), 2);
 }
 
 #[test]
@@ -204,10 +151,8 @@ fn other_peoples_files_are_left_alone() {
         fs::create_dir(bench.path("mine")).unwrap();
         fs::write(bench.path("mine").join(name), "precious").unwrap();
         for force in ["", "--force"] {
-            let args = format!("run small.toml -o mine {force}");
-            let refusal = bench.refused(&args, 2);
-            says(&refusal, &format!("{name} is here"));
-            says(&refusal, "choose another folder with -o");
+            let told = format!("{name} is here … choose another folder with -o");
+            bench.refuses(format!("run small.toml -o mine {force}"), 2, &told);
         }
         assert_eq!(bench.files("mine"), [name]);
         assert_eq!(bench.read(&format!("mine/{name}")), "precious");
@@ -220,20 +165,16 @@ fn other_peoples_files_are_left_alone() {
 #[test]
 fn a_job_that_fails_costs_only_its_rows() {
     let bench = Bench::new();
-    let dimensions = [90_i32, 90, 180].iter().flat_map(|n| n.to_le_bytes());
-    let cells = (0..3 * 90 * 90 * 180).flat_map(|_| (-1.0_f64).to_le_bytes());
-    bench.write("empty.binary", dimensions.chain(cells).collect::<Vec<_>>());
-    bench.write(
-        "moments.toml",
-        "experiment = \"moments\"\n[moments]\nviews = 3\n",
-    );
+    bench.write("empty.binary", empty_merl());
+    let moments = "experiment = \"moments\"\nmoments = { views = 3 }\n";
+    bench.write("moments.toml", moments);
     let both = "--set material=[{kind=\"lambert\"},{kind=\"merl\",path=\"empty.binary\"}]";
     // One of 2 materials: 2 warps, 2 budgets and 2 reconstructions, for one reason.
     let small = "run small.toml --set sample_set=[{kind=\"random\"}] --set seeds=[1] -o a";
     for (run, failed, jobs, rows) in [(small, 8, 16, 16), ("run moments.toml -o b", 1, 2, 1)] {
         let stderr = bench.ends(format!("{run} {both}"), 5);
-        says(&stderr, "empty.binary: every cell");
-        says(&stderr, &format!("{failed} of {jobs} jobs failed"));
+        let failures = format!("empty.binary: every cell … {failed} of {jobs} jobs failed");
+        says(&stderr, &failures);
         let manifest = bench.manifest(run.rsplit(' ').next().unwrap());
         assert_eq!(manifest["status"], "failed-jobs");
         assert_eq!(manifest["failures"][0]["jobs"], failed);
@@ -243,16 +184,11 @@ fn a_job_that_fails_costs_only_its_rows() {
 
 #[cfg(unix)]
 #[test]
-fn nobody_needs_to_listen_on_stderr() {
+fn stderr_may_be_closed() {
     let bench = Bench::new();
     let good = "run small.toml --set budgets=[60] -o a";
     for (args, code) in [(good, 0), ("run none", 2)] {
-        let mut command = bench.command(args);
-        let mut child = command
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut child = bench.started(args);
         drop(child.stderr.take());
         assert_eq!(child.wait().unwrap().code(), Some(code), "{args:?}");
     }
@@ -267,10 +203,10 @@ fn a_run_that_goes_on_is_left_alone() {
     let going_on = RunFolder::<Row>::open(&bench.path("a"), false, &plan.resolved).unwrap();
     let files = bench.files("a");
     let config = bench.read("a/config.toml");
-    for force in ["", "--force"] {
-        let args = format!("run small.toml -o a {force}");
-        bench.refuses(&args, 2, "a run is going on here");
-    }
+    bench.does(
+        "2 | run small.toml -o a | a run is going on here
+         2 | run small.toml -o a --force | a run is going on here",
+    );
     assert_eq!(bench.files("a"), files);
     assert_eq!(bench.read("a/config.toml"), config);
     // What a crash leaves is nobody's.
@@ -283,9 +219,7 @@ fn a_run_that_goes_on_is_left_alone() {
 #[cfg(unix)]
 fn long_run(bench: &Bench, text: &str, records: &str) -> std::process::Child {
     bench.write("long.toml", text);
-    let mut command = bench.command("run long.toml -o a");
-    command.stdout(Stdio::null()).stderr(Stdio::piped());
-    let child = command.spawn().unwrap();
+    let child = bench.started("run long.toml -o a");
     let records = bench.path("a").join(records);
     let start = Instant::now();
     let some = || fs::metadata(&records).is_ok_and(|m| m.len() > 2000);
@@ -295,23 +229,17 @@ fn long_run(bench: &Bench, text: &str, records: &str) -> std::process::Child {
     child
 }
 
-/// [`SMALL`] with thousands of budgets.
-#[cfg(unix)]
-fn long_acquisition() -> String {
-    let budgets: Vec<_> = (20..5000).map(|b| b.to_string()).collect();
-    let budgets = format!("budgets = [{}]", budgets.join(","));
-    SMALL.replace("budgets = [60, 150]", &budgets)
-}
-
-/// Two long runs, and the files of their records and of their table.
+/// Two long runs, and the files of their records and of their table: thousands of budgets, thousands of materials.
 #[cfg(unix)]
 fn long_runs() -> [(String, &'static str, &'static str); 2] {
-    let materials: String = (1000..5000)
-        .map(|i| format!("[[material]]\nkind = \"ggx\"\nalpha = 0.{i}\n"))
-        .collect();
-    let moments = format!("experiment = \"moments\"\n[moments]\nviews = 9\n{materials}");
+    let budgets: Vec<_> = (20..5000).map(|b| b.to_string()).collect();
+    let acquisition = SMALL.replace("60, 150", &budgets.join(","));
+    let material = |i: i32| format!("{{ kind = \"ggx\", alpha = 0.{i} }},");
+    let materials: String = (1000..5000).map(material).collect();
+    let moments = "experiment = \"moments\"\nmoments = { views = 9 }\n";
+    let moments = format!("{moments}material = [{materials}]\n");
     [
-        (long_acquisition(), "results.jsonl", "results.csv"),
+        (acquisition, "results.jsonl", "results.csv"),
         (moments, "profiles.jsonl", "profiles.csv"),
     ]
 }
@@ -322,15 +250,20 @@ fn a_run_whose_folder_is_gone_does_not_end_well() {
     for (text, records, _) in long_runs() {
         let bench = Bench::new();
         let child = long_run(&bench, &text, records);
-        fs::remove_dir_all(bench.path("a")).unwrap();
+        fs::rename(bench.path("a"), bench.path("away")).unwrap();
         let removed = Instant::now();
         let output = child.wait_with_output().unwrap();
         assert!(removed.elapsed() < Duration::from_secs(20));
         let stderr = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{stderr}");
         assert_eq!(stderr.lines().count(), 1, "{stderr}");
-        says(&stderr, "folder was removed");
+        says(&stderr, "gonio: a … folder was removed");
         assert!(!bench.path("a").exists());
+        // What was finished is whole.
+        fs::rename(bench.path("away"), bench.path("a")).unwrap();
+        let rows = finished(&bench, "a", records);
+        let is_whole = |row: &String| serde_json::from_str::<Value>(row).is_ok();
+        assert!(!rows.is_empty() && rows.iter().all(is_whole));
     }
 }
 
@@ -341,9 +274,7 @@ fn ctrl_c_keeps_what_is_finished() {
         let bench = Bench::new();
         let mut child = long_run(&bench, &text, records);
         let killed = Instant::now();
-        let id = child.id().to_string();
-        let kill = Command::new("kill").args(["-INT", &id]).status();
-        assert!(kill.unwrap().success());
+        send("INT", &child);
         let status = child.wait().unwrap();
         assert!(killed.elapsed() < Duration::from_secs(10));
         assert_eq!(status.code(), Some(130));
@@ -358,29 +289,4 @@ fn ctrl_c_keeps_what_is_finished() {
         let report = ["a/report.html", "a/ranking.csv"].map(|file| bench.path(file));
         assert!(!report.iter().any(|file| file.exists()));
     }
-}
-
-#[test]
-fn slices_are_written_if_asked() {
-    let bench = Bench::new();
-    let without = "--set budgets=[60] --set seeds=[1]";
-    let sets = format!("{without} --set output.slices=true");
-    bench.good(format!("run small.toml -q -o a {sets}"));
-    let slices: Vec<_> = bench
-        .files("a")
-        .into_iter()
-        .filter(|name| name.ends_with(".exr"))
-        .collect();
-    assert_eq!(slices.len(), 16, "{slices:?}");
-    let listed = bench.manifest("a")["files"].to_string();
-    assert!(slices.iter().all(|name| listed.contains(name)));
-    // They change nothing else.
-    bench.good(format!("run small.toml -q -o b {without}"));
-    let [with, without] = ["a", "b"].map(|run| bench.read(&format!("{run}/results.csv")));
-    assert!(with == without);
-    // One is lost: it alone is made again.
-    fs::remove_file(bench.path("a").join(&slices[3])).unwrap();
-    bench.good(format!("run small.toml -q -o a {sets}"));
-    assert!(bench.path("a").join(&slices[3]).exists());
-    assert_eq!(bench.read("a/results.csv"), with);
 }

@@ -1,65 +1,8 @@
 //! Schedules for instruments.
 
-use super::common::says;
-use super::{Bench, ONE_SCHEDULE};
+use super::Bench;
+use super::common::{says, table};
 use std::process::Stdio;
-
-#[test]
-fn schedules_say_the_same_in_both_formats() {
-    let bench = Bench::new();
-    let schedule = |more: &str| bench.good(format!("schedule small.toml {ONE_SCHEDULE} {more}"));
-    schedule("-o s.csv");
-    schedule("-o s.jsonl");
-    let text = bench.read("s.csv");
-    assert_eq!(schedule(""), text);
-    assert_eq!(schedule("-o - --format json-lines"), bench.read("s.jsonl"));
-
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .from_reader(text.as_bytes());
-    let header: Vec<_> = reader.headers().unwrap().iter().map(String::from).collect();
-    let expected = [
-        "index",
-        "theta_h_deg",
-        "theta_d_deg",
-        "phi_d_deg",
-        "theta_i_deg",
-        "phi_i_deg",
-        "theta_o_deg",
-        "phi_o_deg",
-    ];
-    assert_eq!(header, expected);
-    for name in &header {
-        assert!(
-            text.contains(&format!("# {name}: ")),
-            "the header explains {name}"
-        );
-    }
-    let from_csv: Vec<Vec<f64>> = reader
-        .records()
-        .map(|r| r.unwrap().iter().map(|v| v.parse().unwrap()).collect())
-        .collect();
-    let text = bench.read("s.jsonl");
-    let mut lines = text
-        .lines()
-        .map(|l| serde_json::from_str::<serde_json::Value>(l).unwrap());
-    let about = lines.next().unwrap();
-    assert_eq!(about["header"]["poses"], from_csv.len());
-    let from_json: Vec<Vec<f64>> = lines
-        .map(|l| {
-            header
-                .iter()
-                .map(|name| l[name].as_f64().unwrap())
-                .collect()
-        })
-        .collect();
-    assert!(from_csv == from_json);
-    assert!((1..=150).contains(&from_csv.len()));
-    for (i, row) in from_csv.iter().enumerate() {
-        assert_eq!(row[0], i as f64);
-        assert!(row[4] < 90.0 && row[6] < 90.0, "{row:?}");
-    }
-}
 
 #[test]
 fn a_run_writes_a_file_for_every_schedule_that_is_asked() {
@@ -85,21 +28,20 @@ fn a_run_writes_a_file_for_every_schedule_that_is_asked() {
 #[test]
 fn several_schedules_need_a_choice_or_a_folder() {
     let bench = Bench::new();
-    let sentence = bench.refused("schedule small.toml", 2);
-    says(
-        &sentence,
-        "16 schedules … --warp (none, theta_h:square-root) … --budget … -o DIR/",
+    bench.does(
+        "2 | schedule small.toml | 16 schedules … --warp (none, theta_h:square-root) … --budget … -o DIR/
+         0 | schedule small.toml -o all/ --format json-lines",
     );
-    bench.good("schedule small.toml -o all/ --format json-lines");
     assert_eq!(bench.files("all").len(), 16);
-    let one = "schedule all.toml -o one.txt";
     bench.write(
         "all.toml",
         "budgets = [9]\nmaterial = [{ kind = \"lambert\" }]",
     );
-    bench.refuses(one, 2, "one.txt: no format of schedules is known");
-    bench.good(format!("{one} --format csv"));
-    bench.refuses(format!("{one} --format csv"), 2, "--force");
+    bench.does(
+        "2 | schedule all.toml -o one.txt | one.txt: no format of schedules is known
+         0 | schedule all.toml -o one.txt --format csv
+         2 | schedule all.toml -o one.txt --format csv | --force",
+    );
 }
 
 #[test]
@@ -108,31 +50,18 @@ fn a_schedule_may_be_of_any_size() {
     let one = "schedule small.toml --warp none --seed 1";
     let random = "--sample-set random";
     let of = |size: &str| bench.good(format!("{one} {random} {size} -o s.csv --force"));
-    assert!(of("--budget 1").contains(": 1 pose\n"));
-    assert!(of("--budget 7").contains(": 7 poses\n"));
-    assert!(of("--budget 2e3").contains(": 2000 poses\n"));
-    let utia = "--instrument utia --skip-unreachable";
-    let minutes = |minutes: &str| -> f64 {
-        let said = of(&format!("{utia} --minutes {minutes}"));
-        let found = said.trim().rsplit(", ").next().unwrap().split(' ').next();
-        found.unwrap().parse().unwrap()
-    };
-    for [allowed, least] in [[2.25, 0.1], [30.5, 28.0]] {
-        let found = minutes(&allowed.to_string());
-        assert!(
-            (least..=allowed + 0.05).contains(&found),
-            "{allowed}: {found}"
-        );
+    for [size, poses] in table("1 | 1 pose\\n\n7 | 7 poses\\n\n2e3 | 2000 poses\\n") {
+        says(&of(&format!("--budget {size}")), &format!(": {poses}"));
     }
     bench.refuses(format!("{one} {random} --minutes 3"), 2, "--instrument");
-    for (option, size, allowed) in [
-        ("--budget", "0", "from 1 to 10000000"),
-        ("--budget", "2e7", "from 1 to 10000000"),
-        ("--budget", "16k", "from 1 to 10000000"),
-        ("--readings", "1.5", "from 1 to 10000000"),
-        ("--minutes", "0", "(0, 525600]"),
-        ("--minutes", "soon", "(0, 525600]"),
-    ] {
+    // Negative numbers are values.
+    for [option, size, allowed] in table(
+        "--budget | 0 | from 1 to 10000000
+         --budget | -1 | budget = -1: allowed is a whole number from 1 to
+         --budget | 16k | from 1 to 10000000
+         --minutes | 0 | (0, 525600]
+         --minutes | -0.5 | '-0.5' for '--minutes <M>': allowed: a number in (0,",
+    ) {
         let stderr = bench.ends(format!("{one} {option} {size}"), 2);
         assert!(
             stderr.contains(size) && stderr.contains(allowed),
@@ -144,12 +73,9 @@ fn a_schedule_may_be_of_any_size() {
 #[test]
 fn a_reader_that_has_seen_enough_is_no_error() {
     let bench = Bench::new();
-    let mut command = bench.command("schedule small.toml --set budgets=[20000]");
-    let choice = ["--warp", "none", "--sample-set", "random", "--seed", "1"];
-    command
-        .args(choice)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
+    let one = "--warp none --sample-set random --seed 1";
+    let mut command = bench.command(format!("schedule small.toml --set budgets=[20000] {one}"));
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
@@ -160,22 +86,22 @@ fn a_reader_that_has_seen_enough_is_no_error() {
 #[test]
 fn a_schedule_needs_no_material() {
     let bench = Bench::new();
-    let config = "budgets = [100]\n\n[[parametrization]]\nkind = \"hybrid\"\n";
+    let config = "budgets = [100]\nparametrization = [{ kind = \"hybrid\" }]\n";
     bench.write("plan.toml", config);
-    let satin = format!("{config}\n[[material]]\nkind = \"ggx\"\n");
-    bench.write("satin.toml", satin);
-    let machine = "--instrument utia --skip-unreachable";
-    let schedule = |file: &str| {
-        let output = bench.gonio(format!("schedule {file} {machine}"));
-        assert!(output.status.success());
-        (output.stdout, String::from_utf8(output.stderr).unwrap())
-    };
-    let (poses, note) = schedule("plan.toml");
-    assert_eq!(
-        note,
-        "gonio: plan.toml names no material; the poses are for isotropic, reciprocal, bilateral ones\n"
+    bench.write(
+        "satin.toml",
+        format!("{config}material = [{{ kind = \"ggx\" }}]\n"),
     );
-    assert!(poses == schedule("satin.toml").0);
+    let schedule = |file: &str| {
+        bench.ended(
+            &format!("schedule {file} --instrument utia --skip-unreachable"),
+            0,
+        )
+    };
+    let [poses, note] = schedule("plan.toml");
+    let told = "gonio: plan.toml names no material; the poses are for isotropic, reciprocal, bilateral ones\n";
+    assert_eq!(note, told);
+    assert!(poses == schedule("satin.toml")[0]);
     // What measures needs one.
     bench.refuses("run plan.toml", 2, "material is missing");
 }

@@ -59,8 +59,8 @@ fn short_forms_of_configs_have_the_rows_that_they_had() {
     // Of the materials that the papers name, two.
     for name in ["gold-metallic-paint3", "pink-felt"] {
         let file = format!("materials/{name}.binary");
-        bench.good(format!(
-            "tabulate configs/quickstart.toml --material ggx-0.3 -o {file}"
+        bench.does(&format!(
+            "0 | tabulate configs/quickstart.toml --material ggx-0.3 -o {file}"
         ));
     }
     let configs = fs::read_dir(of_repository("configs")).unwrap();
@@ -73,14 +73,11 @@ fn short_forms_of_configs_have_the_rows_that_they_had() {
     let mut found = format!("revision\t{RESULTS_REVISION}\n");
     for (name, options) in SHORT {
         let config = format!("configs/{name}.toml");
-        let mut words = vec!["run", &config, "-q", "-o", name];
-        words.extend(options.iter().flat_map(|words| words.split(' ')));
-        bench.good(&words);
-        let rows = ["results", "profiles", "relations"]
-            .map(|rows| {
-                fs::read_to_string(bench.path(name).join(format!("{rows}.jsonl")))
-                    .unwrap_or_default()
-            })
+        bench.good(format!("run {config} -q -o {name} {}", options.join(" ")));
+        let rows = ["results", "profiles", "relations"];
+        let rows = rows.map(|rows| bench.path(&format!("{name}/{rows}.jsonl")));
+        let rows = rows
+            .map(|rows| fs::read_to_string(rows).unwrap_or_default())
             .concat();
         assert!(!rows.is_empty(), "{name}");
         let hash = blake3::hash(rows.as_bytes()).to_hex();

@@ -1,7 +1,8 @@
 //! Readings of others, and what is still to be read.
 
-use super::common::{Level, levels, says, table};
-use super::{Bench, ONE_SCHEDULE};
+use super::common::{Level, levels, says};
+use super::{Bench, ONE_SCHEDULE, POSES, READINGS, words_after};
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::fs;
 
@@ -25,27 +26,35 @@ pub fn sheets(cells: impl Fn(f64, f64, f64) -> String) -> String {
     text
 }
 
+/// A file of readings of the sheets, `scale` times as bright.
+pub fn readings(scale: f64) -> String {
+    let row = |i, o, a| format!("{i},0,{o},{},{}", (a + 180.0) % 360.0, scale * f_r(i, o, a));
+    READINGS.to_owned() + &sheets(row)
+}
+
+/// The numbers of 64 bits in bytes.
+fn numbers(bytes: &[u8]) -> Vec<f64> {
+    let cells = bytes.as_chunks::<8>().0.iter();
+    cells.map(|cell| f64::from_le_bytes(*cell)).collect()
+}
+
 #[test]
 fn a_laboratory_s_table_is_read_as_its_options_say() {
     let bench = Bench::new();
-    let ours = sheets(|i, o, a| format!("{i},0,{o},{},{}", (a + 180.0) % 360.0, f_r(i, o, a)));
-    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
-    bench.write("ours.csv", head.to_owned() + &ours);
+    bench.write("ours.csv", readings(1.0));
     // Percent of a white tile, azimuths from the mirror direction, decimal commas.
-    let percent = 100.0 * std::f64::consts::PI;
     let lab = sheets(|i, o, a| {
-        let row = format!("{i};{o};{a};{};0.1;on", percent * f_r(i, o, a));
+        let row = format!("{i};{o};{a};{};0.1;on", 100.0 * PI * f_r(i, o, a));
         row.replace('.', ",")
     });
     let lab = "\u{feff}in;out;az;R;u;lamp\n".to_owned() + &lab;
     bench.write("lab.csv", &lab);
     // The command of the page.
     let page = include_str!("../../src/docs/formats.md");
-    let line = page
+    let command = page
         .lines()
-        .find(|l| l.starts_with("gonio reconstruct lab.csv "))
-        .unwrap();
-    let command = line.strip_prefix("gonio ").unwrap();
+        .find_map(|l| l.strip_prefix("gonio reconstruct lab.csv "));
+    let command = format!("reconstruct lab.csv {}", command.unwrap());
     let truth = "--reconstruction nearest --symmetry isotropic,bilateral,reciprocal";
     let ours = format!("reconstruct ours.csv {truth} -o ours.bin");
     assert_eq!(bench.ends(ours, 0), "ours.bin\n");
@@ -53,44 +62,22 @@ fn a_laboratory_s_table_is_read_as_its_options_say() {
     assert_eq!(bench.ends(&of_lab, 0), "lab.bin\n");
     let passed = "columns that were passed over: lamp\n";
     bench.tells(format!("{of_lab} --force"), passed);
-    let tables = ["ours.bin", "lab.bin"].map(|name| bench.read_bytes(name));
-    let numbers = tables.map(|bytes| {
-        let cells = bytes.chunks_exact(8);
-        cells
-            .map(|c| f64::from_le_bytes(c.try_into().unwrap()))
-            .collect::<Vec<_>>()
-    });
-    assert!(numbers[0].len() == 3 * 288 * 288 && numbers[0].iter().any(|v| *v > 1.0));
-    for (a, b) in numbers[0].iter().zip(&numbers[1]) {
+    let [ours, of_lab] = ["ours.bin", "lab.bin"].map(|name| numbers(&bench.read_bytes(name)));
+    assert!(ours.len() == 3 * 288 * 288 && ours.iter().any(|v| *v > 1.0));
+    for (a, b) in ours.iter().zip(&of_lab) {
         assert!((a - b).abs() <= 1e-9 * a.abs(), "{a} {b}");
     }
-    // Without its azimuths the peak is at the light, and the program says what that may be.
-    let (before, azimuth) = command.split_once(" --azimuth ").unwrap();
-    let after = azimuth.split_once(' ').map_or("", |(_, after)| after);
-    let told = bench.ends(format!("{before} {after} {truth}"), 0);
-    says(
-        &told,
-        "lab.csv: readings within 10° of the light have a mean of ",
-    );
-    says(&told, "if the sample is no retro-reflector");
-    assert_eq!(told.lines().count(), 1, "{told}");
     // A file that was cut.
     let cut: String = lab.chars().take(lab.chars().count() - 8).collect();
     bench.write("lab.csv", cut);
-    bench.refuses(command, 3, "--partial reads up to the cut");
-    bench.tells(
-        format!("{command} --partial"),
-        "cut: 719 rows were read, line 721 is left out",
-    );
-    // What the options cannot mean.
-    for [more, part] in table(
-        "--columns value | column = value: allowed is e.g. theta_i=thetaIn
-         --azimuth north | possible values: sample, light, mirror, propagation
-         --quantity dsf | reflectance-factor, percent",
-    ) {
-        let line = format!("reconstruct ours.csv --cross-validation none {more}");
-        says(&bench.ends(line, 2), part);
-    }
+    let ours = "reconstruct ours.csv --cross-validation none";
+    bench.does(&format!(
+        "3 | {command} | --partial reads up to the cut
+         0 | {command} --partial | cut: 719 rows were read, line 721 is left out
+         2+ | {ours} --columns value | column = value: allowed is e.g. theta_i=thetaIn
+         2+ | {ours} --azimuth north | possible values: sample, light, mirror, propagation
+         2+ | {ours} --quantity dsf | reflectance-factor, percent"
+    ));
 }
 
 #[test]
@@ -99,13 +86,9 @@ fn what_is_left_of_a_schedule_is_written() {
     let schedule = |more: &str| bench.ends(format!("schedule small.toml {ONE_SCHEDULE} {more}"), 0);
     let measure = |schedule: &str, readings: &str| {
         let of = "--config small.toml --material ggx-0.4";
-        bench.good(format!("measure {schedule} -o {readings} {of}"));
+        bench.good(format!("measure {schedule} -o {readings} --force {of}"));
     };
-    let rows = |name: &str| -> Vec<String> {
-        let text = bench.read(name);
-        let rows = text.lines().filter(|l| !l.starts_with('#')).skip(1);
-        rows.map(String::from).collect()
-    };
+    let rows = |name: &str| bench.lines(name);
     for instrument in ["", "--instrument utia --skip-unreachable"] {
         let with = |more: &str| schedule(&format!("{instrument} --force {more}"));
         assert_eq!(with("-o all.csv"), "all.csv\n");
@@ -119,16 +102,17 @@ fn what_is_left_of_a_schedule_is_written() {
         let done = text[..half].lines().filter(|l| !l.starts_with('#')).count() - 2;
         assert!((1..all.len()).contains(&done), "{done}");
         let told = with("--append part.csv --partial -o left.csv");
-        says(&told, &format!("cut: {done} rows were read"));
-        says(&told, &format!("gonio: {done} of "));
+        says(
+            &told,
+            &format!("cut: {done} rows were read … gonio: {done} of "),
+        );
         let left = rows("left.csv");
         assert_eq!(left.len(), all.len() - done);
-        let index = |row: &String| row.split(',').next().unwrap().to_owned();
-        let mut numbers: Vec<String> = left.iter().map(index).collect();
-        let mut expected: Vec<String> = all[done..].iter().map(index).collect();
-        numbers.sort();
-        expected.sort();
-        assert_eq!(numbers, expected);
+        let indices = |rows: &[String]| -> BTreeSet<String> {
+            let index = |row: &String| row.split(',').next().unwrap().to_owned();
+            rows.iter().map(index).collect()
+        };
+        assert_eq!(indices(&left), indices(&all[done..]));
         // The rest is measured like any schedule, and then nothing is left.
         measure("left.csv", "rest.csv");
         let head = text.lines().find(|l| !l.starts_with('#')).unwrap();
@@ -142,26 +126,19 @@ fn what_is_left_of_a_schedule_is_written() {
         let told = with("--append both.csv -o left.csv");
         says(&told, "left.csv: nothing is left, no file is written");
         assert!(!bench.path("left.csv").exists());
-        let to_stdout = bench.good(format!(
-            "schedule small.toml {ONE_SCHEDULE} {instrument} --append both.csv"
-        ));
+        let to_stdout = format!("schedule small.toml {ONE_SCHEDULE} {instrument}");
+        let to_stdout = bench.good(format!("{to_stdout} --append both.csv"));
         assert!(to_stdout.is_empty());
-        for name in ["readings.csv", "rest.csv"] {
-            fs::remove_file(bench.path(name)).unwrap();
-        }
     }
     // How near is near.
-    bench.write(
-        "off.csv",
-        "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n10,0,20,0,1\n",
-    );
+    bench.write("off.csv", READINGS.to_owned() + "10,0,20,0,1\n");
     let told = schedule("--append off.csv -o left.csv");
     says(&told, "gonio: 0 of  … ; readings of no pose: 1");
-    for more in ["--tolerance 0.1", "--quantity percent"] {
-        let told = bench.ends(format!("schedule small.toml {more}"), 2);
-        says(&told, "--append <READINGS>");
-    }
-    bench.ends("schedule small.toml --append off.csv --tolerance -1", 2);
+    bench.does(
+        "2+ | schedule small.toml --tolerance 0.1 | --append <READINGS>
+         2+ | schedule small.toml --quantity percent | --append <READINGS>
+         2+ | schedule small.toml --append off.csv --tolerance -1",
+    );
 }
 
 levels! {
@@ -170,36 +147,19 @@ levels! {
 
 fn what_gains_energy_is_not_written(level: Level) {
     let bench = Bench::new();
-    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
-    let text = |scale: f64| {
-        let rows =
-            sheets(|i, o, a| format!("{i},0,{o},{},{}", (a + 180.0) % 360.0, scale * f_r(i, o, a)));
-        head.to_owned() + &rows
-    };
-    bench.write("good.csv", text(1.0));
-    bench.write("bright.csv", text(10.0));
+    bench.write("good.csv", readings(1.0));
+    bench.write("bright.csv", readings(10.0));
     let named = level.of("--reconstruction nearest", "");
-    let run = |file: &str, more: &str| {
-        let args = format!(
-            "reconstruct {file} -o copy.bin --force --cross-validation none {named} {more}"
-        );
-        let output = bench.gonio(&args);
-        let [out, err] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).unwrap());
-        (output.status.code(), out, err)
+    let how = format!("-o copy.bin --force --cross-validation none {named}");
+    let run = |file: &str, more: &str, code| {
+        bench.ended(&format!("reconstruct {file} {how} {more}"), code)
     };
-    let (code, out, err) = run("bright.csv", "");
-    assert_eq!(code, Some(6), "{err}");
+    let [out, err] = run("bright.csv", "", 6);
     says(&err, "the albedo is … --accept-energy");
     assert!(out.contains("albedo: ") && !bench.path("copy.bin").exists());
-    let (code, _, err) = run("bright.csv", "--accept-energy");
-    assert_eq!(code, Some(0), "{err}");
-    let (code, out, err) = run("good.csv", "");
-    assert_eq!(code, Some(0), "{err}");
-    let largest = out
-        .lines()
-        .find_map(|l| l.strip_prefix("largest value: "))
-        .unwrap();
-    let largest: f64 = largest.trim_end_matches(" 1/sr").parse().unwrap();
+    run("bright.csv", "--accept-energy", 0);
+    let [out, _] = run("good.csv", "", 0);
+    let largest: f64 = words_after(&out, "largest value: ")[0].parse().unwrap();
     assert!((2.0..9.0).contains(&largest), "{out}");
     says(&out, "coverage of the table: ");
 
@@ -207,37 +167,30 @@ fn what_gains_energy_is_not_written(level: Level) {
         return;
     }
     // Cells without readings about them are left out if asked.
-    let run = |file: &str, more: &str| run(file, &format!("--format merl {more}"));
-    run("good.csv", "");
-    let cells = || {
-        let bytes = bench.read_bytes("copy.bin");
-        let values = bytes[12..].chunks_exact(8);
-        values
-            .map(|c| f64::from_le_bytes(c.try_into().unwrap()))
-            .collect::<Vec<_>>()
-    };
+    let run = |more: &str, code| run("good.csv", &format!("--format merl {more}"), code);
+    run("", 0);
+    let cells = || numbers(&bench.read_bytes("copy.bin")[12..]);
     let all = cells();
-    let (code, _, err) = run("good.csv", "--fill none");
-    assert_eq!(code, Some(0), "{err}");
+    run("--fill none", 0);
     let some = cells();
     let without = |cells: &[f64]| cells.iter().filter(|c| **c < 0.0).count();
     assert!(without(&some) > without(&all) + all.len() / 100);
     for (some, all) in some.iter().zip(&all).filter(|(some, _)| **some >= 0.0) {
         assert_eq!(some, all);
     }
-    run("good.csv", "--fill nearest");
+    run("--fill nearest", 0);
     // The largest reading, in units of a MERL file's red.
     let red = 2.1 * 1500.0;
     assert!(cells().iter().take(all.len() / 3).all(|c| *c <= red * 4.0));
-    assert_eq!(run("good.csv", "--fill some").0, Some(2));
+    run("--fill some", 2);
 }
 
 #[test]
 fn gains_at_grazing_views_and_vague_readings_are_told() {
     let bench = Bench::new();
-    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value,uncertainty\n";
-    let table = |value: &dyn Fn(f64) -> f64, uncertainty: f64| {
-        let mut text = head.to_owned();
+    let head = READINGS.replace("value", "value,uncertainty");
+    let table = |value: &dyn Fn(f64) -> f64, uncertainty: f64, code| {
+        let mut text = head.clone();
         for theta_i in [0.0_f64, 30.0, 60.0, 85.0] {
             for theta_o in [0.0, 30.0, 60.0, 85.0] {
                 for phi in [0, 90, 180] {
@@ -249,28 +202,23 @@ fn gains_at_grazing_views_and_vague_readings_are_told() {
         }
         bench.write("lab.csv", text);
         let how = "--reconstruction nearest -o copy.bin";
-        let output = bench.gonio(format!("reconstruct lab.csv {how}"));
-        let [out, err] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).unwrap());
+        let said = bench.ended(&format!("reconstruct lab.csv {how}"), code);
         let written = fs::remove_file(bench.path("copy.bin")).is_ok();
-        assert_eq!(written, output.status.code() == Some(0));
-        (output.status.code(), out, err)
+        assert_eq!(written, code == 0);
+        said
     };
-    let (code, _, err) = table(&|theta| if theta > 80.0 { 3.0 } else { 0.01 }, 0.0);
-    assert_eq!(code, Some(0), "{err}");
+    let [_, err] = table(&|theta| if theta > 80.0 { 3.0 } else { 0.01 }, 0.0, 0);
     let warning = "gonio: the albedo is above 1 of grazing light: ";
     assert!(err.contains(warning) && err.contains(" at 85°"), "{err}");
     // An uncertainty above 100 % is no excuse for everything.
-    let (code, out, err) = table(&|_| 3.0, 0.8);
-    assert_eq!(code, Some(6), "{err}");
+    let [out, err] = table(&|_| 3.0, 0.8, 6);
     says(&err, "an uncertainty of 160 % (k = 2)");
     says(&out, "albedo: 9.4248 ± 4.7e0 at 0°");
-    assert_eq!(table(&|_| 0.1, 0.8).0, Some(0));
+    table(&|_| 0.1, 0.8, 0);
     // Holes are 0 or as what is nearest: of .1 1/sr up to 35° and .2 up to 50°, of which a little more is within the readings.
-    let mut text = head.to_owned();
-    for (theta_i, theta_o) in (0..90)
-        .step_by(10)
-        .flat_map(|i| (0..52).step_by(2).map(move |o| (i, o)))
-    {
+    let mut text = head.clone();
+    for (i, k) in (0..9 * 26).map(|n| (n / 26, n % 26)) {
+        let (theta_i, theta_o) = (10 * i, 2 * k);
         for phi in (0..360).step_by(if theta_o == 0 { 360 } else { 10 }) {
             let f_r = if theta_o < 35 { 0.1 } else { 0.2 };
             text += &format!("{theta_i},0,{theta_o},{phi},{f_r},0\n");
@@ -288,25 +236,20 @@ fn gains_at_grazing_views_and_vague_readings_are_told() {
     let [held, filled] = [before(" ± "), before(" if the rest")];
     let sin2 = 35_f64.to_radians().sin().powi(2);
     assert!((0.55..0.75).contains(&share), "{line}");
-    assert!(
-        (filled - PI * (0.1 * sin2 + 0.2 * (1.0 - sin2))).abs() < 0.01,
-        "{line}"
-    );
-    assert!(
-        (held - PI * (0.1 * sin2 + 0.2 * (share - sin2))).abs() < 0.01,
-        "{line}"
-    );
-    // And nobody reads 150 digits.
-    let (code, out, _) = table(&|_| 1e100, 0.0);
-    assert_eq!(code, Some(6));
+    for (found, outer) in [(filled, 1.0), (held, share)] {
+        let expected = PI * (0.1 * sin2 + 0.2 * (outer - sin2));
+        assert!((found - expected).abs() < 0.01, "{line}");
+    }
+    // No number has 150 digits.
+    let [out, _] = table(&|_| 1e100, 0.0, 6);
     says(&out, "albedo: 3.1416e100 ± ");
 }
 
 #[test]
 fn a_table_keeps_its_colours() {
     let bench = Bench::new();
-    let lambert = "[[material]]\nkind = \"lambert\"\nalbedo = [0.8, 0.4, 0.2]\n";
-    let config = super::SMALL.replace("[[material]]\nkind = \"lambert\"\n", lambert);
+    let coloured = "kind = \"lambert\", albedo = [0.8, 0.4, 0.2]";
+    let config = super::SMALL.replace("kind = \"lambert\"", coloured);
     bench.write("colour.toml", config);
     let of = "colour.toml --material lambert";
     let tabulate = |what: &str, file: &str| {
@@ -314,21 +257,9 @@ fn a_table_keeps_its_colours() {
         bench.read_bytes(file)
     };
     let table = tabulate(of, "a.binary");
-    assert!(table == tabulate(&format!("{of} --set channels=rgb"), "b.binary"));
-    let copy = tabulate("a.binary", "c.binary");
-    assert_eq!(copy.len(), table.len());
-    let numbers = |bytes: &[u8]| -> Vec<f64> {
-        let cells = bytes[12..].chunks_exact(8);
-        cells
-            .map(|c| f64::from_le_bytes(c.try_into().unwrap()))
-            .collect()
-    };
-    for (copy, cell) in numbers(&copy).into_iter().zip(numbers(&table)) {
-        assert!((copy - cell).abs() <= 1e-15 * cell.abs());
-    }
     // Red and blue of a cell above the horizon, in 1/sr.
     let ends = |bytes: &[u8]| {
-        let all = numbers(bytes);
+        let all = numbers(&bytes[12..]);
         [all[0] / 1500.0, all[2 * all.len() / 3] * 1.66 / 1500.0]
     };
     let [red, blue] = ends(&table);
@@ -341,81 +272,11 @@ fn a_table_keeps_its_colours() {
 }
 
 #[test]
-fn readings_are_a_material_of_commands_and_of_runs() {
-    let bench = Bench::new();
-    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
-    let ours = sheets(|i, o, a| format!("{i},0,{o},{},{}", (a + 180.0) % 360.0, f_r(i, o, a)));
-    bench.write("ours.csv", head.to_owned() + &ours);
-    // A reconstruction is its own truth.
-    let said = bench.good("reconstruct ours.csv --against ours.csv");
-    let line = said.lines().rfind(|l| l.starts_with("nrmse ")).unwrap();
-    let error: f64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();
-    assert!(error < 1e-12, "{said}");
-    // What its readings are worth is what a moment of it is worth.
-    let mean = |keys: &str| -> f64 {
-        let small = "moments ours.csv --json --set moments.views=2 --set";
-        let said = bench.good(format!(
-            "{small} reconstruction={{kind=\"nearest\"}} {keys}"
-        ));
-        let rows: serde_json::Value = serde_json::from_str(&said).unwrap();
-        rows[0]["energy"]
-            .as_f64()
-            .unwrap_or_else(|| panic!("{said}"))
-    };
-    let pi = std::f64::consts::PI;
-    let factor = mean("") / mean("--set quantity=reflectance-factor");
-    assert!((factor / pi - 1.0).abs() < 1e-3, "{factor}");
-    bench.good("symmetry ours.csv --set reconstruction={kind=\"nearest\"}");
-    let size = "--view-deg 20 --resolution 8 -o slices";
-    bench.good(format!("slice ours.csv {size}"));
-
-    let config = "quantities = []\nbudgets = [60]\n[[material]]\nkind = \"readings\"\nname = \"lab\"\nfile = \"ours.csv\"\n\
-                  reconstruction = { kind = \"nearest\" }\n\
-                  [[reconstruction]]\nkind = \"nearest\"\n[metrics]\npairs = 200\nmax_pairs = 1\n";
-    bench.write("c.toml", config);
-    bench.good("run c.toml -o run -q");
-    let first = bench.rows("run");
-    assert!(!first.is_empty() && first.iter().all(|r| r.material == "lab"));
-    // It goes on wherever the file is, and not with another one of that name.
-    fs::rename(bench.path("ours.csv"), bench.path("moved.csv")).unwrap();
-    let moved = "run c.toml -q --set material.0.file=moved.csv -o";
-    bench.good(format!("{moved} run"));
-    assert_eq!(
-        bench.rows("run"),
-        first,
-        "times included: nothing was made again"
-    );
-    let other = ours.replacen("0.1", "0.2", 1);
-    assert_ne!(other, ours);
-    bench.write("moved.csv", head.to_owned() + &other);
-    bench.good(format!("{moved} other"));
-    let keys = |rows: &[gonio::experiment::Row]| -> Vec<String> {
-        rows.iter().map(|r| r.key.clone()).collect()
-    };
-    let others = keys(&bench.rows("other"));
-    assert!(keys(&first).iter().all(|key| !others.contains(key)));
-
-    bench.refuses(
-        "moments nothing.csv",
-        3,
-        "nothing.csv: cannot read this file",
-    );
-    bench.refuses("moments moved.csv --set quantity=lux", 2, "percent");
-    let scene = "--set=channels={wavelengths_nm=[450]}";
-    bench.refuses(
-        format!("run c.toml --set material.0.file=moved.csv {scene}"),
-        2,
-        "material[0].file = moved.csv",
-    );
-}
-
-#[test]
 fn a_table_says_how_far_off_it_is() {
     let bench = Bench::new();
     let config = |alpha: f64| {
-        let text =
-            format!("channels = \"luminance\"\n\n[[material]]\nkind = \"ggx\"\nalpha = {alpha}\n");
-        bench.write("c.toml", text);
+        let text = format!("material = [{{ kind = \"ggx\", alpha = {alpha} }}]\n");
+        bench.write("c.toml", text + "channels = \"luminance\"\n");
     };
     let nrmse = |out: &str| -> Vec<f64> {
         let lines = out.lines().filter_map(|l| l.split_once(": nrmse "));
@@ -434,76 +295,52 @@ fn a_table_says_how_far_off_it_is() {
     assert!(beyond.len() == 2 && beyond[0] > 2.0 * cosine, "{told}");
     // Half of what it is asks for the next size, and gets a quarter.
     let half = format!("{}", 0.5 * cosine.max(*lobe));
-    let finer = [
-        "tabulate",
-        "c.toml",
-        "-o",
-        "t.bsdf",
-        "--force",
-        "--tolerance",
-        &half,
-    ];
-    let told = bench.good(finer);
+    let told = bench.good(format!(
+        "tabulate c.toml -o t.bsdf --force --tolerance {half}"
+    ));
     assert_eq!(nrmse(&told).len(), 8, "{told}");
     assert!(fs::metadata(bench.path("t.bsdf")).unwrap().len() > 4 * usual);
     // A format of one size says that it is too far off.
     config(0.01);
-    let merl = "tabulate c.toml -o t.binary --tolerance 1e-6 -q";
-    bench.refuses(merl, 6, "asked: at most 0.000001");
-    let none = bench.ends("tabulate c.toml -o u.bsdf --tolerance 0", 2);
-    says(&none, "a number in (0, 1]");
-}
-
-#[test]
-fn a_table_that_is_not_read_has_no_tolerance() {
-    let bench = Bench::new();
-    let text = "channels = \"luminance\"\n\n[[material]]\nkind = \"lambert\"\n";
-    bench.write("c.toml", text);
-    let mbsdf = "tabulate c.toml -o t.mbsdf";
-    bench.good(mbsdf);
-    let asked = format!("{mbsdf} --force --tolerance 0.1");
-    bench.refuses(&asked, 2, "mdl are not read back … with merl, utia");
+    bench.does(
+        "6 | tabulate c.toml -o t.binary --tolerance 1e-6 -q | asked: at most 0.000001
+         2+ | tabulate c.toml -o u.bsdf --tolerance 0 | a number in (0, 1]
+         0 | tabulate c.toml -o t.mbsdf
+         2 | tabulate c.toml -o t.mbsdf --force --tolerance 0.1 | mdl are not read back … with merl, utia",
+    );
 }
 
 #[test]
 fn readings_of_several_lights_are_files_of_a_folder() {
     let bench = Bench::new();
-    let text = "channels = \"luminance\"\n\n[[material]]\nkind = \"lambert\"\nalbedo = 0.5\n";
+    let text = "channels = \"luminance\"\nmaterial = [{ kind = \"lambert\", albedo = 0.5 }]\n";
     bench.write("c.toml", text);
-    let poses =
-        "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n30,0,20,180\n60,0,20,180\n30,0,40,90\n";
-    bench.write("p.csv", poses);
-    let measure = |output: &'static str, more: &str| {
-        let all = format!("measure p.csv --config c.toml -o {output}");
-        format!("{all} {more}")
-    };
-    bench.refuses(measure("r.pab", ""), 2, "2 directions of the light; allowed: one in a file of pab-opto, or -o FOLDER --format pab-opto");
+    let poses = format!("{POSES}30,0,20,180\n60,0,20,180\n30,0,40,90\n");
+    bench.write("p.csv", &poses);
+    let measure = "measure p.csv --config c.toml -o";
+    let lights = "2 directions of the light; allowed: one in a file of pab-opto, or -o FOLDER --format pab-opto";
+    bench.refuses(format!("{measure} r.pab"), 2, lights);
     assert!(!bench.path("r.pab").exists());
-    bench.good(measure("r", "--format pab-opto"));
+    bench.good(format!("{measure} r --format pab-opto"));
     let first = bench.read("r/light-0001.pab");
     says(&first, "\n#intheta 30 … #datapoints_in_file\t2\n");
-    assert!(
-        bench
-            .read("r/light-0002.pab")
-            .contains("#datapoints_in_file\t1\n")
-    );
-    bench.tells("reconstruct r/light-0001.pab r/light-0002.pab --cross-validation none --reconstruction nearest", "3 poses … 3 readings");
-    bench.refused(measure("r", "--format pab-opto"), 2);
+    says(&bench.read("r/light-0002.pab"), "#datapoints_in_file\t1\n");
     // What is written again are the lights of now.
+    let both = "r/light-0001.pab r/light-0002.pab --cross-validation none --reconstruction nearest";
+    bench.does(&format!(
+        "0 | reconstruct {both} | 3 poses … 3 readings
+         2 | {measure} r --format pab-opto"
+    ));
     bench.write("p.csv", poses.replace("60,0,20,180\n", ""));
-    bench.good(measure("r", "--format pab-opto --force"));
-    assert!(!bench.path("r/light-0002.pab").exists());
-    bench.good(measure("one.pab", ""));
-    assert_eq!(bench.read("one.pab"), first);
     // Uncertainties have no place, which is told.
-    let told = bench.ends(
-        measure("u.astm", "--instrument cornell --skip-unreachable"),
-        0,
-    );
-    says(
-        &told,
-        "astm has no place for uncertainties, flags and poses without a reading",
-    );
+    let told = "astm has no place for uncertainties, flags and poses without a reading";
+    bench.does(&format!(
+        "0 | {measure} r --format pab-opto --force
+         0 | {measure} one.pab
+         0 | {measure} u.astm --instrument cornell --skip-unreachable | {told}"
+    ));
+    assert!(!bench.path("r/light-0002.pab").exists());
+    assert_eq!(bench.read("one.pab"), first);
 }
 
 /// One bad file of a folder costs its own jobs.
@@ -515,35 +352,21 @@ fn a_bad_file_of_a_folder_spoils_itself_only() {
     bench.good("tabulate a.toml -o tables/good.binary");
     let bytes = bench.read_bytes("tables/good.binary");
     bench.write("tables/bad.binary", &bytes[..1_000_000]);
-    let config = "quantities = []\nbudgets = [60]\nmaterials_dir = \"tables\"\n\
-                  [[sample_set]]\nkind = \"random\"\n[[reconstruction]]\nkind = \"nearest\"\n[metrics]\npairs = 500\n";
+    let config = "quantities = []\nbudgets = [60]\nmaterials_dir = \"tables\"\nmetrics = { pairs = 500 }\n\
+                  sample_set = [{ kind = \"random\" }]\nreconstruction = [{ kind = \"nearest\" }]\n";
     bench.write("folder.toml", config);
     let why = "bad.binary: found 1000000 bytes, expected 34992012 for a 90×90×180 table";
-    bench.refuses(
-        "check folder.toml",
-        3,
-        &format!("{why}; its jobs fail, the others run"),
-    );
-    let told = bench.ends("run folder.toml -o run", 5);
-    assert!(
-        told.contains(why) && told.contains("failed; the rows of the others are in run"),
-        "{told}"
-    );
-    let mut materials: Vec<String> = bench.rows("run").into_iter().map(|r| r.material).collect();
-    materials.dedup();
-    assert_eq!(materials, ["good"]);
-    let failures = &bench.manifest("run")["failures"];
-    assert!(
-        failures.to_string().contains("found 1000000 bytes"),
-        "{failures}"
-    );
+    bench.does(&format!(
+        "3 | check folder.toml | {why}; its jobs fail, the others run
+         5+ | run folder.toml -o run | {why} … failed; the rows of the others are in run"
+    ));
+    let rows = bench.rows("run");
+    assert!(rows.iter().all(|row| row.material == "good"));
     // The rows that are there are those of a folder without the file.
     fs::remove_file(bench.path("tables/bad.binary")).unwrap();
     bench.good("run folder.toml -o alone");
-    assert_eq!(
-        bench.read("run/results.csv"),
-        bench.read("alone/results.csv")
-    );
+    let [run, alone] = ["run", "alone"].map(|run| bench.read(&format!("{run}/results.csv")));
+    assert_eq!(run, alone);
     bench.write("tables/good.binary", &bytes[..9]);
     bench.refused("check folder.toml", 3);
 }
@@ -551,16 +374,11 @@ fn a_bad_file_of_a_folder_spoils_itself_only() {
 #[test]
 fn a_table_that_cannot_be_written_is_refused_at_once() {
     let bench = Bench::new();
-    let brushed = "[[material]]\nkind = \"smith-multiple\"\nalpha = [0.3, 0.6]\npaths = 1000000\n";
-    bench.write("brushed.toml", brushed);
-    let files = ["a.binary", "a.xml", "a.zbsdf", "a.mbsdf"];
-    for file in files {
+    let brushed = "{ kind = \"smith-multiple\", alpha = [0.3, 0.6], paths = 1000000 }";
+    bench.write("brushed.toml", format!("material = [{brushed}]\n"));
+    for file in ["a.binary", "a.xml", "a.zbsdf", "a.mbsdf"] {
         bench.refuses(format!("tabulate brushed.toml -o {file}"), 2, "isotropic");
         assert!(!bench.path(&format!("{file}.part")).exists());
     }
-    bench.refuses(
-        "tabulate brushed.toml -o none/a.bin",
-        2,
-        "none/a.bin: there is no folder none",
-    );
+    bench.does("2 | tabulate brushed.toml -o none/a.bin | none/a.bin: there is no folder none");
 }

@@ -1,17 +1,15 @@
 //! Priors as a user meets them: made of materials, named by planners and reconstructions.
 
 use super::Bench;
-use super::common::says;
 use super::pages::of_repository;
 use super::planning::after;
-use std::fmt::Write;
 use std::fs;
 
 /// The first line of a file of a prior, and its numbers.
 fn parts(bytes: &[u8]) -> (serde_json::Value, Vec<f64>) {
     let end = bytes.iter().position(|b| *b == b'\n').unwrap();
-    let numbers = bytes[end + 1..].chunks_exact(2);
-    let numbers = numbers.map(|b| half::f16::from_le_bytes([b[0], b[1]]).to_f64());
+    let numbers = bytes[end + 1..].as_chunks::<2>().0.iter();
+    let numbers = numbers.map(|b| half::f16::from_le_bytes(*b).to_f64());
     (
         serde_json::from_slice(&bytes[..end]).unwrap(),
         numbers.collect(),
@@ -23,17 +21,14 @@ fn the_built_in_prior_is_made_of_the_families_of_a_config() {
     let bench = Bench::new();
     let config = fs::read_to_string(of_repository("configs/families.toml")).unwrap();
     // As the config says.
-    let line = config
-        .lines()
-        .find(|line| line.contains("gonio train"))
-        .unwrap();
-    let words: Vec<&str> = line.split_whitespace().skip(2).collect();
+    let line = config.lines().find(|line| line.contains("gonio train"));
+    let words: Vec<&str> = line.unwrap().split_whitespace().skip(2).collect();
     let place = words.iter().position(|w| *w == "-o").unwrap() + 1;
     let kept = fs::read(of_repository(words[place])).unwrap();
     let families = of_repository(words[1]);
     let mut line = words.clone();
     (line[1], line[place]) = (families.to_str().unwrap(), "again.gonio");
-    bench.good(&line);
+    bench.good(line.join(" "));
     let again = bench.read_bytes("again.gonio");
     let ((kept, a), (again, b)) = (parts(&kept), parts(&again));
     for key in ["gonio_prior", "nodes", "functions", "centres", "materials"] {
@@ -44,29 +39,24 @@ fn the_built_in_prior_is_made_of_the_families_of_a_config() {
         assert!((ratio - 1.0).abs() < 1e-9, "{key}");
     }
     // Processors round sums of products each in their way.
-    let off = a
-        .iter()
-        .zip(&b)
-        .map(|(a, b)| (a - b).abs() / (1.0 + a.abs()));
     assert_eq!(a.len(), b.len());
+    let both = a.iter().zip(&b);
+    let off = both.map(|(a, b)| (a - b).abs() / (1.0 + a.abs()));
     assert!(off.fold(0.0, f64::max) < 0.01);
 }
 
 /// Glossy materials of two families.
 fn families() -> String {
-    let mut text = String::from("experiment = \"moments\"\n");
-    for i in 0..12 {
+    let material = |i: i32| {
         let (alpha, albedo) = (0.1 + 0.02 * f64::from(i), 0.1 + 0.05 * f64::from(i % 4));
-        let name = format!("{i}-{}", if i % 2 == 0 { "paint" } else { "plastic" });
-        writeln!(
-            text,
+        let name = format!("{i}-{}", ["paint", "plastic"][i as usize % 2]);
+        format!(
             "[[material]]\nname = \"{name}\"\nkind = \"sum\"\ncomponent = [\
              {{ weight = 1.0, brdf = {{ kind = \"ggx\", alpha = {alpha:.2} }} }}, \
-             {{ weight = {albedo:.2}, brdf = {{ kind = \"lambert\", albedo = 1.0 }} }}]"
+             {{ weight = {albedo:.2}, brdf = {{ kind = \"lambert\", albedo = 1.0 }} }}]\n"
         )
-        .unwrap();
-    }
-    text
+    };
+    "experiment = \"moments\"\n".to_owned() + &(0..12).map(material).collect::<String>()
 }
 
 const STUDY: &str = "budgets = [4]\n\
@@ -83,20 +73,17 @@ fn a_prior_helps_where_readings_are_few_and_never_knows_what_is_tested() {
     let bench = Bench::new();
     bench.write("f.toml", families());
     let train = "train f.toml --nodes 1500 --functions 6 -o p.gonio";
-    let told = bench.good(train);
-    assert!(
-        told.starts_with("12 materials of 2 families, 6 functions"),
-        "{told}"
-    );
-    bench.refuses(train, 2, "p.gonio … --force");
+    let told = "12 materials of 2 families, 6 functions";
+    bench.does(&format!(
+        "0 | {train} | {told}
+         2 | {train} | p.gonio … --force"
+    ));
     bench.write("c.toml", STUDY);
     bench.good("run c.toml -o r -q");
     let error = |name: &str| {
         let rows = bench.rows("r");
-        let row = rows
-            .iter()
-            .find(|r| r.reconstruction == name && r.measure == "cosine");
-        let row = row.unwrap();
+        let of = |r: &&gonio::experiment::Row| r.reconstruction == name && r.measure == "cosine";
+        let row = rows.iter().find(of).unwrap();
         (row.key.clone(), row.value("nrmse").unwrap())
     };
     let (key, with) = error("kriging-prior");
@@ -119,25 +106,17 @@ fn a_prior_helps_where_readings_are_few_and_never_knows_what_is_tested() {
     assert_ne!(error("kriging-prior").0, key);
 
     let misspelt = train.replace("-o p", "--except 3-plastik -o x");
-    bench.refuses(&misspelt, 2, "did you mean 3-plastic?");
-    let tested = families()
-        .split("[[")
-        .take(2)
-        .collect::<Vec<_>>()
-        .join("[[");
-    let tested = tested.replace("experiment = \"moments\"\n", "")
-        + &STUDY[STUDY.find("[[parametrization").unwrap()..];
-    bench.write("t.toml", format!("budgets = [4]\n{tested}"));
-    let told = bench.refused("check t.toml", 2);
-    says(
-        &told,
-        "sample_set[0].prior = \"p.gonio\" was made of \"0-paint\", which is the tested",
-    );
-    bench.refuses(
-        "check c.toml --set reconstruction.0.prior=\"no.gonio\"",
-        2,
-        "prior = \"no.gonio\" … gonio train",
-    );
+    bench.does(&format!(
+        "2 | {misspelt} | did you mean 3-plastic?
+         2 | check c.toml --set reconstruction.0.prior=no.gonio | prior = \"no.gonio\" … gonio train"
+    ));
+    let all = families();
+    let (_, tested) = all.split_once("[[").unwrap();
+    let tested = tested.split("[[").next().unwrap();
+    let methods = &STUDY[STUDY.find("[[parametrization").unwrap()..];
+    bench.write("t.toml", format!("budgets = [4]\n[[{tested}{methods}"));
+    let told = "sample_set[0].prior = \"p.gonio\" was made of \"0-paint\", which is the tested";
+    bench.refuses("check t.toml", 2, told);
 }
 
 #[test]
@@ -146,15 +125,10 @@ fn a_laboratory_begins_with_what_others_were_like() {
     let next = "next --planner adaptive --set prior=\"built-in\" --batch 4";
     bench.good(format!("{next} -o a.csv"));
     let config = of_repository("configs/quickstart.toml");
-    let config = config.to_str().unwrap();
-    bench.good(format!(
-        "measure a.csv --config {config} --material ggx-0.3 -o ar.csv"
-    ));
-    let told = bench.good(format!("{next} ar.csv -o b.csv"));
-    says(&told, "so far: 4 poses, 4 readings");
-    let (now, then) = (
-        after(&told, "now: expected nrmse "),
-        after(&told, "then: expected nrmse "),
-    );
+    let of = format!("--config {} --material ggx-0.3", config.to_str().unwrap());
+    bench.good(format!("measure a.csv {of} -o ar.csv"));
+    let told = format!("{next} ar.csv -o b.csv");
+    let told = bench.tells(told, "so far: 4 poses, 4 readings");
+    let [now, then] = ["now", "then"].map(|at| after(&told, &format!("{at}: expected nrmse ")));
     assert!(then < now && now < 2.0, "{told}");
 }

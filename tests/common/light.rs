@@ -22,8 +22,11 @@ pub fn assert_paths_bring_what_values_promise(
     };
     for block in 0..16 {
         brdf.paths(block, paths / 16, &mut |path| {
-            assert!(path.pair.is_above_horizon() && path.met > 0);
-            add(&mut along[Part::of(path.met).classes().start], path.light);
+            assert!(path.pair.is_above_horizon() && path.order > 0);
+            add(
+                &mut along[Part::from_order(path.order).classes().start],
+                path.light,
+            );
             match [path.pair.omega_i, path.pair.omega_o].map(|o| o.cos_theta() > 0.7) {
                 [true, false] => add(&mut ways[0], path.light),
                 [false, true] => add(&mut ways[1], path.light),

@@ -3,20 +3,24 @@
 
 #[cfg(feature = "experiments")]
 pub mod chi_squared;
+pub mod draws;
 pub mod json_schema;
 pub mod light;
 #[cfg(feature = "pictures")]
 pub mod png;
 
 use glam::DVec3;
-use gonio::brdf::{Brdf, Channels, Presence};
+use gonio::brdf::{Brdf, Channels, Presence, Wavelengths};
 #[cfg(feature = "experiments")]
-use gonio::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source, Summary};
+use gonio::experiment::{
+    ByProduct, Event, Experiment, Extent, Known, Observer, Plan, Row, RowKey, Source, Summary,
+};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
 use gonio::metrics::{self, Errors, Measure, MetricsSpec};
 use gonio::parametrization::{self, Layout, Parametrization, ParametrizationSpec, WarpSpec};
 use gonio::registry::{self, Entry};
 use gonio::sampling::{Random, cosine_hemisphere};
+use gonio::schedule::{self, Schedule};
 use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
@@ -107,6 +111,12 @@ pub fn cosine_pair(random: &Random, i: u64) -> DirectionPair {
     )
 }
 
+/// Random pairs of a seed: both directions cosine-distributed.
+pub fn cosine_pairs(seed: u64) -> impl Iterator<Item = DirectionPair> {
+    let random = Random::new(seed);
+    (0..).map(move |i| cosine_pair(&random, i))
+}
+
 /// The edge table: normal/normal, exact mirror, exact retro, grazing/opposed (h = 0),
 /// grazing/retro, normal/grazing, each exactly and at separations 1e-2 … 1e-15 from it.
 pub fn edge_pairs() -> Vec<(String, DirectionPair)> {
@@ -178,6 +188,66 @@ pub fn warps() -> Vec<WarpSpec> {
     warps
 }
 
+/// Asserts that a number is nearer to the expected one than `most`; `what` says which case it is.
+#[track_caller]
+pub fn near(found: f64, expected: f64, most: f64, what: impl std::fmt::Debug) {
+    let off = (found - expected).abs();
+    assert!(off < most, "{what:?}: {found} is {off:e} from {expected}");
+}
+
+/// Asserts that every edit of a text, `old | new | parts of the sentence`, is refused with that sentence.
+#[track_caller]
+pub fn refused_edits<T, E: std::fmt::Display>(
+    text: &str,
+    edits: &str,
+    read: impl Fn(&str) -> Result<T, E>,
+) {
+    for [old, new, parts] in table(edits) {
+        let e = read(&edited(text, old, new)).err();
+        says(&e.expect(parts).to_string(), parts);
+    }
+}
+
+/// Every member of a list with every one of another, which runs fastest.
+pub fn product<A: Clone, B: Clone>(
+    first: impl IntoIterator<Item = A>,
+    second: impl IntoIterator<Item = B>,
+) -> Vec<(A, B)> {
+    let second: Vec<B> = second.into_iter().collect();
+    let with = |a: A| second.iter().map(move |b| (a.clone(), b.clone()));
+    first.into_iter().flat_map(with).collect()
+}
+
+/// A member of a family by its kind, with these keys.
+pub fn member<T: ?Sized>(family: Vec<Entry<T>>, kind: &str, keys: &str) -> Box<T> {
+    let entry = family.iter().find(|e| e.kind == kind);
+    let entry = entry.unwrap_or_else(|| panic!("{kind} is in no registry"));
+    registry::read_text(entry, keys).unwrap_or_else(|e| panic!("{kind}: {e}"))
+}
+
+/// A schedule of a sample set with its defaults.
+pub fn planned(
+    form: &Arc<dyn Parametrization>,
+    set: &str,
+    budget: usize,
+    seed: u64,
+) -> Arc<Schedule> {
+    let set = member(schedule::all(), set, "");
+    Arc::new(set.plan(form, budget, seed).expect("a schedule"))
+}
+
+/// Channels of these wavelengths, nm.
+pub fn wavelengths(nm: &[f64]) -> Channels {
+    Channels::Wavelengths(Wavelengths::new(nm).expect("wavelengths"))
+}
+
+/// The values of all channels at a pair that has data.
+pub fn present(brdf: &dyn Brdf, pair: &DirectionPair) -> Vec<f64> {
+    let mut out = vec![f64::NAN; brdf.channels().count()];
+    assert_eq!(brdf.eval(pair, &mut out), Presence::Present, "{pair:?}");
+    out
+}
+
 /// A model from the registry, in luminance.
 pub fn model(kind: &str, keys: &str) -> Box<dyn Brdf> {
     material(kind, keys, Channels::Luminance)
@@ -185,9 +255,7 @@ pub fn model(kind: &str, keys: &str) -> Box<dyn Brdf> {
 
 /// A model from the registry.
 pub fn material(kind: &str, keys: &str, channels: Channels) -> Box<dyn Brdf> {
-    let entries = gonio::brdf::all();
-    let entry = entries.iter().find(|e| e.kind == kind).expect("a model");
-    let spec = registry::read_text(entry, keys).expect("its parameters");
+    let spec = member(gonio::brdf::all(), kind, keys);
     spec.build(channels).expect("a BRDF")
 }
 
@@ -258,11 +326,20 @@ pub fn made<const N: usize>(
     }
 }
 
-/// Rows of a run, which is stopped when there are so many, or after so many questions whether to stop.
+/// Rows of a run and what else is told of it. It is stopped when there are so many rows, or after so many questions whether to
+/// stop.
 #[cfg(feature = "experiments")]
 #[derive(Default)]
 pub struct Keep {
     pub rows: Vec<Row>,
+    /// Rows of each schedule and material, in the order they were told.
+    pub complete: Vec<RowKey>,
+    pub loaded: Vec<String>,
+    /// Work in the units of [`Observer::begins`]: all of it, and what is done.
+    pub announced: f64,
+    pub work: f64,
+    /// Asks for all materials.
+    pub curious: bool,
     pub stop_at: Option<usize>,
     pub patience: Option<Cell<usize>>,
 }
@@ -275,9 +352,21 @@ impl Observer<Row> for Keep {
             || self.patience.as_ref().is_some_and(is_over)
     }
 
+    fn begins(&mut self, work: f64) {
+        self.announced = work;
+    }
+
+    fn requests(&self, wish: &ByProduct<'_>) -> bool {
+        self.curious && matches!(wish, ByProduct::Material(..))
+    }
+
     fn observe(&mut self, event: &Event<'_, Row>) -> Result<(), gonio::Error> {
-        if let Event::Made(rows) = event {
-            self.rows.extend_from_slice(rows);
+        match event {
+            Event::Made(rows) => self.rows.extend_from_slice(rows),
+            Event::Complete(rows) => self.complete.extend(rows.iter().map(|r| r.key.clone())),
+            Event::Loaded(material, ..) => self.loaded.push(material.name.clone()),
+            Event::Advanced(work) => self.work += work,
+            _ => {}
         }
         Ok(())
     }
@@ -292,6 +381,38 @@ pub fn run(plan: &Plan) -> (Vec<Row>, Summary) {
         .unwrap();
     assert!(summary.failures.is_empty(), "{:?}", summary.failures);
     (keep.rows, summary)
+}
+
+/// A row of a material that errs `error`, sampled in a parametrization with a warp and reconstructed by cubic.
+#[cfg(feature = "experiments")]
+pub fn row(material: &str, [parametrization, warp]: [&str; 2], budget: usize, error: f64) -> Row {
+    let mut row = Row {
+        material: material.into(),
+        truth: "neither".into(),
+        parametrization: parametrization.into(),
+        warp: warp.into(),
+        sample_set: "grid".into(),
+        instrument: "ideal".into(),
+        reconstruction: "cubic".into(),
+        coordinates: "own".into(),
+        allowed: format!("{budget} poses"),
+        budget,
+        readings: budget,
+        seed: 1,
+        measure: "cosine".into(),
+        reachable: 1.0,
+        instrument_seconds: Some(60.0 * budget as f64),
+        pairs: 100,
+        plan_seconds: Some(0.1),
+        measure_seconds: Some(0.1),
+        reconstruct_seconds: Some(0.1),
+        evaluate_seconds: Some(0.1),
+        ..Row::default()
+    };
+    for name in ["nrmse", "log_relative"] {
+        row.quantities.set(name, Some(error));
+    }
+    row
 }
 
 /// The plan of a config, `c.toml`.

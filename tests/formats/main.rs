@@ -7,6 +7,7 @@ mod common;
 
 mod alta;
 mod conventions;
+mod doubts;
 mod instruments;
 mod lab;
 mod measurements;
@@ -16,15 +17,15 @@ mod schedules;
 mod schema;
 mod visited;
 
-use gonio::brdf::{Channels, Wavelengths};
+use common::{planned, says, wavelengths};
+use gonio::brdf::Channels;
 use gonio::formats::{self, READ_READINGS, Readings, of_text, read_readings};
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::parametrization::{self, Parametrization, WarpSpec};
-use gonio::schedule::{self, Itinerary, Schedule, ScheduleFormat, Unreachable, Visit};
+use gonio::parametrization::{self, WarpSpec};
 use gonio::schedule::{
-    Assume, Azimuth, Choice, Conventions, FileError, MAX_AXES, Quantity, write_schedule,
+    AngleUnit, Assume, Azimuth, Choice, Conventions, FileError, MAX_AXES, Quantity, write_schedule,
 };
-use std::collections::BTreeMap;
+use gonio::schedule::{Itinerary, Schedule, ScheduleFormat, Unreachable, Visit};
 use std::sync::Arc;
 
 /// An error and those behind it.
@@ -33,27 +34,34 @@ fn chain(e: &dyn std::error::Error) -> String {
     causes.fold(e.to_string(), |text, e| format!("{text}; because: {e}"))
 }
 
+/// The columns of angles, degrees.
+const ANGLES: &str = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg";
+
+/// The head of an ALTA file whose coordinates are four angles, rad.
+const ALTA: &str = "#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n";
+
 /// Conventions from words, those of the command line without their dashes.
-fn told(words: &str) -> Conventions {
-    fn of<T: Copy, const N: usize>(all: [Choice<T>; N], name: &str) -> Option<T> {
+fn conventions(words: &str) -> Conventions {
+    fn choice<T: Copy, const N: usize>(all: [Choice<T>; N], name: &str) -> Option<T> {
         let found = all.into_iter().find(|choice| choice.name == name);
         Some(found.expect("a name").value)
     }
-    let mut told = Conventions::default();
+    let mut conventions = Conventions::default();
     for word in words.split_whitespace() {
         match word.split_once('=').unwrap_or((word, "")) {
-            ("elevation", _) => told.elevation = true,
-            ("partial", _) => told.partial = true,
-            ("azimuth", name) => told.azimuth = of(Azimuth::ALL, name),
-            ("quantity", name) => told.quantity = of(Quantity::ALL, name),
+            ("elevation", _) => conventions.elevation = true,
+            ("partial", _) => conventions.partial = true,
+            ("angles", name) => conventions.angles = choice(AngleUnit::ALL, name),
+            ("azimuth", name) => conventions.azimuth = choice(Azimuth::ALL, name),
+            ("quantity", name) => conventions.quantity = choice(Quantity::ALL, name),
             ("columns", pairs) => {
                 let pairs = pairs.split(',').filter_map(|pair| pair.split_once('='));
-                told.columns = pairs.map(|(a, b)| (a.into(), b.into())).collect();
+                conventions.columns = pairs.map(|(a, b)| (a.into(), b.into())).collect();
             }
             _ => panic!("{word}"),
         }
     }
-    told
+    conventions
 }
 
 /// The readings of a text in the format that it says.
@@ -64,6 +72,26 @@ fn try_read(text: &str, conventions: Conventions) -> Result<Readings, FileError>
     };
     let read = READ_READINGS.function(&of_text(text).unwrap()).unwrap();
     read_readings(read, text, "m.csv", &assume)
+}
+
+/// The readings of a text under conventions.
+fn read(text: &str, words: &str) -> Readings {
+    let readings = try_read(text, conventions(words));
+    readings.unwrap_or_else(|e| panic!("{words}: {}\n{text}", chain(&e)))
+}
+
+/// Asserts that a text is refused in this line, `-` for none, with these parts of the sentence, of which nothing is lost on
+/// the way to the terminal.
+#[track_caller]
+fn refused<T>(read: Result<T, FileError>, line: &str, parts: &str) {
+    let e = read.err().unwrap_or_else(|| panic!("taken: {parts}"));
+    assert_eq!(e.line, line.parse().ok(), "{e}");
+    let sentence = chain(&e);
+    let place = e.line.map_or(": ".into(), |line| format!(":{line}: "));
+    assert!(sentence.starts_with(&format!("{}{place}", e.name)), "{e}");
+    says(&sentence, parts);
+    let error = gonio::Error::from(e);
+    assert_eq!((error.exit_code(), chain(&error)), (3, sentence));
 }
 
 /// The text that bytes of a format stand for.
@@ -79,50 +107,29 @@ const FORMATS: [ScheduleFormat; 2] = [ScheduleFormat::Csv, ScheduleFormat::JsonL
 
 /// Luminance, colours, one wavelength, and several that no short decimal names.
 fn kinds() -> [Channels; 4] {
-    let spectral = |nm: &[f64]| Channels::Wavelengths(Wavelengths::new(nm).unwrap());
-    [
-        Channels::Luminance,
-        Channels::Rgb,
-        spectral(&[450.0]),
-        spectral(&[380.5, 1550.0 / 3.0, 632.8, 1064.0, 10_600.0]),
-    ]
-}
-
-/// A schedule of one kind.
-fn planned(form: &Arc<dyn Parametrization>, kind: &str, budget: usize) -> Schedule {
-    let all = schedule::all();
-    let entry = all.iter().find(|e| e.kind == kind).unwrap();
-    let set = gonio::registry::read_text(entry, "").unwrap();
-    set.plan(form, budget, 1).unwrap()
+    let many = [380.5, 1550.0 / 3.0, 632.8, 1064.0, 10_600.0];
+    let spectral = [wavelengths(&[450.0]), wavelengths(&many)];
+    let [one, many] = spectral;
+    [Channels::Luminance, Channels::Rgb, one, many]
 }
 
 /// Grids and scattered sets in every parametrization, with and without symmetries, one warped.
-fn schedules() -> Vec<Schedule> {
+fn schedules() -> Vec<Arc<Schedule>> {
     let mut schedules = Vec::new();
     for symmetry in [Symmetry::FULL, Symmetry::NONE] {
-        let mut forms: Vec<_> = parametrization::all()
-            .iter()
-            .map(|e| e.form(symmetry))
-            .collect();
-        for (name, axis, warp) in [
-            ("half-difference", "theta_h", WarpSpec::SquareRoot),
-            ("hybrid", "k", WarpSpec::Arcsine),
+        let all = parametrization::all();
+        let mut forms: Vec<_> = all.iter().map(|e| e.form(symmetry)).collect();
+        let root = WarpSpec::SquareRoot;
+        for (name, warps) in [
+            ("half-difference", [("theta_h", root), ("theta_d", root)]),
+            ("hybrid", [("k", WarpSpec::Arcsine), ("h_bar", root)]),
         ] {
-            let warps = BTreeMap::from([
-                (axis.to_owned(), warp),
-                (
-                    if axis == "k" { "h_bar" } else { "theta_d" }.to_owned(),
-                    WarpSpec::SquareRoot,
-                ),
-            ]);
+            let warps = warps.map(|(axis, warp)| (axis.to_owned(), warp)).into();
             let entry = parametrization::find(name).unwrap();
             forms.push(entry.warped(symmetry, &warps).unwrap());
         }
-        for form in forms {
-            for kind in ["grid", "sobol"] {
-                schedules.push(planned(&form, kind, 120));
-            }
-        }
+        let sets = |form| ["grid", "sobol"].map(|set| planned(form, set, 120, 1));
+        schedules.extend(forms.iter().flat_map(sets));
     }
     schedules
 }
@@ -188,4 +195,10 @@ fn cuts(text: &str) -> impl Iterator<Item = &str> {
     let ends: Vec<_> = text.match_indices('\n').map(|(i, _)| i).collect();
     let from = ends[ends.len() - 4];
     (from..text.len() - 1).filter_map(move |end| text.get(..end))
+}
+
+/// A text without the lines of its header.
+fn bare(text: &str) -> String {
+    let lines = text.lines().filter(|l| !l.starts_with('#'));
+    lines.flat_map(|line| [line, "\n"]).collect()
 }

@@ -1,6 +1,7 @@
 //! Archives of NumPy: what a program may write, and what is refused.
 
-use super::as_text;
+use super::common::{near, says};
+use super::{ANGLES, as_text};
 use gonio::formats::load_readings;
 use gonio::geometry::Direction;
 use gonio::schedule::Assume;
@@ -27,12 +28,8 @@ fn numbers(values: &[f64]) -> Vec<u8> {
 }
 
 fn column(values: &[f64]) -> Vec<u8> {
-    array(
-        "<f8",
-        false,
-        &format!("({},)", values.len()),
-        &numbers(values),
-    )
+    let shape = format!("({},)", values.len());
+    array("<f8", false, &shape, &numbers(values))
 }
 
 fn archive(files: &[(&str, Vec<u8>)]) -> Vec<u8> {
@@ -67,17 +64,12 @@ fn vectors_stand_for_angles() {
     let lights = [[0.0, 0.0, 2.0], [0.3, -0.4, 0.5], [-0.1, 0.2, 0.9]];
     let sensors = [[0.1f32, 0.0, 1.0], [0.0, 0.5, 0.5], [-0.3, 0.3, 0.1]];
     let values = array("<u2", false, "(3,)", &[3, 0, 1, 0, 2, 0]);
-    let single: Vec<u8> = sensors
-        .iter()
-        .flatten()
-        .flat_map(|v| v.to_be_bytes())
-        .collect();
+    let single = sensors.as_flattened().iter().flat_map(|v| v.to_be_bytes());
+    let single: Vec<u8> = single.collect();
+    let double = numbers(lights.as_flattened());
     let bytes = archive(&[
         ("value.npy", values),
-        (
-            "omega_i.npy",
-            array("<f8", false, "(3, 3)", &numbers(lights.as_flattened())),
-        ),
+        ("omega_i.npy", array("<f8", false, "(3, 3)", &double)),
         ("omega_o.npy", array(">f4", false, "(3, 3)", &single)),
         ("uncertainty.npy", column(&[0.1, 0.2, f64::NAN])),
     ]);
@@ -94,14 +86,11 @@ fn vectors_stand_for_angles() {
     for (i, value) in [3.0, 1.0, 2.0].into_iter().enumerate() {
         let place = (0..3).find(|p| m.values[*p] == value).unwrap();
         let pair = m.schedule.poses[place].pair;
-        let unit = |v: [f64; 3]| Direction::try_new(v.into()).unwrap();
-        assert!(pair.omega_i.vector().distance(unit(lights[i]).vector()) < 1e-14);
-        assert!(
-            pair.omega_o
-                .vector()
-                .distance(unit(sensors[i].map(f64::from)).vector())
-                < 1e-14
-        );
+        let [light, sensor] = [lights[i], sensors[i].map(f64::from)];
+        for (found, want) in [(pair.omega_i, light), (pair.omega_o, sensor)] {
+            let want = Direction::try_new(want.into()).unwrap().vector();
+            near(found.vector().distance(want), 0.0, 1e-14, i);
+        }
     }
 }
 
@@ -117,10 +106,8 @@ fn headers_and_texts_are_read_as_numpy_reads_them() {
         let start = [b"\x93NUMPY", &[version, 0][..], size].concat();
         [&start, text.as_bytes(), &plain[plain.len() - 16..]].concat()
     };
-    let wide: Vec<u8> = "ok\0é\0\0"
-        .chars()
-        .flat_map(|c| u32::from(c).to_be_bytes())
-        .collect();
+    let wide = "ok\0é\0\0".chars();
+    let wide: Vec<u8> = wide.flat_map(|c| u32::from(c).to_be_bytes()).collect();
     let read = |angle: Vec<u8>, flags: Vec<u8>| {
         let others = [
             "phi_i_deg.npy",
@@ -133,109 +120,79 @@ fn headers_and_texts_are_read_as_numpy_reads_them() {
         as_text("npz", &archive(&[&own[..], &others].concat()))
     };
     let usual = read(plain.clone(), array(">U3", false, "(2,)", &wide)).unwrap();
-    assert!(
-        usual.contains("\"ok\"") && usual.contains("\"é\""),
-        "{usual}"
-    );
+    says(&usual, "\"ok\" … \"é\"");
     let bytes = "ok\0é\0".as_bytes();
     for angle in [
         headed(1, "{'shape':[2],'fortran_order':True,\"descr\":\"<f8\"}"),
         headed(2, text),
         headed(3, text),
     ] {
-        assert_eq!(
-            read(angle, array("|S3", false, "(2,)", bytes)).unwrap(),
-            usual
-        );
+        let flags = array("|S3", false, "(2,)", bytes);
+        assert_eq!(read(angle, flags).unwrap(), usual);
     }
-    let fields =
-        "{'descr': [('a', '<f4'), ('b', [('c', '<f4')])], 'shape': (2,), 'fortran_order': False}";
-    let nested = format!("{{'descr': {}", "[".repeat(60_000));
+    let head = |descr: &str, shape: &str| {
+        format!("{{'descr': {descr}, 'shape': {shape}, 'fortran_order': False}}")
+    };
     for (text, part) in [
-        (fields, "it holds [('a'"),
-        (&nested, "its header is {'descr'"),
         (
-            "{'descr': '<f8', 'shape': (2,)}",
+            head("[('a', '<f4'), ('b', [('c', '<f4')])]", "(2,)"),
+            "it holds [('a'",
+        ),
+        (
+            format!("{{'descr': {}", "[".repeat(60_000)),
+            "its header is {'descr'",
+        ),
+        (
+            "{'descr': '<f8', 'shape': (2,)}".into(),
             "allowed: descr, fortran_order and shape",
         ),
-        (
-            "{'descr': '<f8', 'shape': ((2,),), 'fortran_order': False}",
-            "its header is",
-        ),
-        (
-            "{'descr': '<f8', 'shape': (-2,), 'fortran_order': False}",
-            "its header is",
-        ),
-        (
-            "{'descr': '|f8', 'shape': (2,), 'fortran_order': False}",
-            "it holds |f8",
-        ),
+        (head("'<f8'", "((2,),)"), "its header is"),
+        (head("'<f8'", "(-2,)"), "its header is"),
+        (head("'|f8'", "(2,)"), "it holds |f8"),
     ] {
-        let told = read(headed(1, text), plain.clone())
-            .unwrap_err()
-            .to_string();
-        assert!(told.contains(part), "{told}, not {part}");
+        let refusal = read(headed(1, &text), plain.clone()).unwrap_err();
+        says(&refusal.to_string(), part);
     }
 }
 
 #[test]
 fn what_is_no_table_is_refused_by_name() {
-    let angles = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"];
     let with = |name: &str, bytes: Vec<u8>| {
-        let names: Vec<String> = angles.iter().map(|a| format!("{a}.npy")).collect();
-        let mut files: Vec<(&str, Vec<u8>)> = names
-            .iter()
-            .map(|n| (n.as_str(), column(&[10.0, 20.0])))
-            .collect();
-        files.push((name, bytes));
+        let names: Vec<String> = ANGLES.split(',').map(|a| format!("{a}.npy")).collect();
+        let angles = names.iter().map(|n| (n.as_str(), column(&[10.0, 20.0])));
+        let files: Vec<_> = angles.chain([(name, bytes)]).collect();
         as_text("npz", &archive(&files))
     };
+    let values = |descr, shape, data: &[u8]| array(descr, false, shape, data);
+    let two = &numbers(&[1.0, 2.0]);
+    let whole = column(&[1.0, 2.0]);
     assert!(with("value.npy", column(&[1.0, f64::NAN])).is_ok());
-    let cases = [
+    let long_name = format!("{}.npy", "x".repeat(300));
+    let terabytes = "(1099511627776, 1099511627776)";
+    for (name, bytes, part) in [
         ("value.npy", column(&[1.0]), "\"value\""),
         (
             "value.npy",
             column(&[1.0, f64::INFINITY]),
             "holds inf at row 1",
         ),
-        ("value.txt", column(&[1.0, 2.0]), "value.txt"),
+        ("value.txt", whole.clone(), "value.txt"),
         (
             "theta_i_deg.npy/../value.npy",
             column(&[1.0, 2.0, 3.0]),
             "shape [3]",
         ),
-        (
-            "value.npy",
-            array("<f8", false, "(2, 1)", &numbers(&[1.0, 2.0])),
-            "[2, 1]",
-        ),
-        (
-            "value.npy",
-            array("<f8", false, "(3,)", &numbers(&[1.0, 2.0])),
-            "cut",
-        ),
-        (
-            "value.npy",
-            array(
-                "<f8",
-                false,
-                "(1099511627776, 1099511627776)",
-                &numbers(&[1.0]),
-            ),
-            "is cut",
-        ),
-        ("value.npy", array("<c16", false, "(1,)", &[0; 16]), "c16"),
-        (
-            "value.npy",
-            array("|O", false, "(2,)", &[0; 16]),
-            "it holds",
-        ),
+        ("value.npy", values("<f8", "(2, 1)", two), "[2, 1]"),
+        ("value.npy", values("<f8", "(3,)", two), "cut"),
+        ("value.npy", values("<f8", terabytes, &two[..8]), "is cut"),
+        ("value.npy", values("<c16", "(1,)", &[0; 16]), "c16"),
+        ("value.npy", values("|O", "(2,)", &[0; 16]), "it holds"),
         (
             "omega_i.npy",
             array("<f8", true, "(2, 3)", &[0; 48]),
             "Fortran",
         ),
-        ("header.npy", column(&[1.0, 2.0]), "header holds numbers"),
+        ("header.npy", whole.clone(), "header holds numbers"),
         (
             "value.npy",
             b"\x93NUMPY\x02\x00\xff\xff\xff\xff{".to_vec(),
@@ -244,44 +201,35 @@ fn what_is_no_table_is_refused_by_name() {
         ("value.npy", Vec::new(), "is cut"),
         ("value.npy", b"\x93NUMPY\x04\x00\0\0".to_vec(), "version 4"),
         ("value.npy", b"PK\x03\x04\x04\x00\0\0".to_vec(), "begin"),
-        ("flags.npy", array("|S1", false, "(2,)", b"a\xff"), "UTF-8"),
-        (
-            "flags.npy",
-            array("<U1", false, "(2,)", &[255; 8]),
-            "Unicode",
-        ),
-    ];
-    for (name, bytes, expected) in cases {
-        let told = with(name, bytes).unwrap_err().to_string();
-        assert!(told.contains(expected), "{told}, not {expected}");
-        assert!(told.starts_with("m: ") && !told.contains('\n'), "{told}");
+        ("flags.npy", values("|S1", "(2,)", b"a\xff"), "UTF-8"),
+        ("flags.npy", values("<U1", "(2,)", &[255; 8]), "Unicode"),
+        (&long_name, whole, "long name"),
+    ] {
+        let sentence = with(name, bytes).unwrap_err().to_string();
+        says(&sentence, part);
+        assert!(
+            sentence.starts_with("m: ") && !sentence.contains('\n'),
+            "{sentence}"
+        );
     }
     // Vectors beside angles are theirs, of any length; alone they have a direction.
-    let shape = "(2, 3)";
-    let of = |v: &[f64]| array("<f8", false, shape, &numbers(v));
+    let refusal = |bytes: &[u8]| as_text("npz", bytes).unwrap_err().to_string();
+    let vectors = |v: &[f64]| array("<f8", false, "(2, 3)", &numbers(v));
     let at = |deg: f64| {
         let (s, c) = f64::to_radians(deg).sin_cos();
         [s * c * 2.0, s * s * 2.0, c * 2.0]
     };
     let both = [at(10.0), at(20.0)];
-    assert!(with("omega_i.npy", of(both.as_flattened())).is_ok());
-    let other = with("omega_i.npy", of(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0])).unwrap_err();
-    assert!(
-        other
-            .to_string()
-            .contains("not the directions of theta_i_deg"),
-        "{other}"
+    assert!(with("omega_i.npy", vectors(both.as_flattened())).is_ok());
+    let other = with("omega_i.npy", vectors(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]));
+    says(
+        &other.unwrap_err().to_string(),
+        "not the directions of theta_i_deg",
     );
-    let none = archive(&[("omega_i.npy", of(&[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))]);
-    let told = as_text("npz", &none).unwrap_err().to_string();
-    assert!(told.contains("no direction at row 1"), "{told}");
-    // More than the file bears out is not made room for.
-    let name = format!("{}.npy", "x".repeat(300));
-    assert!(
-        with(&name, column(&[1.0, 2.0]))
-            .unwrap_err()
-            .to_string()
-            .contains("long name")
+    let none = vectors(&[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+    says(
+        &refusal(&archive(&[("omega_i.npy", none)])),
+        "no direction at row 1",
     );
     let whole = archive(&[("value.npy", column(&[1.0, 2.0]))]);
     for cut in [0, 3, 30, whole.len() / 2, whole.len() - 1] {
@@ -295,24 +243,17 @@ fn what_is_no_table_is_refused_by_name() {
     zip.write_all(&column(&[1.0, 2.0])).unwrap();
     let mut flipped = zip.finish().unwrap().into_inner();
     let two = 2_f64.to_le_bytes();
-    let at = flipped.windows(8).position(|w| w == two).unwrap();
-    flipped[at + 6] ^= 1;
-    let told = as_text("npz", &flipped).unwrap_err().to_string();
-    assert!(told.contains("\"value\" cannot be read"), "{told}");
+    let place = flipped.windows(8).position(|w| w == two).unwrap();
+    flipped[place + 6] ^= 1;
+    says(&refusal(&flipped), "\"value\" cannot be read");
     let mut twice = archive(&[("valua.npy", column(&[1.0])), ("value.npy", column(&[2.0]))]);
-    while let Some(at) = twice.windows(5).position(|w| w == b"valua") {
-        twice[at + 4] = b'e';
+    while let Some(place) = twice.windows(5).position(|w| w == b"valua") {
+        twice[place + 4] = b'e';
     }
-    let told = as_text("npz", &twice).unwrap_err().to_string();
-    assert!(told.contains("lists 2 arrays of 1 names"), "{told}");
-    let told = as_text("npz", &promising(u64::MAX, whole.clone())).unwrap_err();
+    says(&refusal(&twice), "lists 2 arrays of 1 names");
+    // More than the file bears out is not made room for.
     let held = format!("{} bytes promise to hold {}", whole.len() + 12, u64::MAX);
-    assert!(told.to_string().contains(&held), "{told}, not {held}");
+    says(&refusal(&promising(u64::MAX, whole)), &held);
     assert!(as_text("npz", &archive(&[])).is_err());
-    assert!(
-        as_text("npz", b"theta_i_deg,value\n")
-            .unwrap_err()
-            .to_string()
-            .contains("numpy.savez")
-    );
+    says(&refusal(b"theta_i_deg,value\n"), "numpy.savez");
 }

@@ -1,19 +1,18 @@
 //! The list of formats: names and extensions say one thing each, and what it promises is there.
 
-use super::{ScheduleFormat, planned, text};
+use super::common::{model, near, planned, says};
+use super::{ScheduleFormat, text};
 use gonio::brdf::{self, Channels};
 use gonio::formats::{
     self, FormatError, MERL, READ_READINGS, READ_SCHEDULE, READ_TABLE, Tabulation, WRITE_READINGS,
     WRITE_SCHEDULE, WRITE_TABLE,
 };
-use gonio::geometry::Symmetry;
+use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::About;
-use gonio::registry;
 use gonio::schedule::{AngleUnit, Assume, Azimuth, Quantity, Sequence};
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::Arc;
 
 #[test]
 fn names_and_extensions_tell_formats_apart() {
@@ -73,74 +72,63 @@ fn what_is_not_known_is_refused_with_what_is_allowed() {
         let error = refused(path);
         assert!(matches!(error, FormatError::Name { .. }));
         for format in WRITE_SCHEDULE.formats() {
-            assert!(error.to_string().contains(format.extension()), "{error}");
+            says(&error.to_string(), format.extension());
         }
     }
     // A name that was chosen goes before the extension.
     let csv = WRITE_SCHEDULE.named("csv").unwrap();
     assert!(WRITE_SCHEDULE.choose(Some(csv), Path::new("a.txt")).is_ok());
     let error = WRITE_SCHEDULE.named("merl").unwrap_err();
-    assert!(error.to_string().contains("csv, json-lines"), "{error}");
+    says(&error.to_string(), "csv, json-lines");
     assert_eq!(WRITE_SCHEDULE.function(&MERL).unwrap_err(), error);
 }
 
 #[test]
 fn every_text_is_recognised_and_read_by_what_wrote_it() {
-    let form = crate::common::form("hybrid", Symmetry::FULL);
-    let schedule = Arc::new(planned(&form, "grid", 40));
-    let lambert = brdf::all().swap_remove(0);
-    let truth = registry::read_text(&lambert, "albedo = 0.5").unwrap();
-    let truth = truth.build(Channels::Luminance).unwrap();
-    let measurement = Ideal.measure(&*truth, &schedule);
+    let schedule = planned(
+        &crate::common::form("hybrid", Symmetry::FULL),
+        "grid",
+        40,
+        1,
+    );
+    let measurement = Ideal.measure(&*model("lambert", "albedo = 0.5"), &schedule);
+    let (about, order, assume) = (About::default(), Sequence::Generated, Assume::default());
+    let text_of = |format: &formats::Format, bytes: &[u8]| {
+        let written = super::as_text(format.name, bytes).unwrap();
+        let is_text = format.as_text.is_none();
+        assert!(!is_text || formats::of_text(&written) == Some(*format));
+        written
+    };
     for format in WRITE_SCHEDULE.formats() {
         let mut bytes = Vec::new();
-        WRITE_SCHEDULE.function(&format).unwrap()(&schedule, Sequence::Generated, &mut bytes)
-            .unwrap();
-        let written = super::as_text(format.name, &bytes).unwrap();
-        if format.as_text.is_none() {
-            assert_eq!(formats::of_text(&written), Some(format));
-        }
+        WRITE_SCHEDULE.function(&format).unwrap()(&schedule, order, &mut bytes).unwrap();
         let read = READ_SCHEDULE.function(&format).unwrap();
-        let file = read(&written, "a", &Assume::default()).unwrap();
+        let file = read(&text_of(&format, &bytes), "a", &assume).unwrap();
         // The poses of a lattice are laid out again, to the bit.
         assert_eq!(file.schedule.poses, schedule.poses);
     }
     for format in WRITE_READINGS.formats() {
         let mut bytes = Vec::new();
         let write = WRITE_READINGS.function(&format).unwrap();
-        write(
-            &measurement,
-            &About::default(),
-            Sequence::Generated,
-            &mut bytes,
-        )
-        .unwrap();
-        let written = super::as_text(format.name, &bytes).unwrap();
-        if format.as_text.is_none() {
-            assert_eq!(formats::of_text(&written), Some(format));
-        }
+        write(&measurement, &about, order, &mut bytes).unwrap();
         let read = READ_READINGS.function(&format).unwrap();
-        let readings = read(&written, "a", &Assume::default()).unwrap();
+        let readings = read(&text_of(&format, &bytes), "a", &assume).unwrap();
         assert_eq!(readings.measurement.values, measurement.values);
         assert!(readings.notes.is_empty());
     }
     let alta = "#DIM 2 1\n#PARAM_IN RUSIN_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 0.3\n";
     assert_eq!(formats::of_text(alta).unwrap().name, "alta");
     // Spaces and a byte-order mark are no obstacle.
-    let json = format!(
-        "\u{feff} \n{}",
-        text(&schedule, None, ScheduleFormat::JsonLines)
-    );
-    assert_eq!(formats::of_text(&json).unwrap().name, "json-lines");
+    let json = text(&schedule, None, ScheduleFormat::JsonLines);
+    let json = formats::of_text(&format!("\u{feff} \n{json}")).unwrap();
+    assert_eq!(json.name, "json-lines");
 }
 
 #[test]
 fn every_table_is_read_by_what_wrote_it() {
     let dir = tempfile::tempdir().unwrap();
-    let lambert = brdf::all().swap_remove(0);
-    let truth = registry::read_text(&lambert, "albedo = 0.5").unwrap();
-    let truth = truth.build(Channels::Luminance).unwrap();
-    for format in WRITE_TABLE.formats().filter(|f| f.read_table.is_some()) {
+    let truth = model("lambert", "albedo = 0.5");
+    for format in WRITE_TABLE.formats().filter(|f| f.table.read.is_some()) {
         let path = dir.path().join(format!("a.{}", format.extension()));
         let write = WRITE_TABLE.choose(None, &path).unwrap();
         assert_eq!(write(&*truth, Tabulation::default(), &path).unwrap(), 0);
@@ -149,11 +137,11 @@ fn every_table_is_read_by_what_wrote_it() {
         let again = brdf::read(toml::de::DeTable::parse(&spec.resolved().to_string()).unwrap());
         assert_eq!(again.unwrap().resolved(), spec.resolved());
         let table = spec.build(Channels::Luminance).unwrap();
-        let pair = gonio::geometry::DirectionPair::from_spherical(0.4, 0.1, 0.9, 2.0);
+        let pair = DirectionPair::from_spherical(0.4, 0.1, 0.9, 2.0);
         let [a, b] = [&truth, &table].map(|brdf| brdf.luminance(&pair).unwrap());
         // A format of several sizes is as near as they are fine.
-        let most = if format.table_sizes == 1 { 1e-14 } else { 1e-3 };
-        assert!((a - b).abs() < most, "{format:?}: {a} {b}");
+        let most = if format.table.sizes == 1 { 1e-14 } else { 1e-3 };
+        near(a, b, most, format.name);
     }
 }
 
@@ -162,14 +150,7 @@ fn only_tables_are_listed_and_in_order() {
     let dir = tempfile::tempdir().unwrap();
     assert!(formats::files_in(&dir.path().join("nowhere"), &MERL).is_err());
     assert!(formats::files_in(dir.path(), &MERL).unwrap().is_empty());
-    for name in [
-        "b.binary",
-        "a.binary",
-        "._a.binary",
-        "c.binary.part",
-        "d",
-        "e.bin",
-    ] {
+    for name in "b.binary a.binary ._a.binary c.binary.part d e.bin".split(' ') {
         std::fs::write(dir.path().join(name), "").unwrap();
     }
     std::fs::create_dir(dir.path().join("e.binary")).unwrap();

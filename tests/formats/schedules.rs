@@ -1,15 +1,29 @@
 //! Schedules.
 
-use super::common::table;
-use super::{FORMATS, backwards, chord, cuts, planned, schedules, text};
+use super::common::{form, planned, product, says, table};
+use super::schema::check_lines;
+use super::{ANGLES, FORMATS, backwards, chord, cuts, refused, schedules, text};
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::parametrization;
-use gonio::schedule::{Assume, ScheduleFormat, Sequence, Unreachable};
-use gonio::schedule::{read_schedule, schedule_hash};
-use std::collections::HashSet;
+use gonio::schedule::{Assume, FileError, Schedule, ScheduleFile, ScheduleFormat, Sequence};
+use gonio::schedule::{read_schedule, schedule_hash, schedule_schema};
+use std::sync::Arc;
 
-fn assumed() -> Assume {
-    Assume::default()
+fn try_read(text: &str) -> Result<ScheduleFile, FileError> {
+    read_schedule(text, "f.csv", &Assume::default())
+}
+
+fn read(text: &str) -> ScheduleFile {
+    try_read(text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+fn grid(budget: usize) -> Arc<Schedule> {
+    planned(&form("half-difference", Symmetry::FULL), "grid", budget, 1)
+}
+
+/// A text without the lines that begin so.
+fn without(text: &str, start: &str) -> String {
+    let kept = text.lines().filter(|line| !line.starts_with(start));
+    kept.flat_map(|line| [line, "\n"]).collect()
 }
 
 #[test]
@@ -19,7 +33,10 @@ fn a_schedule_comes_back_from_both_formats() {
         let hash = schedule_hash(&schedule, Sequence::Generated);
         for format in FORMATS {
             let text = text(&schedule, None, format);
-            let back = read_schedule(&text, "s", &assumed()).unwrap();
+            if format == ScheduleFormat::JsonLines {
+                check_lines(&schedule_schema(), &text);
+            }
+            let back = read(&text);
             assert_eq!(back.hash, hash, "both formats say the same");
             let numbers: Vec<u32> = (0..schedule.poses.len() as u32).collect();
             assert_eq!(back.order, numbers);
@@ -42,9 +59,7 @@ fn a_schedule_comes_back_from_both_formats() {
                 for (d, axis) in form.axes().iter().enumerate() {
                     let (x, y) = (a.coords[d], b.coords[d]);
                     let column = axis.column();
-                    if ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"]
-                        .contains(&column.as_str())
-                    {
+                    if ANGLES.split(',').any(|angle| angle == column) {
                         // From the angles of the arms; an azimuth has the fewer digits the nearer
                         // the normal.
                         let sin = b.pair.omega_i.sin_theta().min(b.pair.omega_o.sin_theta());
@@ -66,29 +81,37 @@ fn a_schedule_comes_back_from_both_formats() {
 fn an_itinerary_is_in_the_file_and_what_it_leaves_out_too() {
     for schedule in schedules() {
         let itinerary = backwards(&schedule);
-        let mut hashes = HashSet::new();
+        let labels = itinerary
+            .unreachable
+            .iter()
+            .map(|(pose, why)| (pose, why.label()));
+        let unreachable = serde_json::to_string(&labels.collect::<Vec<_>>()).unwrap();
+        let hash = schedule_hash(&schedule, Sequence::Visits(&itinerary));
+        assert_ne!(hash, schedule_hash(&schedule, Sequence::Generated));
         for format in FORMATS {
             let text = text(&schedule, Some(&itinerary), format);
-            let back = read_schedule(&text, "s", &assumed()).unwrap();
+            if format == ScheduleFormat::JsonLines {
+                check_lines(&schedule_schema(), &text);
+            }
+            // Every pose that has no row is named with its reason.
+            assert!(text.contains(&unreachable), "{unreachable}");
+            let back = read(&text);
+            assert_eq!(back.hash, hash);
             assert_eq!(back.instrument.as_ref(), Some(&itinerary.instrument));
             assert_eq!(back.axes, itinerary.axes);
             assert_eq!(back.order.len(), itinerary.visits.len());
             // Rows keep the order of time.
-            for ((visit, &new), position) in itinerary
-                .visits
-                .iter()
-                .zip(&back.order)
-                .zip(&back.positions)
-            {
-                let pair = &schedule.poses[visit.pose as usize].pair;
-                assert!(chord(&back.schedule.poses[new as usize].pair, pair) < 2e-15);
-                for (a, b) in position.iter().zip(visit.positions) {
+            for (k, visit) in itinerary.visits.iter().enumerate() {
+                let pair = &back.schedule.poses[back.order[k] as usize].pair;
+                assert!(chord(pair, &schedule.poses[visit.pose as usize].pair) < 2e-15);
+                for (a, b) in back.positions[k].iter().zip(visit.positions) {
                     assert!((a - b).abs() <= 2.0 * f64::EPSILON * b.abs());
                 }
             }
             match &schedule.lattice {
                 // All of the lattice is there, and every row under its own number.
                 Some(_) => {
+                    assert_eq!(back.unreachable, itinerary.unreachable);
                     assert_eq!(back.schedule.lattice, schedule.lattice);
                     assert_eq!(back.schedule.poses, schedule.poses);
                     let visited = itinerary.visits.iter().map(|v| v.pose);
@@ -96,64 +119,31 @@ fn an_itinerary_is_in_the_file_and_what_it_leaves_out_too() {
                 }
                 None => assert_eq!(back.schedule.poses.len(), itinerary.visits.len()),
             }
-            // Every pose that has no row is named with its reason.
-            let line = text.lines().find(|l| l.contains("unreachable")).unwrap();
-            let line = text
-                .lines()
-                .find(|l| l.starts_with("# unreachable = "))
-                .unwrap_or(line);
-            let named: Vec<(u32, String)> = match format {
-                ScheduleFormat::Csv => {
-                    serde_json::from_str(line.strip_prefix("# unreachable = ").unwrap()).unwrap()
-                }
-                _ => {
-                    let value: serde_json::Value = serde_json::from_str(line).unwrap();
-                    serde_json::from_value(value["header"]["unreachable"].clone()).unwrap()
-                }
-            };
-            let named: Vec<_> = named
-                .into_iter()
-                .map(|(pose, label)| (pose, Unreachable::of_label(&label).unwrap()))
-                .collect();
-            assert_eq!(named, itinerary.unreachable);
-            hashes.insert(back.hash);
         }
-        hashes.insert(schedule_hash(&schedule, Sequence::Visits(&itinerary)));
-        assert_eq!(hashes.len(), 1);
-        assert!(!hashes.contains(&schedule_hash(&schedule, Sequence::Generated)));
     }
 }
 
 #[test]
 fn a_cut_file_is_refused() {
-    let entry = parametrization::find("half-difference").unwrap();
-    for kind in ["grid", "sobol"] {
-        let schedule = planned(&entry.form(Symmetry::FULL), kind, 60);
-        let itinerary = backwards(&schedule);
-        for format in FORMATS {
-            for itinerary in [None, Some(&itinerary)] {
-                let whole = text(&schedule, itinerary, format);
-                let mut tried = 0;
-                for cut in cuts(&whole) {
-                    tried += 1;
-                    let read = read_schedule(cut, "s", &assumed());
-                    assert!(read.is_err(), "{}", &cut[cut.len() - 60..]);
-                }
-                assert!(tried > 100);
-                // Only the last line end is missing: nothing is lost.
-                let unended = whole.strip_suffix('\n').unwrap();
-                assert!(read_schedule(unended, "s", &assumed()).is_ok());
-                // A digit that changed.
-                let last = whole
-                    .trim_end()
-                    .rfind(|c: char| c.is_ascii_digit())
-                    .unwrap();
-                let mut edited = whole.clone();
-                let digit = if &whole[last..=last] == "1" { "2" } else { "1" };
-                edited.replace_range(last..=last, digit);
-                let e = read_schedule(&edited, "s", &assumed()).err().unwrap();
-                assert!(e.message.contains("schedule_hash"), "{e}");
+    let form = form("half-difference", Symmetry::FULL);
+    for (kind, format) in product(["grid", "sobol"], FORMATS) {
+        let schedule = planned(&form, kind, 60, 1);
+        for itinerary in [None, Some(&backwards(&schedule))] {
+            let whole = text(&schedule, itinerary, format);
+            let mut tried = 0;
+            for cut in cuts(&whole) {
+                tried += 1;
+                assert!(try_read(cut).is_err(), "{}", &cut[cut.len() - 60..]);
             }
+            assert!(tried > 100);
+            // Only the last line end is missing: nothing is lost.
+            read(whole.strip_suffix('\n').unwrap());
+            // A digit that changed.
+            let last = whole.rfind(|c: char| c.is_ascii_digit()).unwrap();
+            let digit = if &whole[last..=last] == "1" { "2" } else { "1" };
+            let mut edited = whole.clone();
+            edited.replace_range(last..=last, digit);
+            says(&try_read(&edited).err().unwrap().message, "schedule_hash");
         }
     }
 }
@@ -166,25 +156,23 @@ fn tables_from_a_spreadsheet_are_taken_as_they_are() {
     ];
     let d = f64::to_degrees;
     let rows = [[0.0, 0.0, d(0.5), 0.0], [d(0.25), 0.0, d(0.75), d(-1.5)]];
-    let names = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"];
     let table = |separator: &str, end: &str, number: &dyn Fn(f64) -> String| {
-        let mut text = names.join(separator) + end;
+        let mut text = ANGLES.replace(',', separator) + end;
         for row in rows {
             text += &(row.map(number).join(separator) + end);
         }
         text
     };
     let plain = |v: f64| v.to_string();
+    let comma = |v: f64| v.to_string().replace('.', ",");
     let mut texts = vec![
         table(",", "\n", &plain),
         table(";", "\r\n", &plain),
         table("\t", "\n", &plain),
         table(" , ", "\n\n", &plain),
-        table(";", "\n", &|v| v.to_string().replace('.', ",")),
+        table(";", "\n", &comma),
         table(",", "\n", &|v| format!("\"{v}\"")),
-        table(";", "\r\n", &|v| {
-            format!("\"{}\"", v.to_string().replace('.', ","))
-        }),
+        table(";", "\r\n", &|v| format!("\"{}\"", comma(v))),
         "\u{feff}".to_owned() + &table(",", "\r\n", &plain) + ",,,\r\n",
         "# a note\n".to_owned() + &table(",", "\n", &plain),
     ];
@@ -201,26 +189,22 @@ fn tables_from_a_spreadsheet_are_taken_as_they_are() {
     };
     texts.push(rows.map(json).concat());
     for text in texts {
-        let back =
-            read_schedule(&text, "hand.csv", &assumed()).unwrap_or_else(|e| panic!("{e}\n{text}"));
+        let back = read(&text);
         assert!(back.schedule.lattice.is_none() && back.positions.is_empty());
         assert_eq!(back.schedule.parametrization.name(), "half-difference");
         assert_eq!(back.schedule.parametrization.symmetry(), Symmetry::NONE);
         for (pair, &number) in expected.iter().zip(&back.order) {
             let pose = back.schedule.poses[number as usize];
             assert!(chord(&pose.pair, pair) < 2e-15, "{text}");
-            assert_eq!(
-                pose.coords,
-                back.schedule.parametrization.forward(&pose.pair)
-            );
+            let coords = back.schedule.parametrization.forward(&pose.pair);
+            assert_eq!(pose.coords, coords);
         }
     }
 }
 
 #[test]
 fn a_header_survives_a_spreadsheet() {
-    let entry = parametrization::find("half-difference").unwrap();
-    let schedule = planned(&entry.form(Symmetry::FULL), "grid", 60);
+    let schedule = grid(60);
     // What has a comma in it is quoted, every line is padded to the width of the table.
     let pad = |line: &str| {
         let comment = line.starts_with('#');
@@ -235,20 +219,16 @@ fn a_header_survives_a_spreadsheet() {
         .map(pad)
         .collect();
     assert!(text.contains("\"# lattice = [{\"\"n\"\":"), "{text}");
-    let back = read_schedule(&text, "s", &assumed()).unwrap();
+    let back = read(&text);
     assert!(back.schedule.lattice == schedule.lattice);
     assert_eq!(back.schedule.poses, schedule.poses);
 }
 
 #[test]
 fn the_reader_may_choose_the_coordinates() {
-    let entry = parametrization::find("half-difference").unwrap();
-    let schedule = planned(&entry.form(Symmetry::FULL), "grid", 60);
+    let schedule = grid(60);
     let text = text(&schedule, None, ScheduleFormat::Csv);
-    for (name, symmetry) in [
-        ("spherical", Symmetry::FULL),
-        ("half-difference", Symmetry::NONE),
-    ] {
+    let read_in = |name: &str, symmetry| {
         let assume = Assume {
             parametrization: Some(name.into()),
             symmetry: Some(symmetry),
@@ -257,6 +237,13 @@ fn the_reader_may_choose_the_coordinates() {
         let back = read_schedule(&text, "s", &assume).unwrap().schedule;
         assert_eq!(back.parametrization.name(), name);
         assert_eq!(back.parametrization.symmetry(), symmetry);
+        back
+    };
+    for (name, symmetry) in [
+        ("spherical", Symmetry::FULL),
+        ("half-difference", Symmetry::NONE),
+    ] {
+        let back = read_in(name, symmetry);
         assert!(
             back.lattice.is_none(),
             "the lattice is in other coordinates"
@@ -266,18 +253,12 @@ fn the_reader_may_choose_the_coordinates() {
             assert_eq!(a.coords, back.parametrization.forward(&a.pair));
         }
     }
-    let declared = Assume {
-        parametrization: Some("half-difference".into()),
-        symmetry: Some(Symmetry::FULL),
-        ..Assume::default()
-    };
-    let back = read_schedule(&text, "s", &declared).unwrap();
-    assert!(back.schedule.lattice == schedule.lattice);
+    let own = read_in("half-difference", Symmetry::FULL);
+    assert!(own.lattice == schedule.lattice);
 }
 
 #[test]
 fn what_is_no_schedule_is_refused_with_its_line() {
-    let head = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n";
     for [text, line, part] in table(
         r#"
         | - | names the columns
@@ -309,20 +290,13 @@ fn what_is_no_schedule_is_refused_with_its_line() {
         {"theta_i_deg":1,"phi_i_deg":2,"theta_o_deg":3,"phi_o_deg":4}\n{"theta_i_deg":1, | 2 | no JSON object
         {"theta_i_deg":1,"phi_i_deg":2,"theta_o_deg":3,"phi_o_deg":"4"}\n | 1 | phi_o_deg = "4""#,
     ) {
-        let line: Option<usize> = line.parse().ok();
         let text = text.replace("ZERO", "\0");
-        let text = text.replace("H,", &head.replace('\n', ","));
-        let text = text.replace('H', head);
-        let e = read_schedule(&text, "f.csv", &assumed())
-            .err()
-            .unwrap_or_else(|| panic!("{text}"));
-        assert_eq!(e.line, line, "{text}: {e}");
-        assert!(e.message.contains(part), "{text}: {e}");
-        let place = line.map_or("f.csv: ".into(), |l| format!("f.csv:{l}: "));
-        assert!(e.to_string().starts_with(&place), "{e}");
-        let told = e.to_string();
-        let error = gonio::Error::from(e);
-        assert_eq!((error.exit_code(), error.to_string()), (3, told));
+        let text = text.replace("H,", &format!("{ANGLES},"));
+        refused(
+            try_read(&text.replace('H', &format!("{ANGLES}\n"))),
+            line,
+            part,
+        );
     }
 }
 
@@ -342,70 +316,47 @@ fn a_lattice_without_the_rows_to_bear_it_out_is_refused() {
             let text = format!(
                 "# symmetry = {{\"isotropic\":true,\"reciprocal\":true,\"bilateral\":true}}\n\
                  # sample_set = \"grid\"\n# poses = {poses}\n# lattice = [{axes}]\n\
-                 index,theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n0,10,0,20,0\n"
+                 index,{ANGLES}\n0,10,0,20,0\n"
             );
-            let e = read_schedule(&text, "s", &assumed()).err().unwrap();
-            assert_eq!(e.line, Some(4), "{e}");
-            assert!(e.message.starts_with("lattice: "), "{e}");
+            refused(try_read(&text), "4", "f.csv:4: lattice: ");
         }
     }
 }
 
 #[test]
 fn a_lattice_most_rows_of_which_were_taken_out_is_laid_out() {
-    let entry = parametrization::find("half-difference").unwrap();
-    let schedule = planned(&entry.form(Symmetry::FULL), "grid", 20_000);
+    let schedule = grid(20_000);
     let whole = text(&schedule, None, ScheduleFormat::Csv);
-    let promise = |l: &&str| !l.starts_with("# schedule_hash") && !l.starts_with("# rows");
-    let few: Vec<&str> = whole.lines().filter(promise).take(30).collect();
-    let back = read_schedule(&few.join("\n"), "s", &assumed()).unwrap();
+    let unsigned = without(&without(&whole, "# schedule_hash"), "# rows");
+    let few: Vec<&str> = unsigned.lines().take(30).collect();
+    let back = read(&few.join("\n"));
     assert!(back.order.len() < 30);
     assert!(back.schedule.lattice == schedule.lattice);
 }
 
 #[test]
 fn a_lattice_that_does_not_fit_its_rows_is_refused() {
-    let entry = parametrization::find("half-difference").unwrap();
-    let schedule = planned(&entry.form(Symmetry::FULL), "grid", 60);
+    let schedule = grid(60);
     let whole = text(&schedule, None, ScheduleFormat::Csv);
     // Without the hash the rows are taken as they are, but they must still be nodes.
-    let unsigned: String = whole
-        .lines()
-        .filter(|l| !l.starts_with("# schedule_hash"))
-        .map(|l| l.to_owned() + "\n")
-        .collect();
-    assert!(read_schedule(&unsigned, "s", &assumed()).is_ok());
+    let unsigned = without(&whole, "# schedule_hash");
+    read(&unsigned);
     let lines: Vec<&str> = unsigned.lines().collect();
     let last = lines.len();
     let mut cells: Vec<&str> = lines[last - 1].split(',').collect();
     cells[4] = "1.25";
     let moved = lines[..last - 1].join("\n") + "\n" + &cells.join(",") + "\n";
-    let e = read_schedule(&moved, "s", &assumed()).err().unwrap();
-    assert_eq!(e.line, Some(last), "{e}");
-    assert!(e.message.contains("of the lattice in the header"), "{e}");
+    refused(
+        try_read(&moved),
+        &last.to_string(),
+        "of the lattice in the header",
+    );
     // A lattice of other nodes.
     let other = unsigned.replacen("\"n\":", "\"n\":1", 1);
-    let e = read_schedule(&other, "s", &assumed()).err().unwrap();
-    assert!(e.message.starts_with("lattice: "), "{e}");
-    let line = e.line.unwrap();
-    assert!(
-        unsigned
-            .lines()
-            .nth(line - 1)
-            .unwrap()
-            .starts_with("# lattice")
-    );
+    let line = lines.iter().position(|l| l.starts_with("# lattice"));
+    let line = (line.unwrap() + 1).to_string();
+    refused(try_read(&other), &line, &format!("f.csv:{line}: lattice: "));
     // Without the lattice the moved pose is one like any other.
-    let free: String = moved
-        .lines()
-        .filter(|l| !l.starts_with("# lattice"))
-        .map(|l| l.to_owned() + "\n")
-        .collect();
-    assert!(
-        read_schedule(&free, "s", &assumed())
-            .unwrap()
-            .schedule
-            .lattice
-            .is_none()
-    );
+    let free = read(&without(&moved, "# lattice")).schedule;
+    assert!(free.lattice.is_none());
 }

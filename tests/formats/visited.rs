@@ -1,7 +1,7 @@
 //! What is left of a schedule when some of it was read.
 
-use super::common::{random_pair, symmetries};
-use super::{FORMATS, planned};
+use super::FORMATS;
+use super::common::{planned, random_pair, symmetries};
 use glam::{DMat3, DVec3};
 use gonio::geometry::{Direction, DirectionPair, distance};
 use gonio::parametrization;
@@ -16,9 +16,11 @@ fn a_reading_counts_for_the_pose_it_is_of() {
     for symmetry in symmetries() {
         for (name, kind) in [("half-difference", "grid"), ("spherical", "sobol")] {
             let form = parametrization::find(name).unwrap().form(symmetry);
-            let schedule = planned(&form, kind, 150);
-            let seen =
-                |d: Direction, f: &dyn Fn(DVec3) -> DVec3| Direction::from_unit(f(d.vector()));
+            let schedule = planned(&form, kind, 150, 1);
+            let of_both = |p: &DirectionPair, f: &dyn Fn(DVec3) -> DVec3| {
+                let [i, o] = [p.omega_i, p.omega_o].map(|d| Direction::from_unit(f(d.vector())));
+                DirectionPair::new(i, o)
+            };
             // Every third pose is read, a little off and as any of its images.
             let mut read = Vec::new();
             for (i, pose) in schedule.poses.iter().enumerate().step_by(3) {
@@ -26,30 +28,25 @@ fn a_reading_counts_for_the_pose_it_is_of() {
                 let aside = |v: DVec3, x: f64| {
                     (v + 0.3 * TOLERANCE * DVec3::new(x, 1.0 - x, 0.0)).normalize()
                 };
-                let off = |p: &DirectionPair, f: &dyn Fn(DVec3) -> DVec3| {
-                    DirectionPair::new(seen(p.omega_i, f), seen(p.omega_o, f))
-                };
                 let mut pair = DirectionPair::new(
-                    seen(pose.pair.omega_i, &|v| aside(v, a)),
-                    seen(pose.pair.omega_o, &|v| aside(v, b)),
+                    of_both(&pose.pair, &|v| aside(v, a)).omega_i,
+                    of_both(&pose.pair, &|v| aside(v, b)).omega_o,
                 );
                 if symmetry.reciprocal && c > 0.5 {
                     pair = pair.swapped();
                 }
                 if symmetry.bilateral && d > 0.5 {
-                    pair = off(&pair, &|v| v * DVec3::new(1.0, -1.0, 1.0));
+                    pair = of_both(&pair, &|v| v * DVec3::new(1.0, -1.0, 1.0));
                 }
                 if symmetry.isotropic {
                     let turn = DMat3::from_rotation_z(7.0 * a);
-                    pair = off(&pair, &|v| turn * v);
+                    pair = of_both(&pair, &|v| turn * v);
                 }
                 read.push(pair);
             }
             let nearest = |pair: &DirectionPair| {
-                let all = schedule
-                    .poses
-                    .iter()
-                    .map(|pose| distance(&pose.pair, pair, symmetry));
+                let poses = schedule.poses.iter();
+                let all = poses.map(|pose| distance(&pose.pair, pair, symmetry));
                 all.fold(f64::INFINITY, f64::min)
             };
             // Readings of other places count for none.
@@ -57,9 +54,8 @@ fn a_reading_counts_for_the_pose_it_is_of() {
             let others = (0..50).map(|i| random_pair(&Random::new(4), i));
             read.extend(others.filter(|p| nearest(p) > 2.0 * TOLERANCE));
             let left = unvisited(&schedule, &read, TOLERANCE);
-            let expected: Vec<u32> = (0..schedule.poses.len() as u32)
-                .filter(|i| i % 3 > 0)
-                .collect();
+            let numbers = 0..schedule.poses.len() as u32;
+            let expected: Vec<u32> = numbers.filter(|i| i % 3 > 0).collect();
             assert_eq!(left.poses, expected, "{name} {symmetry:?}");
             assert_eq!(left.elsewhere, read.len() - own);
             // What is left is a schedule, under the same numbers.
@@ -82,15 +78,16 @@ fn a_reading_counts_for_the_pose_it_is_of() {
     }
     // Of two poses within reach the nearer one is visited.
     let form = crate::common::form("spherical", symmetries()[0]);
-    let mut schedule = planned(&form, "sobol", 2);
+    let mut schedule = (*planned(&form, "sobol", 2, 1)).clone();
     let at = |theta: f64| DirectionPair::from_spherical(0.5, 0.0, theta, 0.0);
     for (pose, theta) in schedule.poses.iter_mut().zip([0.7, 0.7004]) {
         pose.pair = at(theta);
     }
-    assert_eq!(unvisited(&schedule, &[at(0.7003)], TOLERANCE).poses, [0]);
-    assert_eq!(
-        unvisited(&schedule, &[at(0.7001), at(0.7003)], TOLERANCE).poses,
-        [0; 0]
-    );
-    assert_eq!(unvisited(&schedule, &[at(0.7015)], TOLERANCE).elsewhere, 1);
+    let left = |thetas: &[f64]| {
+        let read: Vec<_> = thetas.iter().copied().map(at).collect();
+        unvisited(&schedule, &read, TOLERANCE)
+    };
+    assert_eq!(left(&[0.7003]).poses, [0]);
+    assert!(left(&[0.7001, 0.7003]).poses.is_empty());
+    assert_eq!(left(&[0.7015]).elsewhere, 1);
 }

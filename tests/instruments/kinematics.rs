@@ -1,12 +1,13 @@
 //! Forward and inverse kinematics of every class.
 
 use super::{distance, machines, specs, turned_onto};
+use crate::common::{cosine_pairs, edge_pairs, near};
 use glam::DVec3;
 use gonio::geometry::{Direction, DirectionPair};
 use gonio::instrument::Machine;
-use gonio::sampling::{Random, cosine_hemisphere};
+use gonio::sampling::Random;
 use gonio::schedule::{MAX_AXES, Positions, Unreachable};
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 /// Two dozen roundings of numbers up to π make 1e-14; a hundredfold of that is no physical angle.
 const EXACT: f64 = 1e-12;
@@ -21,138 +22,56 @@ fn error(machine: &Machine, pair: &DirectionPair, free: bool, positions: &Positi
     }
 }
 
-/// The worst error over every solution of the class; they are at least four.
+/// The worst error over the four solutions of the class, the first of which is the place of a machine without limits.
 fn worst(machine: &Machine, pair: &DirectionPair) -> f64 {
     let mut worst: f64 = 0.0;
     for free in [false, true] {
-        let mut solutions = 0;
+        let (mut solutions, mut first) = (0, None);
         machine.class().inverse(pair, free, &mut |positions| {
             solutions += 1;
+            first.get_or_insert(positions);
             worst = worst.max(error(machine, pair, free, &positions));
             for p in positions {
                 assert!(p > -PI && p <= PI, "{positions:?}");
             }
         });
         assert_eq!(solutions, 4);
+        assert_eq!(machine.place(pair, free).ok(), first, "{pair:?}");
     }
     worst
 }
 
-fn random_pair(random: &Random, i: u64) -> DirectionPair {
-    let u: [f64; 4] = random.point(i);
-    let end = |a, b| cosine_hemisphere([a, b]);
-    DirectionPair::new(end(u[0], u[1]), end(u[2], u[3]))
-}
-
-/// Poses where a formula could divide by nothing.
-fn degenerate() -> Vec<DirectionPair> {
-    let mut pairs = vec![];
-    let grazing = 89.9999_f64.to_radians();
-    for phi in [0.0, 0.3, FRAC_PI_2, 2.0, PI, -1.0] {
-        // Both at the normal; one at the normal; both at grazing, opposed, on each other, across.
-        for (ti, to) in [
-            (0.0, 0.0),
-            (0.0, 0.7),
-            (0.7, 0.0),
-            (0.0, grazing),
-            (grazing, 0.0),
-        ] {
-            pairs.push(DirectionPair::from_spherical(ti, phi, to, 1.1));
-        }
-        for theta in [grazing, FRAC_PI_2] {
-            for across in [0.0, FRAC_PI_2, PI, 3.0] {
-                pairs.push(DirectionPair::from_spherical(
-                    theta,
-                    phi,
-                    theta,
-                    phi + across,
-                ));
-            }
-        }
-        for e in 0..=16 {
-            let d = 10_f64.powi(-e);
-            for theta in [0.0, d, 1e-3, 0.4, 1.2] {
-                let mirror = DirectionPair::from_spherical(theta, phi, theta, phi + PI);
-                pairs.push(mirror);
-                // Retro in the plane and across it, and near the mirror.
-                pairs.push(DirectionPair::from_spherical(
-                    theta,
-                    phi,
-                    theta - 0.2 * d,
-                    phi,
-                ));
-                pairs.push(DirectionPair::from_spherical(theta, phi, theta, phi + d));
-                pairs.push(DirectionPair::from_spherical(
-                    theta,
-                    phi,
-                    theta + 0.2 * d,
-                    phi + PI - d,
-                ));
-            }
-            // Light or sensor nearly at the normal, nearly opposed at grazing.
-            pairs.push(DirectionPair::from_spherical(d, phi, 0.9, 0.1));
-            pairs.push(DirectionPair::from_spherical(0.9, phi, d, 0.1));
-            pairs.push(DirectionPair::from_spherical(
-                FRAC_PI_2,
-                phi,
-                FRAC_PI_2 - d,
-                phi + PI,
-            ));
-        }
-    }
-    // Directions that differ by rounding only, across and along: the back vector has none.
-    for i in 0..100 {
-        let omega = random_pair(&Random::new(10), i).omega_i;
+/// Pairs anywhere, of the edge table, and of directions that differ by rounding only, across and along: the back vector has none.
+fn pairs() -> Vec<DirectionPair> {
+    let mut pairs: Vec<_> = edge_pairs().into_iter().map(|(_, pair)| pair).collect();
+    for DirectionPair { omega_i: omega, .. } in cosine_pairs(10).take(100) {
         let longer = Direction::from_unit(omega.vector() * (1.0 + f64::EPSILON));
         let beside = omega.vector() + f64::EPSILON * DVec3::new(1.0, -1.0, 0.5);
         for other in [omega, longer, Direction::from_unit(beside)] {
-            pairs.push(DirectionPair::new(omega, other));
-            pairs.push(DirectionPair::new(other, omega));
+            let pair = DirectionPair::new(omega, other);
+            pairs.extend([pair, pair.swapped()]);
         }
     }
+    pairs.extend(cosine_pairs(11).take(20_000));
     pairs
 }
 
 #[test]
 fn every_solution_makes_the_pair() {
+    let pairs = pairs();
     for machine in machines() {
         let machine = machine.without_limits();
-        let random = Random::new(11);
-        let mut largest: f64 = 0.0;
-        for i in 0..100_000 {
-            let pair = random_pair(&random, i);
-            largest = largest.max(worst(&machine, &pair));
+        let (name, axes) = (machine.class().name, machine.axes().len());
+        let random = Random::new(13);
+        // Any positions: below the horizon too, where the chain is the same.
+        let of_positions = (0..20_000).map(|i| {
+            let mut positions = random.point(i).map(|u: f64| TAU * (u - 0.5));
+            positions[axes..].fill(0.0);
+            machine.forward(&positions)
+        });
+        for pair in pairs.iter().copied().chain(of_positions) {
+            near(worst(&machine, &pair), 0.0, EXACT, (name, pair));
         }
-        let name = machine.class().name;
-        println!("{name}: worst error of random pairs {largest:.1e} rad");
-        assert!(largest < EXACT, "{name}: {largest:e}");
-    }
-}
-
-#[test]
-fn degenerate_pairs_are_made_as_well() {
-    let pairs = degenerate();
-    for machine in machines() {
-        let machine = machine.without_limits();
-        let name = machine.class().name;
-        let mut largest: f64 = 0.0;
-        for pair in &pairs {
-            let error = worst(&machine, pair);
-            assert!(error < EXACT, "{name}: {error:e} for {pair:?}");
-            largest = largest.max(error);
-            // Without limits the preferred solution always, whatever the range of an axis.
-            for free in [false, true] {
-                let mut first = None;
-                machine.class().inverse(pair, free, &mut |p| {
-                    first.get_or_insert(p);
-                });
-                assert_eq!(machine.place(pair, free).ok(), first);
-            }
-        }
-        println!(
-            "{name}: worst of {} degenerate pairs {largest:.1e} rad",
-            pairs.len()
-        );
     }
 }
 
@@ -160,16 +79,13 @@ fn degenerate_pairs_are_made_as_well() {
 fn places_within_limits_make_the_pair() {
     for (machine, spec) in machines().iter().zip(specs()) {
         let name = machine.class().name;
-        let random = Random::new(12);
-        let (mut reached, mut i, mut largest) = (0, 0, 0.0_f64);
-        while reached < 100_000 {
-            let pair = random_pair(&random, i);
-            i += 1;
-            let free = i % 2 == 0;
-            let Ok(positions) = machine.place(&pair, free) else {
-                continue;
-            };
-            reached += 1;
+        let mut largest = 0.0_f64;
+        let cases = cosine_pairs(12).zip([false, true].into_iter().cycle());
+        let placed = cases.filter_map(|(pair, free)| {
+            let positions = machine.place(&pair, free).ok()?;
+            Some((pair, free, positions))
+        });
+        for (pair, free, positions) in placed.take(100_000) {
             largest = largest.max(error(machine, &pair, free, &positions));
             for (j, p) in positions.iter().enumerate() {
                 match spec.axis.get(j) {
@@ -185,31 +101,8 @@ fn places_within_limits_make_the_pair() {
             assert!(pair.omega_o.theta().to_degrees() <= limits.theta_o_max_deg);
             assert!(pair.separation().to_degrees() >= limits.separation_min_deg);
         }
-        println!("{name}: {reached} of {i} pairs reached, worst error {largest:.1e} rad");
+        println!("{name}: worst error of places {largest:.1e} rad");
         assert!(largest < EXACT, "{name}: {largest:e}");
-    }
-}
-
-#[test]
-fn positions_that_come_from_a_pair_go_back_to_it() {
-    for machine in machines() {
-        let machine = machine.without_limits();
-        let random = Random::new(13);
-        let axes = machine.axes().len();
-        for i in 0..20_000 {
-            let u: [f64; MAX_AXES] = random.point(i);
-            let mut positions = u.map(|u| TAU * (u - 0.5));
-            positions[axes..].fill(0.0);
-            // Any positions: below the horizon too, where the chain is the same.
-            let pair = machine.forward(&positions);
-            let found = machine.place(&pair, false).unwrap();
-            let error = error(&machine, &pair, false, &found);
-            assert!(
-                error < EXACT,
-                "{}: {error:e} at {positions:?}",
-                machine.class().name
-            );
-        }
     }
 }
 
@@ -217,18 +110,18 @@ fn positions_that_come_from_a_pair_go_back_to_it() {
 /// the forward direction itself.
 #[test]
 fn the_chain_agrees_with_rotations_by_hand() {
-    let sc = |a: f64| a.sin_cos();
     let about_x = |a: f64, [x, y, z]: [f64; 3]| {
-        let (s, c) = sc(a);
+        let (s, c) = a.sin_cos();
         [x, c * y - s * z, s * y + c * z]
     };
+    // By the same rotation of turned coordinates.
     let about_y = |a: f64, [x, y, z]: [f64; 3]| {
-        let (s, c) = sc(a);
-        [c * x + s * z, y, c * z - s * x]
+        let [y, z, x] = about_x(a, [y, z, x]);
+        [x, y, z]
     };
     let about_z = |a: f64, [x, y, z]: [f64; 3]| {
-        let (s, c) = sc(a);
-        [c * x - s * y, s * x + c * y, z]
+        let [z, x, y] = about_x(a, [z, x, y]);
+        [x, y, z]
     };
     let z = [0.0, 0.0, 1.0];
     let random = Random::new(14);
@@ -281,7 +174,6 @@ fn at_zero_everything_looks_along_the_normal() {
 
 #[test]
 fn what_turns_the_sample_rests_for_isotropic_materials() {
-    let random = Random::new(15);
     for machine in machines() {
         let machine = machine.without_limits();
         let resting = match machine.class().name {
@@ -292,11 +184,9 @@ fn what_turns_the_sample_rests_for_isotropic_materials() {
             other => panic!("{other} is not in this test"),
         };
         let mut moved = 0;
-        for i in 0..1000 {
-            let pair = random_pair(&random, i);
-            machine
-                .class()
-                .inverse(&pair, true, &mut |p| assert_eq!(p[resting], 0.0));
+        for pair in cosine_pairs(15).take(1000) {
+            let mut rests = |p: Positions| assert_eq!(p[resting], 0.0);
+            machine.class().inverse(&pair, true, &mut rests);
             let p = machine.place(&pair, false).unwrap();
             moved += usize::from(p[resting].abs() > 0.01);
         }
@@ -309,21 +199,18 @@ fn the_cornell_arm_stands_at_twice_the_difference_angle() {
     let mut spec = specs().remove(0);
     let free = Machine::new(&spec).unwrap().without_limits();
     assert_eq!(free.class().name, "fixed-detector-3-axis");
-    let random = Random::new(16);
-    for i in 0..10_000 {
-        let pair = random_pair(&random, i);
+    for pair in cosine_pairs(16).take(10_000) {
         let arm = free.place(&pair, true).unwrap()[0];
         let theta_d = pair.back().length().atan2(pair.half().length());
         // Both are atan2 of the same lengths up to two roundings of numbers below π.
-        assert!((arm - 2.0 * theta_d).abs() < 1e-15, "{arm} {theta_d}");
+        near(arm, 2.0 * theta_d, 1e-15, pair);
     }
     // An arm that cannot come closer than 20 degrees: theta_d is 10 degrees or more, exactly.
     spec.axis[0].min_deg = 20.0;
     spec.limits.separation_min_deg = 0.0;
     let machine = Machine::new(&spec).unwrap();
     let (mut near, mut far) = (0, 0);
-    for i in 0..10_000 {
-        let pair = random_pair(&random, i);
+    for pair in cosine_pairs(16).take(10_000) {
         let steep = pair.omega_i.theta().max(pair.omega_o.theta());
         if steep.to_degrees() > 86.0 {
             continue;

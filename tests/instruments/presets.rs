@@ -45,24 +45,20 @@ fn every_number_has_a_provenance_and_every_provenance_a_number() {
         }
         for entry in &spec.provenance {
             let about = |(_, found): &&(String, Option<_>)| *found == Some(entry);
-            let count = origins.iter().filter(about).count();
+            let is_about = origins.iter().filter(about).count() > 0;
             assert!(
-                count > 0,
+                is_about,
                 "{}: {:?} is about nothing",
-                spec.name,
-                entry.fields
+                spec.name, entry.fields
             );
             if entry.tag == Tag::Published {
                 // A publication has a year, or the institute whose page or data it is.
                 let year = |word: &str| word.len() == 4 && word.parse::<u16>().is_ok();
-                let words = entry.source.split(|c: char| !c.is_alphanumeric());
+                let source = &entry.source;
+                let mut words = source.split(|c: char| !c.is_alphanumeric());
                 let named = ["rgl.epfl.ch", "UTIA", "NIST", "pab"];
-                assert!(
-                    words.clone().any(year) || named.iter().any(|n| entry.source.contains(n)),
-                    "{}: {}",
-                    spec.name,
-                    entry.source
-                );
+                let is_named = named.iter().any(|name| source.contains(name));
+                assert!(is_named || words.any(year), "{}: {source}", spec.name);
             }
             // Each field by itself, too: a mistyped one would hide behind its neighbours.
             for field in &entry.fields {
@@ -70,12 +66,8 @@ fn every_number_has_a_provenance_and_every_provenance_a_number() {
                 let mut only = entry.clone();
                 only.fields = vec![field.clone()];
                 alone.provenance = vec![only];
-                let covered = alone.origins();
-                assert!(
-                    covered.iter().any(|(_, e)| e.is_some()),
-                    "{}: {field}",
-                    spec.name
-                );
+                let is_covered = alone.origins().iter().any(|(_, e)| e.is_some());
+                assert!(is_covered, "{}: {field}", spec.name);
             }
         }
     }
@@ -99,13 +91,17 @@ fn a_field_is_about_the_keys_it_names() {
         let (_, entry) = origins.iter().find(|(k, _)| k == key).unwrap();
         entry.map(|e| e.tag)
     };
-    assert_eq!(tag("axis.ring.min_deg"), Some(Tag::Published));
-    assert_eq!(tag("axis.robot_yaw.min_deg"), Some(Tag::Generic));
-    assert_eq!(tag("axis.ring.max_deg"), None);
-    assert_eq!(tag("timing.settle_s"), Some(Tag::Generic));
-    assert_eq!(tag("limits.collision.0.angle_min_deg"), None);
-    assert_eq!(tag("limits.collision.1.angle_min_deg"), Some(Tag::Recalled));
-    assert_eq!(tag("body.link.direction"), None);
+    for (key, expected) in [
+        ("axis.ring.min_deg", Some(Tag::Published)),
+        ("axis.robot_yaw.min_deg", Some(Tag::Generic)),
+        ("axis.ring.max_deg", None),
+        ("timing.settle_s", Some(Tag::Generic)),
+        ("limits.collision.0.angle_min_deg", None),
+        ("limits.collision.1.angle_min_deg", Some(Tag::Recalled)),
+        ("body.link.direction", None),
+    ] {
+        assert_eq!(tag(key), expected, "{key}");
+    }
     // No number, no key.
     assert!(origins.iter().all(|(key, _)| key != "timing.scan"));
 }
@@ -129,7 +125,7 @@ fn exposures_suit_a_diffuse_sample_and_its_lobes() {
         assert!(black > 10.0 * d.read_noise, "{}", spec.name);
         let range = d.full_scale / d.read_noise * d.exposure_max_s / d.exposure_min_s;
         assert!(
-            range > 0.999e6 && range < 1.001e7,
+            (0.999e6..1.001e7).contains(&range),
             "{}: {range:e}",
             spec.name
         );

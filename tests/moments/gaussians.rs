@@ -1,7 +1,7 @@
 //! Truncated Gaussians: products against closed forms, correlated ones against a closed form in
 //! one angle and a quadrature in the other.
 
-use super::{Planar, assert_tolerance, assert_within, estimate, from_raw, resolving};
+use super::{assert_tolerance, assert_within, estimate, from_raw, planar, resolving};
 use gonio::sampling::gauss_legendre;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 
@@ -43,7 +43,7 @@ fn check(centre: [f64; 2], width: [f64; 2], r: f64, raw: &[[f64; 5]; 5]) {
         let [x, y] = [0, 1].map(|i| (angles[i] - centre[i]) / width[i]);
         Some((-0.5 * (x * x - 2.0 * r * x * y + y * y) / ((1.0 - r) * (1.0 + r))).exp())
     };
-    let brdf = Planar(f);
+    let brdf = planar(f);
     let powers = |w: f64, n: usize| w.powi(n as i32 + 1);
     let unit = |n: usize, m: usize| raw[n][m] * powers(width[0], n) * powers(width[1], m);
     let want = from_raw(unit, centre);

@@ -12,8 +12,9 @@ mod peak;
 mod sampled;
 mod symmetric;
 
-use gonio::brdf::{Brdf, Channels, Presence};
-use gonio::geometry::{DirectionPair, Symmetry};
+use common::made;
+use gonio::brdf::Brdf;
+use gonio::geometry::Symmetry;
 use gonio::moments::{
     Channel, Component, Estimator, Moments, MonteCarlo, Order, PeakResolving, ScrambledSobol,
     Slice, SliceMoments,
@@ -21,34 +22,10 @@ use gonio::moments::{
 use gonio::parametrization::view_centered_angles;
 
 /// A function of the slice's angles as a BRDF: every view sees the same slice. `None`: no data.
-struct Planar<F>(F);
-
-impl<F: Fn([f64; 2]) -> Option<f64> + Send + Sync> Brdf for Planar<F> {
-    fn channels(&self) -> &Channels {
-        &Channels::Luminance
-    }
-    fn symmetry(&self) -> Symmetry {
-        Symmetry {
-            isotropic: false,
-            reciprocal: false,
-            bilateral: false,
-        }
-    }
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        match (self.0)(view_centered_angles(pair.omega_i)) {
-            Some(value) => {
-                out[0] = value;
-                Presence::Present
-            }
-            None => {
-                out[0] = 0.0;
-                Presence::Missing
-            }
-        }
-    }
+fn planar(f: impl Fn([f64; 2]) -> Option<f64> + Send + Sync) -> impl Brdf {
+    made(Symmetry::NONE, move |pair| {
+        Some([f(view_centered_angles(pair.omega_i))?])
+    })
 }
 
 fn slice(brdf: &dyn Brdf, theta_o: f64) -> Slice<'_> {
@@ -74,6 +51,10 @@ fn estimators() -> [Box<dyn Estimator>; 3] {
         Box::new(ScrambledSobol::default()),
         Box::new(PeakResolving::default()),
     ]
+}
+
+fn is_random(by: &dyn Estimator) -> bool {
+    !by.label().starts_with("peak")
 }
 
 /// What the tolerance of a component is relative to: α, σ, σ², and for standardised ones a bound

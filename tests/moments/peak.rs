@@ -2,7 +2,7 @@
 //! grazing views, the true error is below the stated uncertainty, and that below the tolerance.
 
 use super::common::{Level, levels, model};
-use super::{Planar, assert_tolerance, assert_within, estimate, from_raw, resolving, scale};
+use super::{assert_tolerance, assert_within, estimate, from_raw, planar, resolving, scale};
 use glam::DVec3;
 use gonio::brdf::Brdf;
 use gonio::geometry::{Direction, DirectionPair};
@@ -195,7 +195,7 @@ fn what_cannot_be_resolved_is_said_to_be_so() {
     // off by 1.6 times the stated error at a tolerance of 1e-2, by 15 times at 1e-3.
     for (offset, slope) in [(0.1, 0.37), (-0.6, -0.2), (0.1, 0.0)] {
         let brdf =
-            Planar(move |[theta, phi]: [f64; 2]| Some(f64::from(theta < offset + slope * phi)));
+            planar(move |[theta, phi]: [f64; 2]| Some(f64::from(theta < offset + slope * phi)));
         let want = trapezium(offset, slope);
         for tolerance in [1e-2, 1e-3, 1e-4, 1e-10] {
             let what = format!("step at {offset} + {slope} φ to {tolerance:e}");
@@ -229,14 +229,8 @@ fn the_first_look_at_a_slice_is_within_the_least_budget() {
     for theta_o in [0.0, 1e-8, 1e-5, 0.02, 0.7, 1.57, FRAC_PI_2 - 1e-9] {
         // The narrowest peaks at the mirror direction and at the view, and their opposites: narrow
         // in one angle only.
-        for [w, v] in [
-            [1e-6, 1e-6],
-            [1e-6, 1.0],
-            [1.0, 1e-6],
-            [1e-12, 1e-12],
-            [1e-12, 1e-3],
-        ] {
-            let brdf = Planar(move |[theta, phi]: [f64; 2]| {
+        for [w, v] in [[1e-6, 1e-6], [1e-6, 1.0], [1.0, 1e-6], [1e-12, 1e-3]] {
+            let brdf = planar(move |[theta, phi]: [f64; 2]| {
                 let at = |t: f64| (-0.5 * (((theta - t) / w).powi(2) + (phi / v).powi(2))).exp();
                 Some(at(theta_o) + at(-theta_o))
             });

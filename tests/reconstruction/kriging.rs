@@ -55,7 +55,6 @@ fn few_readings_say_more_than_to_a_local_spline(level: Level) {
             let of = |kind| error(&**truth, kind, "", readings, &pairs);
             of("kriging") / of("thin-plate")
         }));
-        println!("{readings}: {ratio:.3}");
         assert!(ratio < 0.2, "{readings}: {ratio}");
     }
 }
@@ -65,7 +64,6 @@ fn errors_fall_over_decades() {
     let pairs = pairs();
     for truth in materials() {
         let errors = [16, 128, 1000].map(|n| error(&*truth, "kriging", "", n, &pairs));
-        println!("{errors:.5?}");
         // An order of a half at least: four times the readings halve the error.
         for pair in errors.windows(2) {
             assert!(pair[1] < pair[0] / 2.8, "{errors:?}");
@@ -80,7 +78,6 @@ fn readings_beyond_one_system_are_of_use() {
     let pairs = pairs();
     let truth = model("ggx", "alpha = 0.1");
     let [few, many] = [1000, 10_001].map(|n| error(&*truth, "kriging", "fit = false", n, &pairs));
-    println!("{few:.6} {many:.6}");
     assert!(many < few / 3.0, "{few} {many}");
 }
 
@@ -108,11 +105,9 @@ fn a_prior_helps_while_readings_are_few_and_never_hurts_much() {
                 of("prior = \"built-in\"") / of("")
             })
             .collect();
-        println!("{readings} {ratios:.3?}");
         assert!(ratios.iter().all(|r| *r < 2.0), "{readings}: {ratios:?}");
         means.push(mean(ratios.into_iter()));
     }
-    println!("{means:.3?}");
     assert!(
         means[0] < 0.6 && means[1] < 0.9 && means[2] < 1.0,
         "{means:?}"

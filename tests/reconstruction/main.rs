@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod convergence;
 mod coverage;
 mod edges;
 mod fit;
@@ -21,11 +22,11 @@ use common::{Level, polar};
 use gonio::brdf::{Brdf, Channels, Presence};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
-use gonio::measurement::Measurement;
+use gonio::measurement::{Details, Flags, Measurement, Outcome};
 use gonio::parametrization::{AxisKind, Layout, Parametrization, WarpSpec};
 use gonio::reconstruct::{self, Reconstruct};
 use gonio::registry;
-use gonio::schedule::{Grid, SampleSet, SobolSet};
+use gonio::schedule::{Grid, SampleSet, Schedule, SobolSet};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -43,9 +44,6 @@ impl<F: Fn(&DirectionPair) -> Option<[f64; 3]> + Send + Sync> Brdf for Material<
     }
     fn symmetry(&self) -> Symmetry {
         self.symmetry
-    }
-    fn conserves_energy(&self) -> bool {
-        false
     }
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let Some(values) = (self.f)(pair) else {
@@ -175,8 +173,11 @@ fn each(
     let stride = level.of(SHARE.min(forms.len()), 1);
     for (i, form) in forms.iter().enumerate() {
         for (j, set) in sets().iter().enumerate() {
-            let truth = brdf(form.symmetry());
-            let measurement = measure(&*truth, form, &**set, budget);
+            // The smallest grid of a full turn has two nodes around it.
+            let Ok(schedule) = set.plan(form, budget, 1) else {
+                continue;
+            };
+            let measurement = Ideal.measure(&*brdf(form.symmetry()), &Arc::new(schedule));
             for (k, method) in methods.iter().enumerate() {
                 if method.needs_grid() && !set.is_grid() || !(i + j + k).is_multiple_of(stride) {
                     continue;
@@ -193,6 +194,36 @@ fn each(
                 check(&what, &**method, &measurement, &*brdf);
             }
         }
+    }
+}
+
+/// [`each`] of all methods on all forms with some symmetries.
+fn walk(
+    level: Level,
+    symmetries: &[Symmetry],
+    brdf: impl Fn(Symmetry) -> Box<dyn Brdf>,
+    budget: usize,
+    check: impl FnMut(&str, &dyn Reconstruct, &Measurement, &dyn Brdf),
+) {
+    each(level, &methods(), &forms(symmetries), brdf, budget, check);
+}
+
+/// A measurement of half/difference poses by a function of the pair, with uncertainties of 0.
+fn read(schedule: Arc<Schedule>, f: impl Fn(&DirectionPair) -> f64) -> Measurement {
+    let values: Vec<f64> = schedule.poses.iter().map(|p| f(&p.pair)).collect();
+    let n = values.len();
+    Measurement {
+        channels: Channels::Luminance,
+        values,
+        outcomes: vec![Outcome::Reading; n],
+        places: Vec::new(),
+        half_angles_deg: [0.0; 2],
+        details: Some(Details {
+            type_a: vec![0.0; n],
+            type_b: vec![0.0; n],
+            flags: vec![Flags::NONE; n],
+        }),
+        schedule,
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::common::{Level, levels, test_pairs};
 use super::layouts::{models, scattered, schedule, sheets};
-use super::method;
-use gonio::brdf::{Brdf, Channels};
-use gonio::measurement::{Details, Flags, Measurement, Outcome};
+use super::{method, read};
+use gonio::brdf::Brdf;
+use gonio::measurement::Measurement;
 use gonio::metrics::{self, Measure};
 use gonio::sampling::Random;
 
@@ -14,35 +14,22 @@ levels! {
 
 /// What a model has at a layout with this relative noise, whose uncertainty is told.
 fn noisy(model: &dyn Brdf, angles: &[[f64; 3]], noise: f64) -> Measurement {
-    let schedule = schedule(angles);
-    let exact: Vec<f64> = schedule
-        .poses
-        .iter()
-        .map(|p| model.luminance(&p.pair).unwrap_or(0.0))
-        .collect();
+    let mut m = read(schedule(angles), |pair| {
+        model.luminance(pair).unwrap_or(0.0)
+    });
     let random = Random::new(5);
-    let normal = |i: usize| {
-        // Twelve uniform numbers less six: near enough to normal.
-        let u: [f64; 12] = random.point(i as u64);
-        u.iter().sum::<f64>() - 6.0
-    };
-    let values = exact
-        .iter()
+    for (i, (value, u)) in m
+        .values
+        .iter_mut()
+        .zip(&mut m.details.as_mut().unwrap().type_a)
         .enumerate()
-        .map(|(i, f)| f * (1.0 + noise * normal(i)));
-    Measurement {
-        channels: Channels::Luminance,
-        values: values.map(|f| f.max(0.0)).collect(),
-        outcomes: vec![Outcome::Reading; exact.len()],
-        places: Vec::new(),
-        half_angles_deg: [0.0; 2],
-        details: Some(Details {
-            type_a: exact.iter().map(|f| noise * f).collect(),
-            type_b: vec![0.0; exact.len()],
-            flags: vec![Flags::NONE; exact.len()],
-        }),
-        schedule,
+    {
+        *u = noise * *value;
+        // Twelve uniform numbers less six: near enough to normal.
+        let parts: [f64; 12] = random.point(i as u64);
+        *value = (*value + *u * (parts.iter().sum::<f64>() - 6.0)).max(0.0);
     }
+    m
 }
 
 /// To miss readings by their noise never costs much, and wins where they are noisy.

@@ -1,6 +1,6 @@
-//! Reconstructions have the symmetries of the schedule, and run smoothly across folds and poles.
+//! Reconstructions run smoothly across folds and poles.
 
-use super::common::{Level, levels, random_pair, symmetries};
+use super::common::{Level, levels, near};
 use super::{Material, material, some_symmetries};
 use super::{each, form, forms, measure, method, methods, radial, smooth, smooth_material, value};
 use gonio::brdf::Channels;
@@ -10,7 +10,6 @@ use gonio::sampling::Random;
 use gonio::schedule::{Centring, Grid, Ratio, SobolSet};
 
 levels! {
-    pairs_that_a_symmetry_calls_equal_have_equal_values: "thorough: every method in every coordinates";
     a_small_step_across_a_fold_or_a_pole_is_a_small_change: "thorough: every method in every coordinates";
     poles_are_as_good_as_any_other_place: "thorough: every symmetry in every coordinates";
 }
@@ -25,43 +24,6 @@ pub fn moved(pair: &DirectionPair, turn: f64) -> [DirectionPair; 3] {
         pair.swapped(),
         DirectionPair::new(mirrored(i), mirrored(o)),
     ]
-}
-
-fn pairs_that_a_symmetry_calls_equal_have_equal_values(level: Level) {
-    let random = Random::new(2);
-    let truth = |s| Box::new(smooth_material(s)) as _;
-    each(
-        level,
-        &methods(),
-        &forms(&symmetries()),
-        truth,
-        300,
-        |what, _, _, brdf| {
-            let symmetry = brdf.symmetry();
-            for i in 0..40 {
-                let pair = random_pair(&random, i);
-                let f = value(brdf, &pair);
-                let declared = [symmetry.isotropic, symmetry.reciprocal, symmetry.bilateral];
-                let images = moved(&pair, 0.1 * i as f64);
-                for (image, _) in images.iter().zip(declared).filter(|(_, d)| *d) {
-                    let g = value(brdf, image);
-                    assert!(
-                        (f - g).abs() <= 1e-9 * f.max(1.0),
-                        "{what} {pair:?}: {f} {g}"
-                    );
-                }
-                if symmetry.bilateral && !symmetry.isotropic {
-                    // The other mirror plane: turned by π, then mirrored.
-                    let image = moved(&moved(&pair, std::f64::consts::PI)[0], 0.0)[2];
-                    let g = value(brdf, &image);
-                    assert!(
-                        (f - g).abs() <= 1e-9 * f.max(1.0),
-                        "{what} {pair:?}: {f} {g}"
-                    );
-                }
-            }
-        },
-    );
 }
 
 /// A random configuration, up to some share of every axis, one of whose coordinates is replaced; `None` if it is not physical.
@@ -124,11 +86,7 @@ fn a_small_step_across_a_fold_or_a_pole_is_a_small_change(level: Level) {
                             (_, true) => 5e-5,
                             (_, false) => 1e-5,
                         };
-                        assert!(
-                            (f - g).abs() < allowed,
-                            "{what} {} {end}: {f} {g}",
-                            axis.symbol
-                        );
+                        near(f, g, allowed, (what, end, axis.symbol));
                     }
                 }
             }

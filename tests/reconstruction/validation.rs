@@ -1,11 +1,11 @@
 //! Readings as judges: their weights, what is left out, and what they choose.
 
 use super::common::{Level, levels};
-use super::layouts::{models, scattered, schedule, sheets};
-use super::method;
-use gonio::brdf::{Brdf, Channels};
+use super::layouts::{named, scattered, schedule, sheets};
+use super::{method, read};
+use gonio::brdf::Brdf;
 use gonio::geometry::DirectionPair;
-use gonio::measurement::{Measurement, Outcome};
+use gonio::measurement::Measurement;
 use gonio::metrics::{self, Errors, Measure, MetricsSpec};
 use gonio::reconstruct::Reconstruct;
 use gonio::validation::{CrossValidation, Left, ReferenceReadings, Scores, ValidationError};
@@ -17,28 +17,29 @@ levels! {
 
 /// What a model has at a layout.
 fn readings(model: &dyn Brdf, angles: &[[f64; 3]]) -> Measurement {
-    let schedule = schedule(angles);
-    let values = schedule.poses.iter().map(|p| model.luminance(&p.pair));
-    Measurement {
-        channels: Channels::Luminance,
-        values: values.map(|v| v.unwrap_or(0.0)).collect(),
-        outcomes: vec![Outcome::Reading; schedule.poses.len()],
-        places: Vec::new(),
-        half_angles_deg: [0.0; 2],
-        details: None,
-        schedule,
-    }
-}
-
-fn named(name: &str) -> Box<dyn Brdf> {
-    let found = models().into_iter().find(|(n, _)| n.starts_with(name));
-    found.unwrap_or_else(|| panic!("no model {name}")).1
+    let mut m = read(schedule(angles), |pair| {
+        model.luminance(pair).unwrap_or(0.0)
+    });
+    m.details = None;
+    m
 }
 
 /// `nrmse`, `cosine`, between two BRDFs.
 fn truth(model: &dyn Brdf, brdf: &dyn Brdf) -> Errors {
     let pairs = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default()).unwrap();
     super::common::errors(model, brdf, &pairs)
+}
+
+/// The candidates by their scores, best first.
+fn ranked(m: &Measurement) -> Vec<(Arc<dyn Reconstruct>, Scores)> {
+    let validation = CrossValidation::new(m, None).unwrap();
+    validation.rank(validation.candidates(), || ()).unwrap()
+}
+
+/// Errors of a method at readings that it was not given.
+fn left_out(validation: &CrossValidation, kind: &str) -> [f64; Errors::QUANTITIES.len()] {
+    let method: Arc<dyn Reconstruct> = Arc::from(method(kind, ""));
+    errors(&validation.scores(&[method], || ()).remove(0).unwrap())
 }
 
 fn errors(scores: &Scores) -> [f64; Errors::QUANTITIES.len()] {
@@ -70,8 +71,7 @@ fn a_constant_is_predicted_exactly() {
     let lambert = named("lambert");
     for angles in [sheets(&[15.0, 30.0, 60.0], 8, 12), scattered(100)] {
         let m = readings(&*lambert, &angles);
-        let validation = CrossValidation::new(&m, None).unwrap();
-        for (method, scores) in validation.rank(validation.candidates(), || ()).unwrap() {
+        for (method, scores) in ranked(&m) {
             for e in scores.0.as_flattened() {
                 assert!(e.value.unwrap() < 1e-9, "{}: {e:?}", method.label());
                 assert!(e.standard_error.is_none_or(|s| s < 1e-9));
@@ -89,11 +89,9 @@ fn scattered_readings_tell_the_error() {
         let validation = CrossValidation::new(&m, None).unwrap();
         assert_eq!(validation.left(), Left::Points { sets: 10 });
         for kind in ["thin-plate", "inverse-distance", "nearest"] {
-            let method: Arc<dyn Reconstruct> = Arc::from(method(kind, ""));
-            let brdf = method.reconstruct(&m).unwrap();
+            let brdf = method(kind, "").reconstruct(&m).unwrap();
             let truth = truth(&*model, &*brdf).log_relative.unwrap();
-            let scores = validation.scores(&[method], || ()).remove(0).unwrap();
-            let [_, told, ..] = errors(&scores);
+            let [_, told, ..] = left_out(&validation, kind);
             let ratio = told / truth;
             assert!(
                 (0.8..1.6).contains(&ratio),
@@ -111,16 +109,11 @@ fn readings_choose_well(level: Level) {
         let layouts = [scattered(level.of(200, 800)), sheets(&incidences, 6, 12)];
         for angles in layouts.into_iter().take(level.of(1, 2)) {
             let m = readings(&*model, &angles);
-            let validation = CrossValidation::new(&m, None).unwrap();
-            let ranked = validation.rank(validation.candidates(), || ()).unwrap();
-            let truths: Vec<f64> = ranked
-                .iter()
-                .map(|(method, _)| {
-                    truth(&*model, &*method.reconstruct(&m).unwrap())
-                        .nrmse
-                        .unwrap()
-                })
-                .collect();
+            let truths = ranked(&m).into_iter().map(|(method, _)| {
+                let brdf = method.reconstruct(&m).unwrap();
+                truth(&*model, &*brdf).nrmse.unwrap()
+            });
+            let truths: Vec<f64> = truths.collect();
             let best = truths.iter().copied().fold(f64::INFINITY, f64::min);
             let worst = truths.iter().copied().fold(0.0, f64::max);
             let chosen = truths[0];
@@ -138,15 +131,14 @@ fn whole_sheets_are_left_out_with_their_images() {
     let mut angles = sheets(&[20.0, 40.0, 60.0], 20, 30);
     angles.retain(|[_, o, _]| [20.0, 40.0, 60.0].contains(o));
     let m = readings(&*model, &angles);
-    let nearest: Arc<dyn Reconstruct> = Arc::from(method("nearest", ""));
     let validation = CrossValidation::new(&m, Some(true)).unwrap();
     let left = Left::Sheets {
         sheets: 3,
         of_sensor: false,
     };
     assert_eq!(validation.left(), left);
-    let scores = validation.scores(&[nearest], || ()).remove(0).unwrap();
-    assert!(errors(&scores)[1] > 0.1, "{scores:?}");
+    let errors = left_out(&validation, "nearest");
+    assert!(errors[1] > 0.1, "{errors:?}");
 }
 
 /// Of an isotropic material each sheet may be measured at an azimuth of its own.
@@ -173,11 +165,8 @@ fn a_turned_sheet_is_left_out_as_it_was() {
         schedule: Arc::new(turned),
         ..m.clone()
     };
-    let [plain, turned] = [m, turned].map(|m| {
-        let validation = CrossValidation::new(&m, Some(true)).unwrap();
-        let nearest: Arc<dyn Reconstruct> = Arc::from(method("nearest", ""));
-        errors(&validation.scores(&[nearest], || ()).remove(0).unwrap())
-    });
+    let [plain, turned] =
+        [m, turned].map(|m| left_out(&CrossValidation::new(&m, Some(true)).unwrap(), "nearest"));
     for (plain, turned) in plain.into_iter().zip(turned) {
         assert!(
             (plain - turned).abs() <= 1e-9 * plain.abs(),
@@ -196,14 +185,7 @@ fn what_cannot_be_validated_is_told() {
     let refused = CrossValidation::new(&some, Some(true)).map(|_| ());
     assert_eq!(refused.unwrap_err(), ValidationError::NoSheets);
     assert!(CrossValidation::new(&some, None).is_ok());
-    let two = readings(&*model, &scattered(2));
-    let validation = CrossValidation::new(&two, None).unwrap();
-    assert!(
-        !validation
-            .rank(validation.candidates(), || ())
-            .unwrap()
-            .is_empty()
-    );
+    assert!(!ranked(&readings(&*model, &scattered(2))).is_empty());
 }
 
 #[test]
@@ -211,12 +193,8 @@ fn any_number_of_threads_chooses_the_same() {
     let m = readings(&*named("ggx"), &sheets(&[15.0, 30.0, 60.0], 10, 20));
     let [one, two] = [1, 2].map(|threads| {
         crate::common::on_threads(threads, || {
-            let validation = CrossValidation::new(&m, None).unwrap();
-            let ranked = validation.rank(validation.candidates(), || ()).unwrap();
-            ranked
-                .into_iter()
-                .map(|(m, s)| (m.label(), s))
-                .collect::<Vec<_>>()
+            let labelled = ranked(&m).into_iter().map(|(m, s)| (m.label(), s));
+            labelled.collect::<Vec<_>>()
         })
     });
     assert!(one == two);

@@ -1,3 +1,4 @@
+use crate::common::says;
 use gonio::files::{UNPACKED_LIMIT, may_unpack, read_text, write_atomically};
 use std::io::Write;
 use std::path::Path;
@@ -105,16 +106,7 @@ fn a_text_has_an_end() {
     let path = dir.path().join("a.txt");
     fs::write(&path, "12345").unwrap();
     assert_eq!(read_text(&path, 5).unwrap(), "12345");
-    assert!(
-        read_text(&path, 4)
-            .unwrap_err()
-            .to_string()
-            .contains("too long")
-    );
-    assert!(
-        read_text(dir.path(), 4)
-            .unwrap_err()
-            .to_string()
-            .contains("no regular file")
-    );
+    for (path, why) in [(&*path, "too long"), (dir.path(), "no regular file")] {
+        says(&read_text(path, 4).unwrap_err().to_string(), why);
+    }
 }

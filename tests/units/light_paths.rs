@@ -1,446 +1,110 @@
+mod height_map;
+
+use crate::common::{near, says};
+use gonio::brdf::Channels;
+use gonio::brdf::microfacet::{FresnelSpec, fresnel};
+use gonio::light_paths::surface::{HeightField, all};
+use gonio::light_paths::{FacetsSpec, facets};
+use gonio::registry::{self, Entry, Keys};
+use std::fmt::Debug;
+
 /// The keys as they are written, without the kind.
-#[cfg(feature = "experiments")]
-fn written(mut keys: gonio::registry::Keys) -> String {
+fn written(mut keys: Keys) -> String {
     keys.remove("kind");
     toml::to_string(&keys).unwrap()
 }
 
-#[cfg(feature = "surfaces")]
-mod surface {
-
-    use gonio::light_paths::surface::HeightField;
-    #[cfg(feature = "experiments")]
-    use gonio::{light_paths::surface::all, registry};
-
-    #[test]
-    fn heights_that_are_none_are_refused() {
-        let field = |size, heights: &[f64]| HeightField::new(size, heights).map(|_| ());
-        let told = field([2, 2], &[0.0, 1.0, f64::NAN, 0.0])
-            .unwrap_err()
-            .to_string();
-        assert!(told.contains("NaN"), "{told}");
-        assert!(
-            field([1, 1], &[0.0])
-                .unwrap_err()
-                .to_string()
-                .contains("2 to 8192")
-        );
-        assert!(field([2, 2], &[1.0; 4]).is_ok());
+#[test]
+fn heights_that_are_none_are_refused() {
+    let field = |size, heights: &[f64]| HeightField::new(size, heights).map(|_| ());
+    for (size, heights, why) in [
+        ([2, 2], &[0.0, 1.0, f64::NAN, 0.0][..], "NaN"),
+        ([1, 1], &[0.0], "2 to 8192"),
+    ] {
+        says(&field(size, heights).unwrap_err().to_string(), why);
     }
+    assert!(field([2, 2], &[1.0; 4]).is_ok());
+}
 
-    mod height_map {
-        use crate::common::table;
-        use exr::prelude::{
-            AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes,
-            SmallVec, WritableImage,
-        };
-        use gonio::brdf::BuildError;
-        use gonio::light_paths::surface::{HeightField, HeightMapSpec, SurfaceSpec};
-        use std::io::Cursor;
-        use tempfile::TempDir;
-
-        /// A folder with a file, and the surface that it is.
-        struct Map {
-            _dir: TempDir,
-            spec: HeightMapSpec,
-        }
-
-        impl Map {
-            fn of(bytes: &[u8], pitch_um: f64, height_um: Option<f64>) -> Self {
-                let dir = tempfile::tempdir().unwrap();
-                let file = dir.path().join("map");
-                std::fs::write(&file, bytes).unwrap();
-                let spec = HeightMapSpec {
-                    file,
-                    pitch_um,
-                    height_um,
-                };
-                Self { _dir: dir, spec }
-            }
-
-            fn field(&self) -> HeightField {
-                self.spec.build(0).unwrap()
-            }
-
-            /// The sentence of a file that cannot be used.
-            fn refused(&self) -> String {
-                let told = match self.spec.build(0) {
-                    Err(BuildError::Data { path, message }) => {
-                        assert_eq!(path, self.spec.file);
-                        message
-                    }
-                    Err(e) => panic!("{e}"),
-                    Ok(field) => panic!("{:?} heights are read", field.size()),
-                };
-                assert!(!told.contains('\n') && told.len() < 400, "{told}");
-                told
-            }
-        }
-
-        fn refused(bytes: &[u8]) -> String {
-            Map::of(bytes, 1.0, Some(1.0)).refused()
-        }
-
-        fn of_exr(channels: &[(&str, &[f32])], width: usize) -> Vec<u8> {
-            let height = channels[0].1.len() / width;
-            let list: SmallVec<_> = channels
-                .iter()
-                .map(|(name, values)| AnyChannel::new(*name, FlatSamples::F32(values.to_vec())))
-                .collect();
-            let layer = Layer::new(
-                (width, height),
-                LayerAttributes::default(),
-                Encoding::UNCOMPRESSED,
-                AnyChannels::sort(list),
-            );
-            let mut bytes = Cursor::new(Vec::new());
-            Image::from_layer(layer)
-                .write()
-                .to_buffered(&mut bytes)
-                .unwrap();
-            bytes.into_inner()
-        }
-
-        /// A PNG of so many samples; without any it is a header alone.
-        fn of_png(
-            size: [u32; 2],
-            color: png::ColorType,
-            depth: png::BitDepth,
-            samples: &[u8],
-        ) -> Vec<u8> {
-            let mut bytes = Vec::new();
-            let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
-            encoder.set_color(color);
-            encoder.set_depth(depth);
-            let mut writer = encoder.write_header().unwrap();
-            if !samples.is_empty() {
-                writer.write_image_data(samples).unwrap();
-            }
-            drop(writer);
-            bytes
-        }
-
-        fn grey(size: [u32; 2], samples: &[u16]) -> Vec<u8> {
-            let samples: Vec<u8> = samples.iter().flat_map(|v| v.to_be_bytes()).collect();
-            let sixteen = png::BitDepth::Sixteen;
-            of_png(size, png::ColorType::Grayscale, sixteen, &samples)
-        }
-
-        /// Rows from the top, of which no two numbers are equal.
-        const NUMBERS: [u16; 6] = [10, 65535, 300, 4, 5000, 60];
-
-        /// The same in cells of half a micron, from the lowest row on, less the smallest.
-        const CELLS: [f64; 6] = [0.0, 9992.0, 112.0, 12.0, 131062.0, 592.0];
-
-        #[test]
-        fn all_formats_have_the_same_heights() {
-            let floats = NUMBERS.map(f32::from);
-            let csv = |separator: &str| {
-                let rows = NUMBERS.chunks(3).map(|row| {
-                    let cells: Vec<_> = row.iter().map(u16::to_string).collect();
-                    format!(" {}\r\n", cells.join(separator))
-                });
-                format!(
-                    "\u{feff}# of a profilometer\n\n{}",
-                    rows.collect::<String>()
-                )
-            };
-            let same = [
-                (grey([3, 2], &NUMBERS), Some(65535.0)),
-                (of_exr(&[("Y", &floats)], 3), None),
-                (of_exr(&[("height", &floats)], 3), Some(1.0)),
-                (of_exr(&[("of-any-name", &floats)], 3), None),
-                (csv(",").into_bytes(), None),
-                (csv("; ").into_bytes(), Some(1.0)),
-                (csv("\t").replace("300", "300,0").into_bytes(), None),
-            ];
-            for (bytes, height_um) in same {
-                let map = Map::of(&bytes, 0.5, height_um);
-                let field = map.field();
-                assert_eq!(field.size(), [3, 2]);
-                let heights: Vec<f64> = field.heights().collect();
-                assert_eq!(heights, CELLS);
-                map.spec.check().unwrap();
-                assert_eq!(map.spec.files(), std::slice::from_ref(&map.spec.file));
-            }
-        }
-
-        #[test]
-        fn of_several_channels_that_of_heights_is_read() {
-            let (up, down) = ([0.0, 1.0, 2.0, 3.0], [3.0, 2.0, 1.0, 0.0]);
-            for (name, other) in [("Y", "A"), ("R", "G"), ("z", "G"), ("Height", "B")] {
-                let map = Map::of(&of_exr(&[(name, &up), (other, &down)], 2), 1.0, None);
-                let heights: Vec<f64> = map.field().heights().collect();
-                assert_eq!(heights, [2.0, 3.0, 0.0, 1.0], "{name}");
-            }
-            let told = refused(&of_exr(&[("A", &up), ("B", &down)], 2));
-            assert!(told.contains("A, B; allowed: Y, R, Z or height"), "{told}");
-        }
-
-        #[test]
-        fn a_cast_is_upside_down_and_small_heights_on_a_tall_offset_are_kept() {
-            let text = b"1e6,1000000.001\n1000000.002,1000000.004\n";
-            let heights = |height_um| -> Vec<f64> {
-                let map = Map::of(text, 0.001, Some(height_um));
-                map.field().heights().collect()
-            };
-            let expected = [2.0, 4.0, 0.0, 1.0];
-            for (found, expected) in heights(1.0).into_iter().zip(expected) {
-                assert!((found - expected).abs() < 1e-5, "{found} {expected}");
-            }
-            for (found, expected) in heights(-1.0).into_iter().zip(expected) {
-                assert!((found + expected).abs() < 1e-5, "{found} {expected}");
-            }
-        }
-
-        #[test]
-        fn a_constant_map_is_a_plane() {
-            let map = Map::of(b"7,7,7\n7,7,7\n", 1.0, None);
-            let field = map.field();
-            assert!(field.all_slopes().all(|slopes| slopes == [0.0, 0.0]));
-            assert!(map.spec.remarks(&field).is_empty());
-        }
-
-        /// Periods of a sine have no edge; a part of one, and a plane that was not levelled, have one.
-        #[test]
-        fn a_step_across_an_edge_is_told() {
-            let told = |f: &dyn Fn(f64, f64) -> f64| {
-                let row = |y: i32| {
-                    let cells: Vec<_> =
-                        (0..32).map(|x| f(x.into(), y.into()).to_string()).collect();
-                    cells.join(",") + "\n"
-                };
-                let text: String = (0..32).map(row).collect();
-                let map = Map::of(text.as_bytes(), 1.0, None);
-                map.spec.remarks(&map.field())
-            };
-            let turn = std::f64::consts::TAU / 32.0;
-            assert!(told(&|x, y| (2.0 * turn * x).sin() + (turn * y).cos()).is_empty());
-            assert_eq!(
-                told(&|x, y| (1.5 * turn * x).cos() + (turn * y).cos()).len(),
-                1
-            );
-            let plane = told(&|x, y| 0.1 * x + 0.2 * y);
-            let steps = "steps of 3.100 along x, 6.200 along y, where those inside are 0.100 along x, 0.200 along y";
-            assert!(plane.len() == 1 && plane[0].contains(steps), "{plane:?}");
-            assert!(plane[0].contains("map: not periodic: "), "{plane:?}");
-        }
-
-        #[test]
-        fn a_file_that_is_no_map_is_told_why() {
-            let some = [0.5f32; 4];
-            let png = |color, depth, bytes: usize| of_png([2, 2], color, depth, &vec![9; bytes]);
-            use png::{BitDepth, ColorType};
-            let with = |value: f32| of_exr(&[("Y", &[0.0, 1.0, value, 2.0, 3.0, 4.0])], 2);
-            let made = [
-                (grey([1, 1], &[7]), "1 × 1 heights; allowed: 2 to 8192"),
-                (grey([4, 1], &[7; 4]), "4 × 1 heights; allowed: 2 to 8192"),
-                (of_exr(&[("Y", &some)], 4), "4 × 1 heights"),
-                (Vec::new(), "× 0 heights; allowed: 2 to 8192"),
-                ("1,".repeat(8192).into(), "line 1: cell 8193 is \"\""),
-                ("1\n".repeat(8193).into(), "1 × 8193 heights"),
-                (with(f32::NAN), "column 1, row 2 (counted from 1) is NaN"),
-                (with(f32::NEG_INFINITY), "is -inf; allowed: finite"),
-                (with(1e38), "e37 cells; allowed: less than 2e5"),
-                (b"1,2\n3,\xff".to_vec(), "of CSV line 2 is no UTF-8"),
-                (
-                    b"\0\0\0\0".to_vec(),
-                    "neither OpenEXR nor PNG, and of CSV line 1 has a zero byte",
-                ),
-                (
-                    png(ColorType::Grayscale, BitDepth::Eight, 4),
-                    "this PNG is grey of 8 bits; allowed: grey of 16",
-                ),
-                (
-                    png(ColorType::Rgb, BitDepth::Sixteen, 24),
-                    "this PNG is colour of 16 bits; allowed: grey",
-                ),
-                (
-                    png(ColorType::GrayscaleAlpha, BitDepth::Sixteen, 16),
-                    "grey with alpha of 16 bits",
-                ),
-            ];
-            let texts = table(
-                r#"
-                1,2,3\n          | 3 × 1 heights; allowed: 2 to 8192
-                1\n2\n           | 1 × 2 heights; allowed: 2 to 8192
-                # none\n         | × 0 heights; allowed: 2 to 8192
-                1,2\n3\n         | line 2 has 1 cells; allowed: 2, as the first row
-                1,2\n\n#\n3,4,5\n | line 4 has 3 cells; allowed: 2
-                x,y\n1,2\n       | line 1: cell 1 is "x"; allowed: a finite number
-                1,2\n3,nan\n     | line 2: cell 2 is "nan"; allowed: a finite number
-                1,2\n3,1e999\n   | line 2: cell 2 is "1e999"; allowed: a finite
-                1,2\n3,\n        | line 2: cell 2 is ""; allowed: a finite
-                1,2\n"1,5"\n     | line 2: cell 1 is "\"1"; allowed: a finite
-                "#,
-            )
-            .map(|[text, part]| (text.into(), part));
-            for (bytes, part) in made.into_iter().chain(texts) {
-                let told = refused(&bytes);
-                assert!(told.contains(part), "{told}, not {part}");
-            }
-        }
-
-        /// Sizes are looked at before there is room made for them.
-        #[test]
-        fn headers_that_promise_too_much_are_refused() {
-            let (sixteen, grey) = (png::BitDepth::Sixteen, png::ColorType::Grayscale);
-            let told = refused(&of_png([100_000, 90_000], grey, sixteen, &[]));
-            assert!(
-                told.contains("100000 × 90000 heights; allowed: 2 to 8192"),
-                "{told}"
-            );
-            let told = refused(&of_png([8192, 8192], grey, sixteen, &[]));
-            assert!(
-                told.contains("promise to hold 134217728; allowed: "),
-                "{told}"
-            );
-            // The last column and row of an OpenEXR's window: the last two of its four numbers.
-            let bytes = of_exr(&[("Y", &[0.0; 9])], 3);
-            let name = b"dataWindow\0box2i\0";
-            let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 12;
-            let with = |last: [i32; 2]| {
-                let mut bytes = bytes.clone();
-                bytes[at..at + 8].copy_from_slice(&last.map(i32::to_le_bytes).concat());
-                refused(&bytes)
-            };
-            let told = with([99_999_999, 2]);
-            assert!(
-                told.contains("100000000 × 3 heights; allowed: 2 to 8192"),
-                "{told}"
-            );
-            let told = with([8191, 8191]);
-            assert!(
-                told.contains("promise to hold 268435456; allowed: "),
-                "{told}"
-            );
-        }
-
-        /// Parts of a file are refused, or lack nothing that is a height.
-        #[test]
-        fn no_part_of_a_file_is_taken_for_all_of_it() {
-            let floats = NUMBERS.map(f32::from);
-            let whole = grey([3, 2], &NUMBERS);
-            for bytes in [whole, of_exr(&[("Y", &floats)], 3)] {
-                for end in 0..bytes.len() {
-                    let map = Map::of(&bytes[..end], 0.5, Some(65535.0));
-                    if let Ok(field) = map.spec.build(0) {
-                        // The end of a PNG has a chunk that says so, and nothing else.
-                        assert!(end + 12 >= bytes.len(), "{end}");
-                        assert!(field.heights().eq(CELLS), "{end}");
-                    }
-                }
-            }
-        }
-
-        #[test]
-        fn keys_have_ranges() {
-            let bytes = grey([3, 2], &NUMBERS);
-            let told = |pitch_um, height_um| {
-                let built = Map::of(&bytes, pitch_um, height_um).spec.build(0);
-                match built.map(|_| ()) {
-                    Err(BuildError::Parameter(e)) => e.to_string(),
-                    other => panic!("{other:?}"),
-                }
-            };
-            assert!(
-                told(0.0, Some(1.0)).contains("pitch_um = 0: allowed is a number in (0, 1000000]")
-            );
-            assert!(told(f64::NAN, Some(1.0)).contains("pitch_um = NaN"));
-            assert!(told(1.0, Some(f64::INFINITY)).contains("height_um = inf"));
-            let none = told(1.0, None);
-            assert!(
-                none.contains("height_um = none: allowed is a number in") && none.contains("white"),
-                "{none}"
-            );
-        }
-    }
-
-    #[cfg(feature = "experiments")]
-    #[test]
-    fn every_example_reads_builds_and_resolves_to_itself() {
-        for entry in all() {
-            // A kind without examples needs a file.
-            assert!(!entry.examples.is_empty() || entry.kind == "height-map");
-            for example in entry.examples {
-                let spec = registry::read_text(&entry, example).unwrap();
-                spec.check().unwrap();
-                let field = spec.build(0).unwrap();
-                let again = registry::read_text(&entry, &super::written(spec.resolved())).unwrap();
-                assert_eq!(again.resolved(), spec.resolved());
-                let same = again.build(0).unwrap();
-                assert!(field.heights().eq(same.heights()), "{}", entry.kind);
-            }
-        }
-    }
-
-    #[cfg(feature = "experiments")]
-    /// Rms slopes of many seeds, and 1/e of the correlation at the correlation length.
-    #[test]
-    fn statistics_are_those_asked_for() {
-        let (size, length) = (128, 6);
-        for (kind, slope, asked) in [
-            ("gaussian", "0.2", [0.2; 2]),
-            ("gaussian", "[0.3, 0.1]", [0.3, 0.1]),
-            ("exponential", "0.2", [0.2; 2]),
-        ] {
-            let entry = all().into_iter().find(|entry| entry.kind == kind).unwrap();
-            let (mut slopes, mut products) = ([0.0; 2], [0.0; 2]);
-            let seeds = 40;
-            for seed in 0..seeds {
-                let text = format!(
-                    "rms_slope = {slope}\ncorrelation = {length}\nsize = {size}\nseed = {seed}"
-                );
-                let field = registry::read_text(&entry, &text).unwrap();
-                let field = field.build(0).unwrap();
-                for s in field.all_slopes() {
-                    slopes[0] += s[0] * s[0];
-                    slopes[1] += s[1] * s[1];
-                }
-                let heights: Vec<f64> = field.heights().collect();
-                for (i, h) in heights.iter().enumerate() {
-                    let (x, y) = (i % size, i / size);
-                    products[0] += h * h;
-                    products[1] += h * heights[y * size + (x + length) % size];
-                }
-            }
-            let count = (2 * size * size * seeds as usize) as f64;
-            for axis in 0..2 {
-                let rms = (slopes[axis] / count).sqrt();
-                // 40 tiles of some 450 independent squares each; along y the ratio holds for waves, and for differences of
-                // neighbours up to (π/12 l)².
-                assert!(
-                    (rms / asked[axis] - 1.0).abs() < 0.03,
-                    "{kind} {axis}: {rms}"
-                );
-            }
-            if kind == "gaussian" {
-                let correlation = products[1] / products[0];
-                assert!(
-                    (correlation - (-1.0f64).exp()).abs() < 0.03,
-                    "{correlation}"
-                );
-            }
+#[test]
+fn every_example_reads_builds_and_resolves_to_itself() {
+    for entry in all() {
+        // A kind without examples needs a file.
+        assert!(!entry.examples.is_empty() || entry.kind == "height-map");
+        for example in entry.examples {
+            let spec = registry::read_text(&entry, example).unwrap();
+            spec.check().unwrap();
+            let field = spec.build(0).unwrap();
+            let again = registry::read_text(&entry, &written(spec.resolved())).unwrap();
+            assert_eq!(again.resolved(), spec.resolved());
+            let same = again.build(0).unwrap();
+            assert!(field.heights().eq(same.heights()), "{}", entry.kind);
         }
     }
 }
 
-#[cfg(feature = "experiments")]
-mod facets {
-    use super::written;
-    use gonio::brdf::Channels;
-    use gonio::light_paths::facets;
-    use gonio::registry;
-
-    #[test]
-    fn every_example_reads_and_resolves_to_itself() {
-        for entry in facets() {
-            for example in entry.examples {
-                let spec = registry::read_text(&entry, example).unwrap();
-                spec.check(&Channels::Luminance).unwrap();
-                let again = registry::read_text(&entry, &written(spec.resolved())).unwrap();
-                assert_eq!(again, spec, "{}", entry.kind);
+/// Rms slopes of many seeds, and 1/e of the correlation at the correlation length.
+#[test]
+fn statistics_are_those_asked_for() {
+    let (size, length) = (128, 6);
+    for (kind, slope, asked) in [
+        ("gaussian", "0.2", [0.2; 2]),
+        ("gaussian", "[0.3, 0.1]", [0.3, 0.1]),
+        ("exponential", "0.2", [0.2; 2]),
+    ] {
+        let entry = all().into_iter().find(|entry| entry.kind == kind).unwrap();
+        let (mut slopes, mut products) = ([0.0; 2], [0.0; 2]);
+        let seeds = 40;
+        for seed in 0..seeds {
+            let text = format!(
+                "rms_slope = {slope}\ncorrelation = {length}\nsize = {size}\nseed = {seed}"
+            );
+            let field = registry::read_text(&entry, &text).unwrap();
+            let field = field.build(0).unwrap();
+            for s in field.all_slopes() {
+                slopes[0] += s[0] * s[0];
+                slopes[1] += s[1] * s[1];
+            }
+            let heights: Vec<f64> = field.heights().collect();
+            for (i, h) in heights.iter().enumerate() {
+                let (x, y) = (i % size, i / size);
+                products[0] += h * h;
+                products[1] += h * heights[y * size + (x + length) % size];
             }
         }
+        let count = (2 * size * size * seeds as usize) as f64;
+        for axis in 0..2 {
+            let rms = (slopes[axis] / count).sqrt();
+            // 40 tiles of some 450 independent squares each; along y the ratio holds for waves, and for differences of
+            // neighbours up to (π/12 l)².
+            near(rms / asked[axis], 1.0, 0.03, (kind, axis, rms));
+        }
+        if kind == "gaussian" {
+            let correlation = products[1] / products[0];
+            near(correlation, (-1.0f64).exp(), 0.03, kind);
+        }
     }
+}
+
+/// Every example reads, and what it resolves to is read as the same.
+fn assert_come_back<T: PartialEq + Debug>(entries: Vec<Entry<T>>, resolved: fn(&T) -> Keys) {
+    for entry in entries {
+        for example in entry.examples {
+            let spec = registry::read_text(&entry, example).unwrap();
+            let again = registry::read_text(&entry, &written(resolved(&spec))).unwrap();
+            assert_eq!(again, spec, "{}", entry.kind);
+        }
+    }
+}
+
+#[test]
+fn facets_and_fresnel_terms_resolve_to_themselves() {
+    assert_come_back(facets(), |facets: &FacetsSpec| {
+        facets.check(&Channels::Luminance).unwrap();
+        facets.resolved()
+    });
+    assert_come_back(fresnel::all(), |fresnel: &FresnelSpec| {
+        fresnel.check(&Channels::Luminance).unwrap();
+        fresnel.resolved()
+    });
 }

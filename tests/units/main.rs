@@ -8,6 +8,7 @@ mod acquisition;
 mod analysis;
 #[cfg(feature = "pictures")]
 mod bench;
+#[cfg(feature = "experiments")]
 mod brdf;
 #[cfg(feature = "experiments")]
 mod experiment;
@@ -15,14 +16,14 @@ mod files;
 mod geometry;
 #[cfg(feature = "experiments")]
 mod instrument;
+#[cfg(all(feature = "experiments", feature = "surfaces"))]
 mod light_paths;
 mod metrics;
 #[cfg(feature = "experiments")]
 mod moments;
 mod numeric;
-mod parametrization;
 #[cfg(feature = "experiments")]
-mod reconstruct;
+mod parametrization;
 #[cfg(feature = "experiments")]
 mod report;
 mod sampling;

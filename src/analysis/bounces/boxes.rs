@@ -2,7 +2,7 @@
 //!
 //! Faces lie at quantiles of the light, rounded to the digits that are printed. All boxes between few faces are tried, the best are
 //! moved face by face, two faces of an axis at a time, until nothing is gained, and once more between faces that lie closer about its
-//! own. That is done by every other batch; what the box holds is told by the rest, so that it is not told too well.
+//! own. That is done by every other batch; what the box holds is estimated by the rest, so that the estimate is unbiased.
 
 use super::forward;
 use super::sample::{Capture, PathSample, capture};
@@ -28,8 +28,6 @@ pub(crate) const LEAST: f64 = 0.01;
 pub struct BestBox {
     /// As `gonio subset --box` reads it; empty: every pair.
     pub text: String,
-    /// Lowest and highest coordinate along each axis of the isotropic form.
-    pub ranges: [[f64; 2]; 3],
     /// What it holds.
     pub capture: Capture,
     /// Share of the class in the paths that chose it, in [0, 1]: at least what was asked for, or the largest that was found.
@@ -39,11 +37,11 @@ pub struct BestBox {
 }
 
 impl BestBox {
-    /// True if so much of its light is of the class by those that chose it, and, within three standard errors, by those that tell. Light
+    /// True if so much of its light is of the class by those that chose it, and, within three standard errors, by those of the estimate. Light
     /// in single directions may lie on a face, where the digits that are printed decide.
     pub(crate) fn is_pure(&self, purity: f64) -> bool {
-        let told = self.capture.inside[self.class];
-        self.chosen_by >= purity && told.value + 3.0 * told.error >= purity
+        let share = self.capture.inside[self.class];
+        self.chosen_by >= purity && share.value + 3.0 * share.error >= purity
     }
 }
 
@@ -77,14 +75,13 @@ pub(super) fn best(
     let (_, chosen) = search.moved(start);
     let [of_class, of_all] = search.table.sums(chosen);
     let text = text(axes, &fine, tightened(form, chosen, &fine));
-    // Its own words, so that what is told is what they mean.
+    // From its own text, so that the estimate is of the box that is printed.
     let subset = Subset::read(Arc::clone(form), &text).ok()?;
-    let tells = |sums: Vec<[f64; CLASSES]>| sums.into_iter().skip(1).step_by(2).collect();
-    let inside = tells(sample.sums(|i| subset.contains(&sample.pairs()[i])));
+    let odd = |sums: Vec<[f64; CLASSES]>| sums.into_iter().skip(1).step_by(2).collect();
+    let inside = odd(sample.sums(|i| subset.contains(&sample.pairs[i])));
     Some(BestBox {
         text,
-        ranges: subset.ranges(),
-        capture: capture(&inside, &tells(sample.sums(|_| true))),
+        capture: capture(&inside, &odd(sample.sums(|_| true))),
         chosen_by: of_class / of_all,
         class,
     })
@@ -100,7 +97,7 @@ struct Paths<'a> {
 
 impl Paths<'_> {
     fn is_of_class(&self, path: usize) -> bool {
-        usize::from(self.sample.classes()[path]) == self.class
+        usize::from(self.sample.class[path]) == self.class
     }
 }
 
@@ -124,10 +121,10 @@ impl Grid {
         // Quantiles of all light, and of the class.
         let quantiles = |count: usize, counts: &dyn Fn(usize) -> bool| -> Vec<f64> {
             let kept = || order.iter().filter(|(_, i)| counts(*i));
-            let total: f64 = kept().map(|(_, i)| sample.light()[*i]).sum();
+            let total: f64 = kept().map(|(_, i)| sample.light[*i]).sum();
             let (mut found, mut sum) = (Vec::with_capacity(count), 0.0);
             for (x, i) in kept() {
-                sum += sample.light()[*i];
+                sum += sample.light[*i];
                 while found.len() < count
                     && sum * (count + 1) as f64 > total * (found.len() + 1) as f64
                 {
@@ -243,8 +240,8 @@ impl Table {
                 let above = grids[axis].faces.partition_point(|face| *face <= x);
                 above.clamp(1, size[axis] - 1)
             });
-            let at = table.at(place);
-            let light = paths.sample.light()[i];
+            let at = table.flat_index(place);
+            let light = paths.sample.light[i];
             table.sums[at][1] += light;
             if paths.is_of_class(i) {
                 table.sums[at][0] += light;
@@ -262,7 +259,7 @@ impl Table {
         table
     }
 
-    fn at(&self, [i, j, k]: [usize; 3]) -> usize {
+    fn flat_index(&self, [i, j, k]: [usize; 3]) -> usize {
         (i * self.size[1] + j) * self.size[2] + k
     }
 
@@ -271,7 +268,7 @@ impl Table {
         let mut sums = [0.0; 2];
         for corner in 0..8 {
             let end = [corner & 1, corner >> 1 & 1, corner >> 2];
-            let part = self.sums[self.at([x[end[0]], y[end[1]], z[end[2]]])];
+            let part = self.sums[self.flat_index([x[end[0]], y[end[1]], z[end[2]]])];
             let sign = if end.iter().sum::<usize>() % 2 == 1 {
                 1.0
             } else {

@@ -1,10 +1,10 @@
-//! What coordinates tell about the class of light, in bits.
+//! Mutual information of coordinates and the class of light, bits.
 //!
 //! I(class; coordinates) = Σ p(cell, class) log2 [p(cell, class) / (p(cell) p(class))], p weighed by light, over cells that hold
 //! equally many paths: halves of halves by rank, along one axis after the other. So a warp of an axis changes nothing, and which
 //! paths share a cell does not depend on their class.
 //!
-//! Cells know the class from few paths and seem to tell more than they do. This bias falls as one over the number of paths, and the
+//! Cells with few paths overestimate the information. This bias falls as one over the number of paths, and the
 //! jackknife over batches takes it off; its standard error is stated, with the difference from cells that are twice as wide along
 //! each axis, as the root of the sum of squares.
 
@@ -20,7 +20,7 @@ const HALVINGS: [u32; 2] = [12, 8];
 /// Paths of a cell, at least.
 const FEWEST: usize = 64;
 
-/// What an axis, two of them, and all tell, bits.
+/// Information of an axis, of two, and of all, bits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Information {
     /// Each axis alone.
@@ -32,13 +32,13 @@ pub struct Information {
 }
 
 impl Information {
-    /// The axis that tells most.
+    /// The axis of most information.
     pub fn best_single(&self) -> (usize, Estimate) {
         let numbered = self.single.iter().copied().enumerate();
         best(numbered).unwrap_or((0, self.all))
     }
 
-    /// The two axes that tell most.
+    /// The two axes of most information.
     pub(crate) fn best_pair(&self) -> ([usize; 2], Estimate) {
         best(self.pairs.iter().copied()).unwrap_or(([0, 1], self.all))
     }
@@ -49,10 +49,10 @@ fn best<T>(all: impl Iterator<Item = (T, Estimate)>) -> Option<(T, Estimate)> {
     all.reduce(|a, b| if b.1.value > a.1.value { b } else { a })
 }
 
-/// Entropy of the class, bits: what coordinates tell at most.
-pub(super) fn entropy(sample: &PathSample) -> Estimate {
+/// Entropy of the class, bits: the upper bound of the information.
+pub fn entropy(sample: &PathSample) -> Estimate {
     let mut cells = Cells::new(1, sample.batches());
-    (0..sample.pairs().len()).for_each(|i| cells.add(0, sample, i));
+    (0..sample.pairs.len()).for_each(|i| cells.add(0, sample, i));
     cells.estimate(|sums| {
         let [classes] = sums else { return 0.0 };
         let total: f64 = classes.iter().sum();
@@ -75,7 +75,7 @@ pub(super) fn ranks(coords: &[Coords], axes: usize) -> Vec<Vec<u32>> {
     (0..axes).map(axis).collect()
 }
 
-/// What each set of axes tells of the class, from the ranks of all paths.
+/// Information of each set of axes, from the ranks of all paths.
 pub(super) fn information(sample: &PathSample, ranks: &[Vec<u32>]) -> Information {
     let axes = ranks.len();
     let pairs = (0..axes).flat_map(|i| (i + 1..axes).map(move |k| [i, k]));
@@ -83,22 +83,22 @@ pub(super) fn information(sample: &PathSample, ranks: &[Vec<u32>]) -> Informatio
     let mut sets: Vec<Vec<usize>> = vec![(0..axes).collect()];
     sets.extend(pairs.iter().map(|pair| pair.to_vec()));
     sets.extend((0..axes).map(|i| vec![i]));
-    let told = |set: &Vec<usize>| {
+    let of_set = |set: &Vec<usize>| {
         let ranks: Vec<&[u32]> = set.iter().map(|&axis| &ranks[axis][..]).collect();
         of_axes(sample, &ranks)
     };
-    let mut told: Vec<Estimate> = sets.par_iter().map(told).collect();
-    let single = told.split_off(1 + pairs.len());
+    let mut found: Vec<Estimate> = sets.par_iter().map(of_set).collect();
+    let single = found.split_off(1 + pairs.len());
     Information {
         single,
-        pairs: pairs.into_iter().zip(told.drain(1..)).collect(),
-        all: told[0],
+        pairs: pairs.into_iter().zip(found.drain(1..)).collect(),
+        all: found[0],
     }
 }
 
-/// What some axes tell together.
+/// Information of some axes together.
 fn of_axes(sample: &PathSample, ranks: &[&[u32]]) -> Estimate {
-    let n = sample.pairs().len();
+    let n = sample.pairs.len();
     let [most, along] = HALVINGS;
     let affordable = (n / FEWEST).max(1).ilog2().min(most);
     let each = (affordable / ranks.len() as u32).min(along);
@@ -120,14 +120,14 @@ fn of_axes(sample: &PathSample, ranks: &[&[u32]]) -> Estimate {
                 .for_each(|p| fine.add(cell, sample, p.path as usize));
         },
     );
-    let told = fine.estimate(mutual);
+    let found = fine.estimate(mutual);
     if each == 0 {
-        return told;
+        return found;
     }
     let coarse = fine.merged(1 << ranks.len()).estimate(mutual);
     Estimate {
-        value: told.value,
-        error: told.error.hypot(told.value - coarse.value),
+        value: found.value,
+        error: found.error.hypot(found.value - coarse.value),
     }
 }
 
@@ -173,8 +173,8 @@ impl Cells {
     }
 
     fn add(&mut self, cell: usize, sample: &PathSample, path: usize) {
-        let class = usize::from(sample.classes()[path]);
-        self.batches[sample.batch_of(path)][cell][class] += sample.light()[path];
+        let class = usize::from(sample.class[path]);
+        self.batches[sample.batch_of(path)][cell][class] += sample.light[path];
     }
 
     /// Cells of so many neighbours each.

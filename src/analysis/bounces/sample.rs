@@ -1,4 +1,4 @@
-//! Light paths of a material, in batches that tell errors.
+//! Light paths of a material, in batches for standard errors.
 
 use crate::analysis::Estimate;
 use crate::brdf::{CLASSES, LightPath, Part, SplitBrdf};
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 /// Paths of a block, at most.
 const BLOCK: usize = 4096;
 
-/// Batches of a material whose surfaces are not told apart by them.
+/// Batches of a material whose surfaces are not batches of their own.
 const BATCHES: usize = 16;
 
 /// Surfaces, from which on each is a batch of its own.
@@ -25,16 +25,19 @@ pub enum Spread {
     Surfaces,
     /// Paths alone, of an average over all surfaces, where that is all there is, or of one surface.
     Paths,
-    /// Paths alone: each batch is of both or all three surfaces, too few to tell what others would differ by.
+    /// Paths alone: each batch is of both or all three surfaces, too few for their scatter.
     FewSurfaces,
 }
 
 /// Light paths, drawn from the measure f cos θ_i cos θ_o and the hemisphere of light.
 #[derive(Clone, Debug)]
 pub struct PathSample {
-    pairs: Vec<DirectionPair>,
-    light: Vec<f64>,
-    class: Vec<u8>,
+    /// Pairs of the paths that left.
+    pub(crate) pairs: Vec<DirectionPair>,
+    /// Luminance of each path that left.
+    pub(super) light: Vec<f64>,
+    /// Class of each path that left.
+    pub(super) class: Vec<u8>,
     /// First path of each batch, and the number of paths.
     starts: Vec<usize>,
     followed: usize,
@@ -63,7 +66,7 @@ pub struct LightShares {
 }
 
 impl PathSample {
-    /// Follows `paths` paths, or a few more so that batches are equal. The same on any number of threads.
+    /// Follows `paths` paths, or a few more so that batches are equal. The result does not depend on the number of threads.
     pub fn follow(brdf: &dyn SplitBrdf, paths: usize) -> Self {
         let surfaces = brdf.surfaces();
         let batches = match surfaces {
@@ -115,16 +118,13 @@ impl PathSample {
             for path in paths {
                 sample.pairs.push(path.pair);
                 sample.light.push(path.light);
-                sample.class.push(Part::of(path.met).classes().start as u8);
+                sample
+                    .class
+                    .push(Part::from_order(path.order).classes().start as u8);
             }
         }
         sample.starts.push(sample.pairs.len());
         sample
-    }
-
-    /// Pairs of the paths that left.
-    pub(crate) fn pairs(&self) -> &[DirectionPair] {
-        &self.pairs
     }
 
     /// Paths that were followed, those that did not leave included.
@@ -150,16 +150,6 @@ impl PathSample {
     /// The batch of a path.
     pub(super) fn batch_of(&self, path: usize) -> usize {
         self.starts.partition_point(|&start| start <= path) - 1
-    }
-
-    /// Luminance of each path that left.
-    pub(super) fn light(&self) -> &[f64] {
-        &self.light
-    }
-
-    /// Class of each path that left.
-    pub(super) fn classes(&self) -> &[u8] {
-        &self.class
     }
 
     /// Light of those paths whose number in the sample `counts`, of each batch.

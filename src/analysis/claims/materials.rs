@@ -160,22 +160,32 @@ fn least_change(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
         criterion: "the share of the variance of ln f that changes with the azimuth is smallest in \
                     hybrid coordinates, in equal steps of the coordinates and by solid angle",
     };
-    let (Some(change), Some(by_solid)) = (of_charts(pictures, changes), of_charts(solid, changes))
-    else {
+    let names = [
+        "changes_with_azimuth",
+        "changes_with_azimuth_by_solid_angle",
+    ];
+    let least = |v: [f64; 3]| below(v[2], &v[..2]);
+    in_both(stated, [pictures, solid], names, changes, least)
+}
+
+/// A claim of one number of each chart, in equal steps of the coordinates and by solid angle; `holds` of the numbers of all charts.
+fn in_both(
+    stated: Statement,
+    found: [&[Distortion; 3]; 2],
+    names: [&str; 2],
+    of: impl Fn(&Distortion) -> Option<f64>,
+    holds: impl Fn([f64; 3]) -> bool,
+) -> Claim {
+    let [Some(steps), Some(solid)] = found.map(|found| of_charts(found, &of)) else {
         return stated.undefined(CONSTANT);
     };
-    let mut numbers = per_chart("changes_with_azimuth", change);
-    numbers.extend(per_chart("changes_with_azimuth_by_solid_angle", by_solid));
-    let least = |v: [f64; 3]| below(v[2], &v[..2]);
-    stated.found(
-        &[least(change), least(by_solid)],
-        numbers,
-        format!(
-            "half/difference, orthographic, hybrid: {}; by solid angle {}",
-            percentages(change),
-            percentages(by_solid)
-        ),
-    )
+    let numbers = [per_chart(names[0], steps), per_chart(names[1], solid)].concat();
+    let finding = format!(
+        "half/difference, orthographic, hybrid: {}; by solid angle {}",
+        percentages(steps),
+        percentages(solid)
+    );
+    stated.found(&[holds(steps), holds(solid)], numbers, finding)
 }
 
 fn aligns_best(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
@@ -186,23 +196,9 @@ fn aligns_best(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
         criterion: "a sum of functions of the first two axes explains more of the variance of ln f \
                     than in the others, in equal steps of the coordinates and by solid angle",
     };
-    let sums = |found| of_charts(found, |d| Some(d.shares?.additive));
-    let (Some(sum), Some(by_solid)) = (sums(pictures), sums(solid)) else {
-        return stated.undefined(CONSTANT);
-    };
-    let [steps, solid_angle] = SHARES_OF_A_SUM;
-    let mut numbers = per_chart(steps, sum);
-    numbers.extend(per_chart(solid_angle, by_solid));
+    let sum = |d: &Distortion| Some(d.shares?.additive);
     let most = |v: [f64; 3]| above(v[2], &v[..2]);
-    stated.found(
-        &[most(sum), most(by_solid)],
-        numbers,
-        format!(
-            "half/difference, orthographic, hybrid: {}; by solid angle {}",
-            percentages(sum),
-            percentages(by_solid)
-        ),
-    )
+    in_both(stated, [pictures, solid], SHARES_OF_A_SUM, sum, most)
 }
 
 const ALIGNS_BEST: &str = "hybrid-aligns-best";

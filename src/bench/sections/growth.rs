@@ -1,8 +1,8 @@
 //! What readings and materials cost by their number.
 
-use super::truths::{self, SEED, text};
+use super::truths::{self, text};
 use crate::bench::machine::Memory;
-use crate::bench::{Column, Diagram, Judged, Ladder, Rung, Section, Settings, Value, Watch};
+use crate::bench::{Column, Diagram, Judged, Ladder, Rung, Section, Settings, Watch};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::experiment::{Event, Experiment, Extent, Known, Observer, Plan, Row, Source};
@@ -12,9 +12,8 @@ use crate::metrics::{self, Measure, MetricsSpec, test_pairs};
 use crate::parametrization::usual_form;
 use crate::reconstruct::{self, Reconstruct};
 use crate::registry;
-use crate::schedule::{Grid, SampleSet, SobolSet};
+use crate::validation::Estimate;
 use std::rc::Rc;
-use std::sync::Arc;
 use std::time::Instant;
 
 /// Seconds and bytes of a row by its readings, and of a study by its materials.
@@ -79,11 +78,11 @@ impl Cost {
             None => [None; 2],
         };
         let values = [Some(n), Some(seconds / n), self.build, peak, held];
-        Judged::new(values.map(|v| Value::estimated(v, None)).into())
+        Judged::new(values.map(|v| Estimate::new(v, None)).into())
     }
 }
 
-/// Does some work, and tells what it made, its cost and its seconds.
+/// Does some work: its cost and its seconds.
 fn watched<T>(
     watch: &Watch,
     work: impl FnOnce() -> Result<(T, Option<f64>), String>,
@@ -113,12 +112,8 @@ fn rung(brdf: &Rc<dyn Brdf>, method: &Rc<dyn Reconstruct>, power: u32) -> Rung {
             .aside(|| test_pairs(Measure::Cosine, &spec))
             .map_err(text)?;
         watched(watch, || {
-            let set: &dyn SampleSet = match method.needs_grid() {
-                true => &Grid::default(),
-                false => &SobolSet {},
-            };
             let form = usual_form(Symmetry::FULL);
-            let schedule = Arc::new(set.plan(&form, budget, SEED).map_err(text)?);
+            let schedule = truths::planned(&*method, &form, budget)?;
             let measured = Ideal.measure(&*brdf, &schedule);
             let start = Instant::now();
             let copy = method.reconstruct(&measured).map_err(text)?;
@@ -148,7 +143,7 @@ fn study(materials: usize) -> Rung {
         watched(watch, || {
             let plan = Plan::read(&source).map_err(text)?;
             let extent = Extent::default();
-            plan.run(&extent, &Known::new(), &mut Nobody)
+            plan.run(&extent, &Known::new(), &mut Silent)
                 .map_err(text)?;
             Ok((plan, None))
         })
@@ -159,10 +154,10 @@ fn study(materials: usize) -> Rung {
     })
 }
 
-/// Who listens to no run.
-struct Nobody;
+/// Observer that ignores all events.
+struct Silent;
 
-impl Observer<Row> for Nobody {
+impl Observer<Row> for Silent {
     fn observe(&mut self, _: &Event<'_, Row>) -> Result<(), Error> {
         Ok(())
     }

@@ -78,7 +78,7 @@ fn rung(
     };
     let judge = move |(measured, minutes): (Measurement, f64)| {
         let copy = chosen(&measured).reconstruct(&measured).map_err(text)?;
-        let values = truth.pairs().at(&*copy);
+        let values = truth.set.evaluate(&*copy);
         Ok(truth.judged(&values, &[minutes, measured.readings() as f64]))
     };
     Rung::new(budget.to_string(), *budget as f64, pass, judge)

@@ -1,7 +1,7 @@
 //! Estimators of moments over their samples or tolerances.
 
 use super::truths::{self, SEED, text};
-use crate::bench::{Column, Diagram, Judged, Ladder, Rung, Section, Settings, Value};
+use crate::bench::{Column, Diagram, Judged, Ladder, Rung, Section, Settings};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::moments::{
@@ -9,6 +9,7 @@ use crate::moments::{
     ScrambledSobol,
 };
 use crate::statistics::median;
+use crate::validation::Estimate;
 use std::cell::OnceCell;
 use std::rc::Rc;
 use std::time::Instant;
@@ -95,7 +96,7 @@ fn estimators(quick: bool) -> [(&'static str, Rungs); 3] {
     ]
 }
 
-/// The estimator that says when it is exhausted.
+/// The estimator that reports when its budget is exhausted.
 const PEAKS: &str = "peak-resolving";
 
 fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
@@ -120,7 +121,7 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
             reference: OnceCell::new(),
         });
         for (n, (estimator, rungs)) in estimators(settings.quick).into_iter().enumerate() {
-            // Whoever is judged first waits for the reference.
+            // The first to be judged waits for the reference.
             ladders.push(ladder(&subject, [&name, estimator], rungs, n == 0));
         }
     }
@@ -194,14 +195,14 @@ impl Subject {
         let (all, unresolved) = (got.slices.len(), got.unresolved());
         let evaluations: usize = got.slices.iter().map(|s| s.evaluations).sum();
         // What is below the accuracy of the reference is not known.
-        let error = |error: f64, known: f64| Value::estimated(Some(error.max(known)), Some(known));
+        let error = |error: f64, known: f64| Estimate::new(error.max(known), Some(known));
         Ok(Judged {
             values: vec![
-                Value::exact((evaluations / all.max(1)) as f64),
+                Estimate::new((evaluations / all.max(1)) as f64, None),
                 error(errors.energy, known.energy),
                 error(errors.covariance, known.covariance),
-                Value::exact(errors.covariance_median.max(known.covariance_median)),
-                Value::exact(unresolved as f64),
+                Estimate::new(errors.covariance_median.max(known.covariance_median), None),
+                Estimate::new(unresolved as f64, None),
             ],
             // A smaller tolerance would end at the same number of values with the same result.
             is_last: can_be_exhausted && unresolved == all,

@@ -1,8 +1,8 @@
 //! Planners and sample sets over their budget.
 
-use super::truths::{self, ERRORS, Pairs, SEED, Truth, internal, text};
+use super::truths::{self, DIAGRAMS, ERRORS, Pairs, SEED, Truth, internal, text};
 use crate::acquisition::{self, Planner, Task, further, nothing, once, scheduled};
-use crate::bench::{Column, Diagram, Ladder, Rung, Section, Settings, Watch};
+use crate::bench::{Column, Ladder, Rung, Section, Settings, Watch};
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::instrument::{Ideal, Instrument};
@@ -24,10 +24,7 @@ pub(super) const SECTION: Section = Section {
         ERRORS[1],
         Column::exact("readings", "readings at the poses"),
     ],
-    diagrams: &[
-        Diagram::error("seconds", "nrmse"),
-        Diagram::error("seconds", "log_relative"),
-    ],
+    diagrams: &DIAGRAMS,
     targets: (&["nrmse", "log_relative"], &[0.3, 0.1, 0.03]),
     ladders,
 };
@@ -92,7 +89,7 @@ fn rung(
     let work = budget as f64;
     Rung::new(budget.to_string(), work, pass, move |measured| {
         let copy = kriging.reconstruct(&measured).map_err(text)?;
-        let values = truth.pairs().at(&*copy);
+        let values = truth.set.evaluate(&*copy);
         Ok(truth.judged(&values, &[measured.readings() as f64]))
     })
 }

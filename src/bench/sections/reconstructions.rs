@@ -1,14 +1,14 @@
 //! Coordinates, warps and reconstructions over their budget.
 
-use super::truths::{self, ERRORS, Pairs, SEED, Truth, internal, text};
-use crate::bench::{Column, Diagram, Ladder, Rung, Section, Settings};
+use super::truths::{self, DIAGRAMS, ERRORS, Pairs, Truth, internal, text};
+use crate::bench::{Column, Ladder, Rung, Section, Settings};
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::instrument::{Ideal, Instrument};
-use crate::parametrization::{self, Parametrization, WarpSpec, Warps};
+use crate::parametrization::Parametrization;
 use crate::reconstruct::{self, Reconstruct};
 use crate::registry;
-use crate::schedule::{Grid, SampleSet, SobolSet};
+use crate::validation::coordinates;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -29,10 +29,7 @@ pub(super) const SECTION: Section = Section {
         ERRORS[1],
         Column::exact("readings", "readings of the schedule"),
     ],
-    diagrams: &[
-        Diagram::error("seconds", "nrmse"),
-        Diagram::error("seconds", "log_relative"),
-    ],
+    diagrams: &DIAGRAMS,
     targets: (&["nrmse", "log_relative"], &[0.1, 0.03, 0.01, 3e-3]),
     ladders,
 };
@@ -76,22 +73,15 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
 
 /// Coordinates with names of them and of their warp: as they are, and with nodes crowded at the first pole.
 fn forms(quick: bool) -> Vec<([String; 2], Arc<dyn Parametrization>)> {
-    let mut forms = Vec::new();
-    let all = parametrization::all();
-    for entry in all.iter().filter(|e| !quick || FEW.contains(&e.kind)) {
-        let first = entry.axes(Symmetry::FULL)[0].symbol;
-        let crowded = Warps::from([(first.to_owned(), WarpSpec::SquareRoot)]);
-        for (warp, warps) in [
-            ("none".to_owned(), Warps::new()),
-            (WarpSpec::SquareRoot.name(), crowded),
-        ] {
-            // An axis that has no pole cannot have that warp.
-            if let Ok(form) = entry.warped(Symmetry::FULL, &warps) {
-                forms.push(([entry.kind.to_owned(), warp], form));
-            }
-        }
-    }
-    forms
+    let mut all = coordinates(Symmetry::FULL);
+    all.retain(|of| !quick || FEW.contains(&&*of.kind));
+    let named = all.into_iter().filter_map(|of| {
+        let form = of.form(Symmetry::FULL).ok()?;
+        let warp = of.warp.values().next();
+        let warp = warp.map_or("none".into(), |warp| warp.name());
+        Some(([of.kind, warp], form))
+    });
+    named.collect()
 }
 
 fn rung(
@@ -102,21 +92,17 @@ fn rung(
 ) -> Rung {
     let judge_by = Rc::clone(truth);
     let (truth, form, method) = (Rc::clone(truth), Arc::clone(form), Rc::clone(method));
-    let [readings, pairs] = [budget, truth.pairs().count()].map(|n| n as f64);
+    let [readings, pairs] = [budget, truth.set.count()].map(|n| n as f64);
     // A reading about as much as a look-up; but of all readings at once, a system of them and all of them for each pair.
     let work = match method.weighs_readings() {
         true => readings.powi(3) / 50.0 + readings * pairs,
         false => readings + pairs,
     };
     let pass = move |watch: &crate::bench::Watch| {
-        let set: &dyn SampleSet = match method.needs_grid() {
-            true => &Grid::default(),
-            false => &SobolSet {},
-        };
-        let schedule = Arc::new(set.plan(&form, budget, SEED).map_err(text)?);
+        let schedule = truths::planned(&*method, &form, budget)?;
         let measured = watch.aside(|| Ideal.measure(&*truth.brdf, &schedule));
         let copy = method.reconstruct(&measured).map_err(text)?;
-        Ok((truth.pairs().at(&*copy), measured.readings()))
+        Ok((truth.set.evaluate(&*copy), measured.readings()))
     };
     Rung::new(budget.to_string(), work, pass, move |(values, readings)| {
         Ok(judge_by.judged(&values, &[readings as f64]))

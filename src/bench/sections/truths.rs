@@ -1,12 +1,17 @@
 //! Materials that benches measure, and how far something is from one.
 
-use crate::bench::{Column, Judged, Settings, Value};
+use crate::bench::{Column, Diagram, Judged, Settings};
 use crate::brdf::measured::merl::Merl;
 use crate::brdf::{self, Brdf, Channels};
 use crate::error::Error;
 use crate::metrics::{self, Level, Measure, MetricsSpec, TestSet, Values};
+use crate::parametrization::Parametrization;
+use crate::reconstruct::Reconstruct;
 use crate::registry;
+use crate::schedule::{Grid, SampleSet, Schedule, SobolSet};
+use crate::validation::Estimate;
 use std::rc::Rc;
+use std::sync::Arc;
 
 /// Seed of everything random here.
 pub(super) const SEED: u64 = 1;
@@ -42,6 +47,19 @@ pub(super) fn table(settings: &Settings) -> Result<Named, Error> {
     Ok((name.to_string_lossy().into_owned(), Rc::new(table)))
 }
 
+/// Poses for a method: a grid if it needs one, else Sobol points.
+pub(super) fn planned(
+    method: &dyn Reconstruct,
+    form: &Arc<dyn Parametrization>,
+    budget: usize,
+) -> Result<Arc<Schedule>, String> {
+    let set: &dyn SampleSet = match method.needs_grid() {
+        true => &Grid::default(),
+        false => &SobolSet {},
+    };
+    Ok(Arc::new(set.plan(form, budget, SEED).map_err(text)?))
+}
+
 /// Errors of a BRDF, each with its standard error.
 pub(super) const ERRORS: [Column; 2] = [
     Column::estimated("nrmse", "nrmse_se", "RMS of (g − f) cos over RMS of f cos"),
@@ -52,10 +70,17 @@ pub(super) const ERRORS: [Column; 2] = [
     ),
 ];
 
+/// Both errors over the seconds.
+pub(super) const DIAGRAMS: [Diagram; 2] = [
+    Diagram::error("seconds", "nrmse"),
+    Diagram::error("seconds", "log_relative"),
+];
+
 /// A truth at test pairs.
 pub(super) struct Truth {
     pub brdf: Rc<dyn Brdf>,
-    set: Rc<Pairs>,
+    /// The test pairs.
+    pub set: Rc<Pairs>,
     values: Values,
 }
 
@@ -79,7 +104,7 @@ impl Pairs {
     }
 
     /// Values of a BRDF there.
-    pub(crate) fn at(&self, brdf: &dyn Brdf) -> Values {
+    pub(crate) fn evaluate(&self, brdf: &dyn Brdf) -> Values {
         metrics::evaluate(brdf, &self.level.pairs)
     }
 
@@ -92,15 +117,10 @@ impl Pairs {
 impl Truth {
     pub(crate) fn new(brdf: Rc<dyn Brdf>, set: &Rc<Pairs>) -> Rc<Self> {
         Rc::new(Self {
-            values: set.at(&*brdf),
+            values: set.evaluate(&*brdf),
             brdf,
             set: Rc::clone(set),
         })
-    }
-
-    /// The test pairs.
-    pub(crate) fn pairs(&self) -> &Pairs {
-        &self.set
     }
 
     /// The errors of values at the pairs, and then other numbers.
@@ -109,10 +129,10 @@ impl Truth {
         self.set.level.add_to(&mut tally, &self.values, values);
         let (errors, standard) = (tally.errors(0), tally.standard_errors(0));
         let estimated = [
-            Value::estimated(errors.nrmse, standard.nrmse),
-            Value::estimated(errors.log_relative, standard.log_relative),
+            Estimate::new(errors.nrmse, standard.nrmse),
+            Estimate::new(errors.log_relative, standard.log_relative),
         ];
-        let others = others.iter().copied().map(Value::exact);
+        let others = others.iter().map(|x| Estimate::new(*x, None));
         Judged::new(estimated.into_iter().chain(others).collect())
     }
 }

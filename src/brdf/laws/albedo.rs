@@ -2,7 +2,7 @@
 //!
 //! a(ω_o) = ∫ f cos θ_i dω_i, in the half vectors h of ω_i and ω_o, see [`Lobe`]. The plane is cut into
 //! cells that shrink towards the peak of the lobe, towards the planes an anisotropic lobe is stretched
-//! along, and towards a second peak; how far, single values along and across them tell. Every cell has
+//! along, and towards a second peak; how far follows from single values along and across them. Every cell has
 //! the product of the Gauss–Kronrod pair of 7 and 15 nodes; those whose sums differ most are halved,
 //! along the axis they differ along, until all differences together are within the tolerance.
 //!
@@ -177,7 +177,7 @@ impl Nodes {
         for [y, ..] in GAUSS_KRONROD {
             let meridian = lobe.meridian(at(1, y));
             for [x, ..] in GAUSS_KRONROD {
-                let (pair, weight) = meridian.at(at(0, x));
+                let (pair, weight) = meridian.pair_and_weight(at(0, x));
                 pairs.push(pair);
                 self.weights.push(weight * half[0] * half[1]);
             }

@@ -41,7 +41,7 @@ pub(super) struct Meridian {
 
 impl Meridian {
     /// The pair at s, and cos θ_i dω_i / (ds dφ).
-    pub(super) fn at(&self, s: f64) -> (DirectionPair, f64) {
+    pub(super) fn pair_and_weight(&self, s: f64) -> (DirectionPair, f64) {
         let (sin, cos) = (s * self.end).sin_cos();
         let h = DVec3::new(sin * self.along[0], sin * self.along[1], cos);
         let cos_d = self.view.dot(h);
@@ -117,7 +117,9 @@ impl<'a> Lobe<'a> {
 
     /// Luminances at points (s, φ); 0 without data.
     fn luminances(&self, points: &[[f64; 2]]) -> Vec<f64> {
-        let pairs = points.iter().map(|[s, phi]| self.meridian(*phi).at(*s).0);
+        let pairs = points
+            .iter()
+            .map(|[s, phi]| self.meridian(*phi).pair_and_weight(*s).0);
         let pairs: Vec<_> = pairs.collect();
         let channels = self.brdf.channels();
         let mut values = vec![0.0; pairs.len() * channels.count()];
@@ -286,7 +288,7 @@ mod tests {
                         );
                         // The rectangle ends at the horizon.
                         for phi in [0.1, 1.5, 3.0, 4.8] {
-                            let (pair, _) = lobe.meridian(phi).at(1.0);
+                            let (pair, _) = lobe.meridian(phi).pair_and_weight(1.0);
                             assert!(pair.omega_i.cos_theta().abs() < 1e-15);
                         }
                     }

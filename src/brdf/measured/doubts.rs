@@ -4,6 +4,20 @@ use crate::brdf::marks::{Marks, is, marks_among, zeros_among};
 use crate::error::count_are;
 use crate::geometry::DirectionPair;
 
+/// Remarks of a [`Brdf`](crate::brdf::Brdf) with a field of [`Doubts`] on its file.
+macro_rules! of_doubts {
+    ($field:ident) => {
+        fn remarks(&self) -> Vec<String> {
+            self.$field.remarks()
+        }
+
+        fn cells_without_reading(&self) -> usize {
+            self.$field.marks.count()
+        }
+    };
+}
+pub(super) use of_doubts;
+
 /// Cosine of the elevation up to which a zero is doubted: 80°. Nearer to the horizon nothing is left of a signal.
 const GRAZING: f64 = 0.173_648;
 

@@ -15,6 +15,9 @@ pub enum TableError {
     /// The file is none of such a table.
     #[error("{0}")]
     Malformed(String),
+    /// A key of the material is outside its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// A line is not as a table has it.
     #[error("line {line}: {message}")]
     Line {
@@ -35,30 +38,16 @@ pub enum TableError {
 }
 
 impl TableError {
-    /// A file that is none of such a table.
-    pub(super) fn malformed(message: impl Into<String>) -> Self {
-        Self::Malformed(message.into())
-    }
-
     /// A named field that is not as a table has it.
     pub(super) fn field(name: &str, what: impl std::fmt::Display) -> Self {
         // A damaged file may have any name.
         Self::Malformed(format!("the field \"{}\" {what}", excerpt(name)))
     }
 
-    /// A BRDF that the format has no room for.
-    pub(super) fn unsuited(message: impl Into<String>) -> Self {
-        Self::Unsuited(message.into())
-    }
-
-    /// A table without data.
-    pub(super) fn no_data(message: impl Into<String>) -> Self {
-        Self::NoData(message.into())
-    }
-
     /// The error about the file that the key `path` names.
     pub(super) fn of_file(self, path: &Path) -> BuildError {
         match self {
+            Self::Parameter(e) => e.into(),
             Self::Channels(why) => ParameterError::new("path", path.display(), why).into(),
             e => BuildError::data(path, e),
         }

@@ -14,7 +14,7 @@
 //! light and sensor over [0, π], where π is the mirror direction. Layout and lines are those that open readers of the format
 //! expect; that values are without a cosine was inferred, and no program that renders them was run.
 
-use super::{TableError, fill_gaps, suits_isotropic, values_or_exchanged};
+use super::{FileFormat, TableError, fill_gaps, suits_isotropic, values_or_exchanged, write_file};
 use crate::brdf::{Brdf, Channels};
 use crate::geometry::DirectionPair;
 use rayon::prelude::*;
@@ -25,8 +25,12 @@ use std::io::{self, Write};
 pub const CELLS: [usize; 2] = [90, 180];
 
 /// Pairs that are evaluated.
-pub fn table_pairs(brdf: &dyn Brdf) -> u64 {
-    (sides(brdf).len() * CELLS[0] * CELLS[0] * CELLS[1]) as u64
+///
+/// # Errors
+/// [`TableError::Unsuited`] of a BRDF that is not isotropic, or of several wavelengths.
+pub fn table_pairs(brdf: &dyn Brdf) -> Result<u64, TableError> {
+    suits(brdf)?;
+    Ok((sides(brdf).len() * CELLS[0] * CELLS[0] * CELLS[1]) as u64)
 }
 
 /// Sides of the plane of incidence that are evaluated: the table has one for both.
@@ -46,19 +50,20 @@ fn meet(a: &mut f64, b: f64) {
     };
 }
 
-/// Whether a table can hold a BRDF.
-///
-/// # Errors
-/// [`TableError::Unsuited`] of one that is not isotropic, or of several wavelengths.
-pub fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
+/// Checks that a table can hold a BRDF.
+fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
     let wavelengths = "an MBSDF table holds luminance, R, G, B or one wavelength";
     suits_isotropic(brdf, "an MBSDF table", wavelengths, 1)
 }
 
 /// Tabulates a BRDF, channels together, the mean of both sides of the plane of incidence. A cell without data has what it has
-/// with light and sensor exchanged, else what the cell nearer to retro-reflection has, or, if there is none, the nearest one; 0 where a pair of elevations has no data at all. Runs on rayon's threads; the result does not
-/// depend on their number. Also returns the number of pairs without data.
-pub(crate) fn tabulate(brdf: &dyn Brdf) -> Result<(Vec<f64>, usize), TableError> {
+/// with light and sensor exchanged, else what the cell nearer to retro-reflection has, or, if there is none, the nearest one; 0
+/// where a pair of elevations has no data at all. Runs on rayon's threads; the result does not depend on their number. Also
+/// returns the number of pairs without data.
+///
+/// # Errors
+/// As [`table_pairs`], and [`TableError::NoData`] of a BRDF without any.
+pub fn tabulate(brdf: &dyn Brdf) -> Result<(Vec<f64>, usize), TableError> {
     suits(brdf)?;
     let n = brdf.channels().count();
     let [elevations, azimuths] = CELLS;
@@ -89,39 +94,30 @@ pub(crate) fn tabulate(brdf: &dyn Brdf) -> Result<(Vec<f64>, usize), TableError>
             let values = rows.into_iter().flat_map(|(values, ..)| values);
             Ok((values.collect(), lost))
         }
-        false => Err(TableError::no_data(
-            "this material has no data at any cell of the table",
+        false => Err(TableError::NoData(
+            "this material has no data at any cell of the table".into(),
         )),
     }
 }
 
-/// Tabulates a BRDF and writes it.
+/// Writes the values of a BRDF of some channels, as [`tabulate`] makes them.
 ///
 /// # Errors
-/// [`TableError`].
+/// Those of `out`.
 ///
 /// ```
-/// use gonio::brdf::measured::mdl::{CELLS, write_mdl};
+/// use gonio::brdf::measured::mdl::{tabulate, write_mdl};
 /// use gonio::brdf::{Channels, Lambert, Spectrum};
 /// let grey = Lambert::new(Spectrum::Grey(0.5), Channels::Luminance);
+/// let (values, _) = tabulate(&grey)?;
 /// let mut bytes = Vec::new();
-/// write_mdl(&grey, &mut bytes)?;
+/// write_mdl(&values, &Channels::Luminance, &mut bytes).unwrap();
 /// assert!(bytes.starts_with(b"NVIDIA ARC MBSDF V1\n"));
 /// let last = f32::from_le_bytes(*bytes.last_chunk().unwrap());
 /// assert_eq!(last, (0.5 / std::f64::consts::PI) as f32);
 /// # Ok::<(), gonio::brdf::measured::TableError>(())
 /// ```
-pub fn write_mdl(brdf: &dyn Brdf, out: &mut impl Write) -> Result<(), TableError> {
-    let (values, _) = tabulate(brdf)?;
-    let written = write(&values, brdf.channels(), out);
-    written.map_err(|e| TableError::Io("cannot write this MBSDF table", e))
-}
-
-/// Writes the values of a BRDF of some channels.
-///
-/// # Errors
-/// Those of `out`.
-pub(crate) fn write(values: &[f64], channels: &Channels, out: &mut impl Write) -> io::Result<()> {
+pub fn write_mdl(values: &[f64], channels: &Channels, out: &mut impl Write) -> io::Result<()> {
     let version = env!("CARGO_PKG_VERSION");
     writeln!(out, "NVIDIA ARC MBSDF V1\ngenerator=\"gonio {version}\"")?;
     if let Some(w) = channels.wavelengths() {
@@ -137,3 +133,16 @@ pub(crate) fn write(values: &[f64], channels: &Channels, out: &mut impl Write) -
     }
     Ok(())
 }
+
+/// Isotropic tables over elevations and the angle between azimuths, of the Material Definition Language.
+pub(super) const FORMAT: FileFormat = FileFormat {
+    name: "mdl",
+    extensions: &["mbsdf"],
+    summary: "isotropic, over elevations, for MDL (Omniverse, Iray); luminance, R, G, B or one wavelength",
+    write: Some(|brdf, _, path| {
+        let (values, filled) = tabulate(brdf)?;
+        write_file(path, filled, |out| write_mdl(&values, brdf.channels(), out))
+    }),
+    pairs: Some(|brdf, _| table_pairs(brdf)),
+    ..FileFormat::NONE
+};

@@ -1,78 +1,51 @@
 //! Measured tables, and materials converted into tables.
 
-/// A table in a file as a config names it: its keys beside `path` and `no_reading`, each with its default.
-macro_rules! file_table {
-    (
-        $kind:literal: $summary:literal
-        $(#[$about:meta])*
-        pub struct $Name:ident {
-            $($(#[$attribute:meta])* $key:ident: $type:ty = $default:expr;)*
-        }
-    ) => {
-        const KIND: &str = $kind;
-
-        /// The registry entry. No examples: those must build on every machine, and this kind needs a file.
-        pub const ENTRY: $crate::registry::Entry<dyn $crate::brdf::BrdfSpec> =
-            $crate::registry::Entry {
-                kind: KIND,
-                summary: $summary,
-                examples: &[],
-                read: |table| Ok(Box::new($crate::registry::parse::<$Name>(table)?)),
-            };
-
-        $(#[$about])*
-        #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
-        #[serde(deny_unknown_fields)]
-        pub struct $Name {
-            /// The file.
-            pub path: std::path::PathBuf,
-            /// One more number that stands for no reading.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub no_reading: Option<f64>,
-            $($(#[$attribute])* pub $key: $type,)*
-        }
-
-        impl $Name {
-            /// A file with every other key at its default.
-            pub fn of(path: std::path::PathBuf) -> Self {
-                Self {
-                    path,
-                    no_reading: None,
-                    $($key: $default,)*
-                }
-            }
-        }
-    };
-}
-
 mod doubts;
 mod error;
+mod format;
 pub mod mdl;
 pub mod merl;
 pub mod rgl;
+mod specs;
 mod tabulated;
 pub mod tensor_tree;
 pub mod utia;
 pub mod zemax;
 
+pub use self::{
+    merl::MerlSpec, rgl::RglSpec, tensor_tree::TensorTreeSpec, utia::UtiaSpec, zemax::ZemaxSpec,
+};
 pub use error::TableError;
+pub use format::{FileFormat, ReadTable, TablePairs, Tabulation, WriteTable};
 pub use tabulated::TabulatedSpec;
 
-pub(super) use merl::ENTRY as MERL;
-pub(super) use rgl::ENTRY as RGL;
-pub(super) use tabulated::ENTRY as TABULATED;
-pub(super) use tensor_tree::ENTRY as TENSOR_TREE;
-pub(super) use utia::ENTRY as UTIA;
-pub(super) use zemax::ENTRY as ZEMAX;
+use format::write_file;
 
-use super::{Brdf, Channels, Presence};
+use super::{Brdf, BrdfSpec, Channels, Presence};
 use crate::error::ParameterError;
 use crate::files;
 use crate::geometry::DirectionPair;
+use crate::registry::Entry;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
+
+/// Every file format of tables.
+pub(crate) const FORMATS: [FileFormat; 6] = [
+    merl::FORMAT,
+    utia::FORMAT,
+    rgl::FORMAT,
+    tensor_tree::FORMAT,
+    zemax::FORMAT,
+    mdl::FORMAT,
+];
+
+/// The materials that are tables: of each format that is read, and of none.
+pub(super) fn entries() -> impl Iterator<Item = Entry<dyn BrdfSpec>> {
+    let of_files = FORMATS.into_iter().filter_map(|format| format.material);
+    of_files.chain([tabulated::ENTRY])
+}
 
 /// Values of a channel that are written at a time.
 const PART: usize = 360;
@@ -85,7 +58,7 @@ fn open_regular(
     // By the name of the file: opening a pipe without a writer would block.
     let meta = std::fs::metadata(path).map_err(no_access)?;
     if !meta.is_file() {
-        return Err(TableError::malformed("not a regular file"));
+        return Err(TableError::Malformed("not a regular file".into()));
     }
     Ok((files::open(path).map_err(no_access)?, meta.len()))
 }
@@ -156,12 +129,12 @@ fn suits_isotropic(
     most: usize,
 ) -> Result<(), TableError> {
     if !brdf.symmetry().isotropic {
-        return Err(TableError::unsuited(format!(
+        return Err(TableError::Unsuited(format!(
             "{table} holds isotropic materials; this one changes as the sample is turned"
         )));
     }
     match brdf.channels().wavelengths() {
-        Some(w) if w.nm().len() > most => Err(TableError::unsuited(wavelengths)),
+        Some(w) if w.nm().len() > most => Err(TableError::Unsuited(wavelengths.into())),
         _ => Ok(()),
     }
 }

@@ -92,7 +92,7 @@ impl TabulatedSpec {
         let Some(of) = registry::take_table(&mut table, "of")? else {
             let message = "of is missing from the tabulated material; allowed: the table of a \
                            material, e.g. of = { kind = \"lambert\" }";
-            return Err(ReadError::at(table.span(), message));
+            return Err(ReadError::new(table.span(), message));
         };
         let of = brdf::read(of)?;
         let span = table.span();
@@ -117,7 +117,7 @@ impl TabulatedSpec {
                 let message = format!(
                     "{key} is a key of format \"merl\"; a table of format \"utia\" is linear in its four angles"
                 );
-                Err(ReadError::at(span, message))
+                Err(ReadError::new(span, message))
             }
         }
     }

@@ -68,7 +68,7 @@ pub trait Distribution: Clone + std::fmt::Debug + Send + Sync + 'static {
 /// A microfacet model, as a config writes it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, bound = "")]
-pub(crate) struct MicrofacetSpec<D> {
+pub struct MicrofacetSpec<D> {
     /// Roughness, one number or [alpha_x, alpha_y].
     pub alpha: Roughness,
     /// Reflectance of one facet.
@@ -90,7 +90,7 @@ impl<D> Default for MicrofacetSpec<D> {
 
 impl<D: Distribution> MicrofacetSpec<D> {
     /// Facets of roughness `alpha` and reflectance `fresnel`.
-    pub(crate) fn new(alpha: Roughness, fresnel: FresnelSpec) -> Self {
+    pub fn new(alpha: Roughness, fresnel: FresnelSpec) -> Self {
         Self {
             alpha,
             fresnel,

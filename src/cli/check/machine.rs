@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 /// Pairs that the reachable share is counted on: it is then good to half a percent.
 const PAIRS: u64 = 10_000;
 
-/// Elevations of light and sensor, degrees, at which the spots on the sample are told.
+/// Elevations of light and sensor, degrees, at which the spots on the sample are stated.
 const SPOTS_DEG: [[f64; 2]; 4] = [[0.0, 0.0], [60.0, 0.0], [0.0, 60.0], [60.0, 60.0]];
 
 /// What is known of an instrument without a config.
@@ -55,7 +55,7 @@ struct Numbers {
 
 impl<'s> Instrument<'s> {
     pub(super) fn new(spec: &'s InstrumentSpec, seed: u64) -> Result<Self, Error> {
-        let machine = Machine::new(spec).map_err(|e| Error::Internal(e.to_string()))?;
+        let machine = Machine::new(spec).map_err(Error::internal)?;
         let class = machine.class();
         let spots = SPOTS_DEG.into_iter().map(|[theta_i_deg, theta_o_deg]| {
             let [i, o] = [theta_i_deg, theta_o_deg].map(f64::to_radians);
@@ -68,9 +68,9 @@ impl<'s> Instrument<'s> {
                 filling: spot.filling.name(),
             }
         });
-        let mut reach = vec![Reach::of(&machine, seed, true)];
+        let mut reach = vec![Reach::count(&machine, seed, true)];
         if !class.isotropic_only {
-            reach.push(Reach::of(&machine, seed, false));
+            reach.push(Reach::count(&machine, seed, false));
         }
         let tags = spec.origins().into_iter();
         let tags: Vec<Option<Tag>> = tags
@@ -150,7 +150,7 @@ impl<'s> Instrument<'s> {
 }
 
 impl Reach {
-    fn of(machine: &Machine, seed: u64, turn_freely: bool) -> Self {
+    fn count(machine: &Machine, seed: u64, turn_freely: bool) -> Self {
         let random = Random::new(seed);
         let mut reached = 0;
         let mut kept_out = [0; Unreachable::NAMES.len()];

@@ -26,8 +26,11 @@ impl Shown for Plan {
             return Ok(None);
         }
         let table = Table::new(self);
-        let lines = move |rows: &[&Row]| table.lines(rows);
-        Ok(Some((Table::new(self).head(), Box::new(lines))))
+        let head = table.head();
+        Ok(Some((
+            head,
+            Box::new(move |rows: &[&Row]| table.lines(rows)),
+        )))
     }
 
     fn listeners<'a>(
@@ -65,9 +68,7 @@ impl Shown for Plan {
             note_unconverged(&rows, self);
             note_truths(&rows);
         }
-        let mut table = Vec::new();
-        let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
-        results_csv(&rows, &mut table).map_err(|e| internal(&e))?;
+        let table = results_csv(&rows);
         let typed = match self.output.parquet {
             true => Some(typed(&rows)?),
             false => None,
@@ -84,26 +85,25 @@ impl Shown for Plan {
                     true => Studio::new(self, None)?.gathered(folder, end.materials),
                     false => (Vec::new(), Vec::new()),
                 };
-                let manifest = serde_json::to_value(end.manifest).map_err(|e| internal(&e))?;
-                let html = study_html(self, &rows, &findings, &manifest, &general, &pictures)?;
+                let manifest = serde_json::to_value(end.manifest).map_err(Error::internal)?;
+                let html = study_html(self, &rows, &findings, &manifest, &general, &pictures);
                 Some((findings, html))
             }
         };
-        folder.write_file(RESULTS, |out| out.write_all(&table))?;
+        folder.write_file(RESULTS, table)?;
         if let Some(typed) = typed {
-            folder.write_file(PARQUET, |out| out.write_all(&typed))?;
+            folder.write_file(PARQUET, typed)?;
         }
         let Some((findings, html)) = report else {
             return Ok(());
         };
-        let figure = crate::report::study_curves(&findings)?;
+        let figure = crate::report::study_curves(&findings);
         folder.write_below(Below::Pictures, "errors.svg", |out| {
             out.write_all(figure.as_bytes())
         })?;
-        let times = crate::report::study_timings(&findings)?;
-        folder.write_file(TIMES, |out| out.write_all(times.as_bytes()))?;
-        folder.write_file(RANKING, |out| ranking_csv(out, &findings))?;
-        folder.write_file(REPORT, |out| out.write_all(html.as_bytes()))
+        folder.write_file(TIMES, crate::report::study_timings(&findings))?;
+        folder.write_file(RANKING, ranking_csv(&findings))?;
+        folder.write_file(REPORT, html)
     }
 
     fn left_out(&self) -> Vec<(&'static str, String)> {
@@ -131,7 +131,7 @@ impl Shown for Plan {
     }
 }
 
-/// Tells how many rows are less exact than was asked, where pairs were to be added until they are.
+/// Notes how many rows are less exact than was asked, where pairs were to be added until they are.
 fn note_unconverged(rows: &[&Row], plan: &Plan) {
     let MetricsSpec {
         pairs,
@@ -156,11 +156,11 @@ fn note_unconverged(rows: &[&Row], plan: &Plan) {
     }
 }
 
-/// Tells how many errors are not far above what their truths may be off by.
+/// Notes how many errors are not far above what their truths may be off by.
 fn note_truths(rows: &[&Row]) {
     let metric = Metric::Nrmse;
     let is_near = |row: &&&Row| {
-        let both = metric.of_truth(row).zip(row.value(metric.name()));
+        let both = metric.truth_error(row).zip(row.value(metric.name()));
         both.is_some_and(|(truth, error)| error < 2.0 * truth)
     };
     let near = rows.iter().filter(is_near).count();
@@ -190,7 +190,7 @@ impl Asked<'_> {
 }
 
 impl Observer<Row> for Asked<'_> {
-    fn wants(&self, wish: &ByProduct<'_>) -> bool {
+    fn requests(&self, wish: &ByProduct<'_>) -> bool {
         let folder = self.folder.borrow();
         match wish {
             ByProduct::Schedule(key) => {
@@ -236,11 +236,11 @@ struct Drawn<'a> {
 }
 
 impl Observer<Row> for Drawn<'_> {
-    fn wants(&self, wish: &ByProduct<'_>) -> bool {
+    fn requests(&self, wish: &ByProduct<'_>) -> bool {
         match *wish {
             ByProduct::Material(position, material, key) => {
                 let folder = self.folder.borrow();
-                self.studio.wants(&folder, position, material, key)
+                self.studio.requests(&folder, position, material, key)
             }
             _ => false,
         }
@@ -261,9 +261,7 @@ impl Observer<Row> for Drawn<'_> {
 /// The rows as Parquet.
 #[cfg(feature = "parquet")]
 fn typed(rows: &[&Row]) -> Result<Vec<u8>, Error> {
-    let mut typed = Vec::new();
-    crate::report::results_parquet(rows, &mut typed).map_err(|e| Error::Internal(e.to_string()))?;
-    Ok(typed)
+    Ok(crate::report::results_parquet(rows))
 }
 
 /// A plan that asks for it has been refused.

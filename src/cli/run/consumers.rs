@@ -1,11 +1,11 @@
 //! Observers of a run: progress bar, file of records, and those of its kind.
 
-use super::Lines;
+use super::{Lines, note_inputs};
 use crate::cli::progress::Progress;
 use crate::cli::verbosity::say;
 use crate::cli::{doubt, print};
 use crate::error::Error;
-use crate::experiment::{ByProduct, Event, Failure, Observer, Record};
+use crate::experiment::{ByProduct, Event, Experiment, Extent, Failure, Known, Observer, Record};
 use crate::report::RunFolder;
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -31,8 +31,8 @@ impl<R: Record> Observer<R> for Consumers<'_, R> {
         self.progress.begin(work as u64);
     }
 
-    fn wants(&self, wish: &ByProduct<'_>) -> bool {
-        self.list.iter().any(|consumer| consumer.wants(wish))
+    fn requests(&self, wish: &ByProduct<'_>) -> bool {
+        self.list.iter().any(|consumer| consumer.requests(wish))
     }
 
     fn observe(&mut self, event: &Event<'_, R>) -> Result<(), Error> {
@@ -40,9 +40,9 @@ impl<R: Record> Observer<R> for Consumers<'_, R> {
         // What is printed must not run into the bar.
         match event {
             // Failures are printed with --quiet too.
-            Event::Failed(Failure { job, reason, .. }) => {
-                let line = format!("gonio: {job}: {reason}");
-                self.progress.suspend(|| say(&line));
+            Event::Failed(failure) => {
+                self.progress
+                    .suspend(|| print_failures(std::slice::from_ref(failure)));
             }
             Event::Loaded(material, _, brdf) => {
                 self.progress.suspend(|| doubt(material, *brdf));
@@ -57,6 +57,44 @@ impl<R: Record> Observer<R> for Consumers<'_, R> {
         }
         for consumer in &mut self.list {
             consumer.observe(event)?;
+        }
+        Ok(())
+    }
+}
+
+/// Keeps records in memory, and shows the progress.
+struct Collect<T> {
+    progress: Progress,
+    made: Vec<T>,
+}
+
+/// Runs all of an experiment: what was made, and what failed.
+pub(crate) fn collect<E: Experiment>(plan: &E) -> Result<(Vec<E::Record>, Vec<Failure>), Error> {
+    let mut collected = Collect {
+        progress: Progress::new(),
+        made: Vec::new(),
+    };
+    let summary = plan.run(&Extent::default(), &Known::default(), &mut collected)?;
+    note_inputs(&summary);
+    Ok((collected.made, summary.failures))
+}
+
+/// Writes what failed to stderr.
+pub(crate) fn print_failures(failures: &[Failure]) {
+    for Failure { job, reason, .. } in failures {
+        say(&format!("gonio: {job}: {reason}"));
+    }
+}
+
+impl<T: Clone> Observer<T> for Collect<T> {
+    fn begins(&mut self, work: f64) {
+        self.progress.begin(work as u64);
+    }
+
+    fn observe(&mut self, event: &Event<'_, T>) -> Result<(), Error> {
+        self.progress.follow(event);
+        if let Event::Made(made) = event {
+            self.made.extend_from_slice(made);
         }
         Ok(())
     }

@@ -49,12 +49,12 @@ impl Shown for MomentsPlan {
         let (records, _) = folder.sorted(end.keys);
         let materials: Vec<MaterialProfiles> = records.into_iter().cloned().collect();
         let rows: Vec<ProfileRow<'_>> = materials.iter().flat_map(|m| m.rows()).collect();
-        folder.write_file(PROFILES, |out| profiles_csv(&rows, out))?;
+        folder.write_file(PROFILES, profiles_csv(&rows))?;
         let range = range(self)?;
         let mut groups = groups(self, &materials, range);
-        folder.write_file(FITS, |out| fits_csv(&groups, out))?;
-        // A run that was stopped, or a part of one, knows what its materials are, not what a group has
-        // in common that is not whole.
+        folder.write_file(FITS, fits_csv(&groups))?;
+        // A run that was stopped, or a part of one, has results of materials, and none of groups that are
+        // not whole.
         let members = |group: &str| -> Vec<&MaterialProfiles> {
             materials.iter().filter(|m| m.group == group).collect()
         };
@@ -62,13 +62,13 @@ impl Shown for MomentsPlan {
             let planned = self.materials.iter().filter(|m| m.group() == group.name);
             (end.ended && end.whole) || planned.count() == members(&group.name).len()
         });
-        folder.write_file(CORRELATIONS, |out| correlations_csv(&groups, out))?;
-        folder.write_file(SUMMARY, |out| summary_json(&groups, out))?;
+        folder.write_file(CORRELATIONS, correlations_csv(&groups))?;
+        folder.write_file(SUMMARY, summary_json(&groups))?;
         for group in &groups {
             let mut of = self.materials.iter().filter(|m| m.group() == group.name);
             let bilateral = of.all(|m| m.symmetry.bilateral);
             for sheet in crate::report::group_sheets(group, &members(&group.name), bilateral) {
-                let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
+                let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns);
                 let name = format!("{}.svg", sheet.name);
                 folder.write_below(Below::Figures, &name, |out| out.write_all(svg.as_bytes()))?;
             }
@@ -91,7 +91,7 @@ impl Shown for MomentsPlan {
 /// The views that fits use.
 fn range(plan: &MomentsPlan) -> Result<ViewRange, Error> {
     let range = plan.analysis.range();
-    range.map_err(|e| Error::Internal(e.to_string()))
+    range.map_err(Error::internal)
 }
 
 /// The fits of a material, one per channel.
@@ -155,7 +155,8 @@ const HEAD: &str =
 /// Drawing of materials as spheres.
 mod spheres {
     use super::Folder;
-    use crate::brdf::{Brdf, BuildError};
+    use crate::brdf::Brdf;
+    use crate::cli::not_built;
     use crate::error::Error;
     use crate::experiment::moments::{MaterialProfiles, MomentsPlan};
     use crate::experiment::{ByProduct, Event, Material, Observer};
@@ -215,15 +216,12 @@ mod spheres {
             material_key: &str,
         ) -> Result<(), Error> {
             let (name, profile) = (&of.material, &of.profiles[0]);
-            if self.light.is_none() {
-                let built = self.plan.lighting.build();
-                self.light = Some(built.map_err(|e| match e {
-                    BuildError::Data { path, message } => Error::data(path, message),
-                    e => Error::config("lighting", e),
-                })?);
-            }
-            let Some(light) = &self.light else {
-                return Ok(());
+            let light = match &mut self.light {
+                Some(light) => light,
+                none => {
+                    let built = self.plan.lighting.build();
+                    none.insert(built.map_err(|e| not_built("lighting", e))?)
+                }
             };
             let image = render_sphere(brdf, &**light, SPHERE, SAMPLES);
             let white = image.white();
@@ -239,12 +237,11 @@ mod spheres {
             };
             let ellipses: Vec<_> = FILTERS.iter().filter_map(ellipse).collect();
             let title = format!("{name}: means and covariances of its slices");
-            let svg = sphere_svg(&title, &image, white, &ellipses)
-                .map_err(|e| Error::Internal(e.to_string()))?;
+            let svg = sphere_svg(&title, &image, white, &ellipses);
             let stem = Self::stem(name);
             let mut folder = self.folder.borrow_mut();
             folder.write_below(Below::Figures, &format!("{stem}.png"), |out| {
-                image.write_png(white, out)
+                out.write_all(&image.png(white))
             })?;
             // Last, since it says that both are there.
             folder.write_below(Below::Figures, &format!("{stem}.svg"), |out| {
@@ -254,7 +251,7 @@ mod spheres {
     }
 
     impl Observer<MaterialProfiles> for Spheres<'_> {
-        fn wants(&self, wish: &ByProduct<'_>) -> bool {
+        fn requests(&self, wish: &ByProduct<'_>) -> bool {
             match wish {
                 ByProduct::Material(_, material, key) if self.is_asked(material) => {
                     let name = format!("{}.svg", Self::stem(&material.name));

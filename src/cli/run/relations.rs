@@ -25,10 +25,10 @@ impl Shown for RelationsPlan {
         if !rows.is_empty() {
             print(&relations_summary(&rows))?;
         }
-        folder.write_file(RELATIONS, |out| relations_csv(&rows, out))?;
+        folder.write_file(RELATIONS, relations_csv(&rows))?;
         for sheet in crate::report::relation_sheets(&rows) {
             use std::io::Write;
-            let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns)?;
+            let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns);
             let name = crate::report::file_stem(&sheet.name) + ".svg";
             let below = crate::report::Below::Figures;
             folder.write_below(below, &name, |out| out.write_all(svg.as_bytes()))?;

@@ -12,7 +12,7 @@ use crate::statistics::{BAND, EXACT, compares, geometric_mean, upper_quantile};
 use serde::Serialize;
 use toml::Value;
 
-/// Lines that are told: the best, the last of them poses that no reading changes, if those of all others are.
+/// Lines that are printed: the best, the last of them poses that no reading changes, if those of all others are.
 const LINES: usize = 3;
 
 /// The share of further materials whose errors are below the bound.
@@ -70,8 +70,8 @@ pub(crate) struct Advice {
 }
 
 impl AdviceSpec {
-    /// The best choices, each set of poses with its best reconstruction, the best first; and the materials that tell
-    /// nothing.
+    /// The best choices, each set of poses with its best reconstruction, the best first; and the materials that
+    /// are left out.
     pub(super) fn ranked(
         &self,
         rows: &[&Row],
@@ -93,8 +93,8 @@ impl AdviceSpec {
             let poses = poses.map(String::clone);
             let mine = rows.iter().filter(|r| r.choice() == *choice);
             let of: Vec<Option<f64>> = mine.map(|r| r.value(self.by.name())).collect();
-            let telling = of.iter().any(|e| e.is_some_and(|e| e > EXACT));
-            let known = seen.contains(&poses) || telling && errors.contains(&of);
+            let is_inexact = of.iter().any(|e| e.is_some_and(|e| e > EXACT));
+            let known = seen.contains(&poses) || is_inexact && errors.contains(&of);
             seen.push(poses);
             errors.push(of);
             !known
@@ -124,11 +124,11 @@ impl AdviceSpec {
         let poses = [poses.clone().min(), poses.max()].map(Option::unwrap_or_default);
         let spread = |metric: Metric| {
             let of = |r: &&Row| r.value(metric.name());
-            let tells = |r: &&&Row| {
+            let is_compared = |r: &&&Row| {
                 let same = rows.iter().filter(|other| other.material == r.material);
                 compares(same.filter_map(of))
             };
-            let errors: Vec<f64> = mine.clone().filter(tells).filter_map(of).collect();
+            let errors: Vec<f64> = mine.clone().filter(is_compared).filter_map(of).collect();
             Some(Spread {
                 mean: geometric_mean(&errors)?,
                 below: upper_quantile(&errors, BELOW),

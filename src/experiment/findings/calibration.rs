@@ -47,7 +47,7 @@ pub struct Calibrated {
 const SHARE: f64 = 0.9;
 
 impl Calibrated {
-    fn of(
+    fn new(
         index: &Index<'_>,
         metric: Metric,
         [measure, choice, allowance]: [usize; 3],
@@ -57,9 +57,9 @@ impl Calibrated {
             let mean = |m| index.mean([measure, choice, allowance, m], of);
             materials.clone().filter_map(mean).collect()
         };
-        let ratios = over(&|row| Some(metric.of(row)? / metric.of_expected(&expected(row))?));
-        let bound = |row: &Row| metric.of_expected(&expected(row).bound(row.readings));
-        let of_bound = over(&|row| Some(metric.of(row)? / bound(row)?));
+        let ratios = over(&|row| Some(metric.error(row)? / metric.expected_error(&expected(row))?));
+        let bound = |row: &Row| metric.expected_error(&expected(row).bound(row.readings));
+        let of_bound = over(&|row| Some(metric.error(row)? / bound(row)?));
         let below = of_bound.iter().filter(|ratio| **ratio <= 1.0).count();
         let has_bound = index.measures.list[measure] == Measure::Cosine.name();
         Some(Self {
@@ -88,7 +88,7 @@ pub(super) fn calibrations(index: &Index<'_>) -> Vec<Calibration> {
     for metric in Metric::ALL {
         for (m, measure) in index.measures.list.iter().enumerate() {
             for (c, choice) in index.choices.list.iter().enumerate() {
-                let cell = |a| Calibrated::of(index, metric, [m, c, a]);
+                let cell = |a| Calibrated::new(index, metric, [m, c, a]);
                 let cells: Vec<_> = (0..index.allowances.list.len()).map(cell).collect();
                 if cells.iter().any(Option::is_some) {
                     all.push(Calibration {

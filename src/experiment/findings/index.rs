@@ -123,9 +123,9 @@ impl<'a> Index<'a> {
             .collect()
     }
 
-    /// The materials that tell choices apart, and the others with the reason: rounding would decide
+    /// The materials by which choices differ, and the others with the reason: rounding would decide
     /// a mean over what a choice reconstructs exactly.
-    pub(crate) fn telling(
+    pub(crate) fn compared(
         &self,
         metric: Metric,
         measure: usize,
@@ -137,7 +137,9 @@ impl<'a> Index<'a> {
                 .rows
                 .iter()
                 .filter(|(at, _)| at[0] == measure && at[3] == m);
-            let errors = mine.flat_map(|(_, rows)| rows).filter_map(|r| metric.of(r));
+            let errors = mine
+                .flat_map(|(_, rows)| rows)
+                .filter_map(|r| metric.error(r));
             let errors: Vec<f64> = errors.collect();
             let is_empty = errors.is_empty();
             if compares(errors) {

@@ -16,14 +16,14 @@ named! {
 }
 
 impl Metric {
-    pub(super) fn of_expected(self, expected: &Expected) -> Option<f64> {
+    pub(super) fn expected_error(self, expected: &Expected) -> Option<f64> {
         match self {
             Metric::Nrmse => expected.nrmse,
             Metric::LogRelative => expected.log_relative,
         }
     }
 
-    pub(super) fn of(self, row: &Row) -> Option<f64> {
+    pub(super) fn error(self, row: &Row) -> Option<f64> {
         row.value(self.name())
     }
 
@@ -34,13 +34,13 @@ impl Metric {
         let standard = of
             .next()
             .and_then(|((standard, _), _)| row.value(standard.name));
-        let share = standard.zip(self.of(row)).map(|(se, error)| se / error);
+        let share = standard.zip(self.error(row)).map(|(se, error)| se / error);
         let share = share.filter(|share| share.is_finite()).unwrap_or(0.0);
         share.hypot(self.share_of_truth(row))
     }
 
     /// The error of the truth that is in it, [`crate::metrics::TruthErrors`].
-    pub(crate) fn of_truth(self, row: &Row) -> Option<f64> {
+    pub(crate) fn truth_error(self, row: &Row) -> Option<f64> {
         row.value(match self {
             Metric::Nrmse => "truth_nrmse",
             Metric::LogRelative => "truth_log_relative",
@@ -49,7 +49,7 @@ impl Metric {
 
     /// The part of it that the error of the truth may be: of √(e² + t²) what e leaves.
     fn share_of_truth(self, row: &Row) -> f64 {
-        let both = self.of_truth(row).zip(self.of(row));
+        let both = self.truth_error(row).zip(self.error(row));
         let share = both.map(|(truth, error)| truth / error);
         let share = share.filter(|share| share.is_finite()).unwrap_or(0.0);
         1.0 - (1.0 - share * share).max(0.0).sqrt()

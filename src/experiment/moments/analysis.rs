@@ -90,6 +90,11 @@ impl ProfileFits {
         }
     }
 
+    /// Average over the fitted views of the component of these orders along θ and φ.
+    fn average(&self, [n, m]: [usize; 2]) -> Option<f64> {
+        self.averages[Component { n, m }.index()]
+    }
+
     /// Slope µ̃ of the mean; `None` if its fit failed.
     pub(crate) fn slope(&self) -> Option<f64> {
         Some(self.mean.as_ref().ok()?.slope)
@@ -109,7 +114,7 @@ const PP: Component = Component { n: 0, m: 2 };
 pub(crate) fn at_bound(fit: &EnergyFit, range: ViewRange) -> [bool; 2] {
     match fit.knots() {
         Some([lower, _]) => [
-            lower < range.ends()[0] + 0.5_f64.to_radians(),
+            lower < range.ends[0] + 0.5_f64.to_radians(),
             fit.upper_at_end,
         ],
         None => [false; 2],
@@ -142,7 +147,7 @@ impl Spread {
     }
 
     /// Mean and spread of some values; `None` if there are none.
-    pub(crate) fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+    pub(crate) fn over(values: impl Iterator<Item = f64>) -> Option<Self> {
         let values: Vec<f64> = values.collect();
         let n = values.len();
         if n == 0 {
@@ -214,18 +219,14 @@ impl Group {
     ) -> Self {
         let channels = members.first().map_or(1, |m| m.profiles.len().max(1));
         let first: Vec<&ProfileFits> = fits.iter().step_by(channels).collect();
+        let energy_fits = || first.iter().filter_map(|f| f.energy.as_ref().ok());
         let knot = |i: usize| {
-            let fits = first.iter().filter_map(|f| f.energy.as_ref().ok());
-            let knots = fits.filter(|fit| !at_bound(fit, range)[i]);
-            Spread::of(knots.filter_map(|fit| Some(fit.knots()?[i])))
+            let knots = energy_fits().filter(|fit| !at_bound(fit, range)[i]);
+            Spread::over(knots.filter_map(|fit| Some(fit.knots()?[i])))
         };
-        let at_bounds = [0, 1].map(|i| {
-            let fits = first.iter().filter_map(|f| f.energy.as_ref().ok());
-            fits.filter(|fit| at_bound(fit, range)[i]).count()
-        });
-        let rises = |f: &&&ProfileFits| {
-            let fit = f.energy.as_ref().ok();
-            let ends = fit.and_then(|fit| Some(fit.knots()?.map(|k| fit.value(k))));
+        let at_bounds = [0, 1].map(|i| energy_fits().filter(|fit| at_bound(fit, range)[i]).count());
+        let rises = |fit: &&EnergyFit| {
+            let ends = fit.knots().map(|knots| knots.map(|k| fit.value(k)));
             ends.is_some_and(|[lower, upper]| upper > lower)
         };
         let profiles: Vec<&Profile> = members.iter().filter_map(|m| m.profiles.first()).collect();
@@ -247,7 +248,7 @@ impl Group {
         Self {
             knots: [knot(0), knot(1)],
             at_bounds,
-            boosted: first.iter().filter(rises).count(),
+            boosted: energy_fits().filter(rises).count(),
             shared: fit_energy_shared(&series, range, tolerance),
             relation: fit_mean_variance(&slopes, &variances),
             correlations: correlations(&fits, channels),
@@ -264,7 +265,7 @@ impl Group {
 
     /// Mean and spread of a number of the first channel over the materials.
     pub(crate) fn spread(&self, of: impl Fn(&ProfileFits) -> Option<f64>) -> Option<Spread> {
-        Spread::of(self.first_channel().filter_map(of))
+        Spread::over(self.first_channel().filter_map(of))
     }
 }
 
@@ -276,21 +277,11 @@ const QUANTITIES: [Quantity; 8] = [
     ("energy", |f| f.averages[0]),
     ("mean_slope", ProfileFits::slope),
     ("average_variance", ProfileFits::average_variance),
-    ("skewness_30", |f| {
-        f.averages[Component { n: 3, m: 0 }.index()]
-    }),
-    ("skewness_12", |f| {
-        f.averages[Component { n: 1, m: 2 }.index()]
-    }),
-    ("kurtosis_40", |f| {
-        f.averages[Component { n: 4, m: 0 }.index()]
-    }),
-    ("kurtosis_22", |f| {
-        f.averages[Component { n: 2, m: 2 }.index()]
-    }),
-    ("kurtosis_04", |f| {
-        f.averages[Component { n: 0, m: 4 }.index()]
-    }),
+    ("skewness_30", |f| f.average([3, 0])),
+    ("skewness_12", |f| f.average([1, 2])),
+    ("kurtosis_40", |f| f.average([4, 0])),
+    ("kurtosis_22", |f| f.average([2, 2])),
+    ("kurtosis_04", |f| f.average([0, 4])),
 ];
 
 fn correlations(fits: &[ProfileFits], channels: usize) -> Vec<CorrelationRow> {

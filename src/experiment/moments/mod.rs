@@ -7,10 +7,8 @@
 mod analysis;
 mod plan;
 mod profiles;
-mod spec;
 
 pub(crate) use analysis::{CorrelationRow, Group, ProfileFits, Spread, at_bound};
-pub(crate) use plan::{AnalysisSpec, MomentsPlan, PublishedNumbers};
+pub(crate) use plan::{AnalysisSpec, MomentsPlan, MomentsTable, PublishedNumbers};
 pub(super) use plan::{read_keys, read_tables};
 pub use profiles::{MaterialProfiles, ProfileRow, degrees, shown};
-pub(crate) use spec::MomentsTable;

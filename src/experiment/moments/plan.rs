@@ -1,17 +1,15 @@
 //! The plan of a config of kind `moments`: its keys checked and put together.
 
-use super::spec::MomentsTable;
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::{Error, ParameterError};
-use crate::experiment::checks::{distinct, each_once, refused_in};
+use crate::experiment::checks::each_once;
 use crate::experiment::choices::Material;
-use crate::experiment::keypath::KeyPath;
 use crate::experiment::kind::Kind;
-use crate::experiment::materials::{self, MaterialTable, Origins, build_error, material};
+use crate::experiment::materials::{self, MaterialTable, material};
 use crate::experiment::source::Source;
 use crate::experiment::tables::{refuse_unknown, section, take_list};
 use crate::lighting::{self, LightingSpec, SkySpec};
-use crate::moments::ViewRange;
+use crate::moments::{self, Estimator, MomentsSpec, PeakResolving, ViewRange};
 use crate::registry::{self, ReadError, Table, keys};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -135,7 +133,7 @@ impl MomentsPlan {
     /// Reads and checks a config of kind `moments`.
     ///
     /// # Errors
-    /// [`Error::Config`] and [`Error::Data`], as those of [`Plan::new`](crate::experiment::Plan::new).
+    /// [`Error::Config`] and [`Error::Data`], as those of [`Plan::read`](crate::experiment::Plan::read).
     pub fn read(source: &Source) -> Result<Self, Error> {
         Kind::Moments.require(source)?;
         let table = source.table()?;
@@ -152,28 +150,23 @@ impl MomentsPlan {
         let (scalars, analysis, lighting) = (parts.scalars, parts.analysis, parts.lighting);
         let moments = parts.moments.unwrap_or_default();
         moments.check(source)?;
-        let base = KeyPath::of("analysis");
         let range = analysis.range();
-        range.map_err(|e| refused_in(source, &base, &e))?;
+        range.map_err(|e| source.place("analysis").refused_key(&e))?;
         let &[seed] = scalars.seeds.as_slice() else {
             let message = format!("seeds = {:?}: allowed is one seed", scalars.seeds);
-            return Err(source.error_at(&KeyPath::of("seeds"), message));
+            return Err(source.place("seeds").error(message));
         };
-        if let Some(only) = &scalars.only {
-            distinct(source, "only", only, String::clone)?;
-        }
         let written = parts.tables.len();
-        let origins = Origins {
-            tables: parts.tables,
-            dir: scalars.materials_dir.as_deref(),
-            only: scalars.only.as_deref(),
-            merl: parts.merl,
-        };
-        let (materials, missing) = materials::gather(source, origins, &moments.spec.needs())?;
-        let path = KeyPath::of("lighting");
-        lighting
-            .check()
-            .map_err(|e| build_error(source, &path, e))?;
+        let (materials, missing) = materials::gather(
+            source,
+            parts.tables,
+            scalars.materials_dir.as_deref(),
+            scalars.only.as_deref(),
+            parts.merl,
+            &moments.spec.needs(),
+        )?;
+        let checked = lighting.check();
+        checked.map_err(|e| source.place("lighting").not_built(e))?;
         let mut resolved = section(&scalars);
         materials::insert_materials(&mut resolved, &materials, written);
         resolved.insert("moments".into(), moments.resolved().into());
@@ -248,4 +241,62 @@ fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
         analysis: analysis.unwrap_or_default(),
         lighting: lighting.unwrap_or_else(|| Box::new(SkySpec::default())),
     })
+}
+
+/// `[moments]`.
+#[derive(Debug)]
+pub struct MomentsTable {
+    /// Every key but the estimator.
+    pub spec: MomentsSpec,
+    /// `estimator`.
+    pub estimator: Box<dyn Estimator>,
+}
+
+impl Default for MomentsTable {
+    fn default() -> Self {
+        Self {
+            spec: MomentsSpec::default(),
+            estimator: Box::new(PeakResolving::default()),
+        }
+    }
+}
+
+impl MomentsTable {
+    /// Takes the table out of a config's, if it is there.
+    ///
+    /// # Errors
+    /// For keys that are unknown or of another type.
+    pub(in crate::experiment) fn take(config: &mut Table<'_>) -> Result<Option<Self>, ReadError> {
+        let Some(mut table) = registry::take_table(config, "moments")? else {
+            return Ok(None);
+        };
+        let estimator = match registry::take_table(&mut table, "estimator")? {
+            // Keys of the default one need not name it.
+            Some(estimator) if !estimator.get_ref().contains_key("kind") => {
+                Box::new(registry::parse::<PeakResolving>(estimator)?)
+            }
+            Some(estimator) => moments::read(estimator)?,
+            None => Box::new(PeakResolving::default()),
+        };
+        let spec = registry::parse(table)?;
+        Ok(Some(Self { spec, estimator }))
+    }
+
+    /// Checks every key.
+    ///
+    /// # Errors
+    /// [`Error::Config`].
+    pub(in crate::experiment) fn check(&self, source: &Source) -> Result<(), Error> {
+        let at = source.place("moments");
+        self.spec.check().map_err(|e| at.refused_key(&e))?;
+        let checked = self.estimator.check();
+        checked.map_err(|e| at.key("estimator").refused_key(&e))
+    }
+
+    /// Every key with its value.
+    pub(in crate::experiment) fn resolved(&self) -> toml::Table {
+        let mut table = section(&self.spec);
+        table.insert("estimator".into(), self.estimator.resolved().into());
+        table
+    }
 }

@@ -4,10 +4,10 @@ use super::plan::MomentsPlan;
 use crate::brdf::Channels;
 use crate::error::Error;
 use crate::experiment::counts::{Built, Stage};
-use crate::experiment::each::{self, Of, PerMaterial};
+use crate::experiment::each::{Of, PerMaterial};
 use crate::experiment::key::{Expected, Part, RowKey};
-use crate::experiment::observer::{EventSink, Observer, Stop, Summary};
-use crate::experiment::record::{Experiment, Extent, Head, Known, Record, Shard};
+use crate::experiment::observer::{EventSink, Stop};
+use crate::experiment::record::{Head, Record};
 use crate::moments::{Channel, Clamping, Profile, SliceMoments};
 use serde::{Deserialize, Serialize};
 
@@ -55,7 +55,7 @@ const LABEL: &str = "profiles";
 impl MaterialProfiles {
     /// One row per channel and view.
     pub fn rows(&self) -> impl Iterator<Item = ProfileRow<'_>> {
-        let of = |profile| ProfileRow::of(&self.material, profile);
+        let of = |profile| ProfileRow::of_profile(&self.material, profile);
         self.profiles.iter().flat_map(of)
     }
 }
@@ -75,7 +75,7 @@ pub struct ProfileRow<'a> {
 
 impl<'a> ProfileRow<'a> {
     /// The rows of a profile, one per view.
-    pub fn of(material: &'a str, profile: &'a Profile) -> impl Iterator<Item = Self> {
+    pub fn of_profile(material: &'a str, profile: &'a Profile) -> impl Iterator<Item = Self> {
         let views = profile.views.iter().zip(&profile.slices);
         views.map(move |(&theta_o, slice)| Self {
             material,
@@ -91,37 +91,9 @@ pub fn degrees(angle: f64) -> f64 {
     (angle.to_degrees() * 1e10).round() / 1e10
 }
 
-/// A number with the digits that tell it from every other one, with an exponent if it is small.
+/// A number with as many digits as distinguish it from every other one, with an exponent if it is small.
 pub fn shown(value: f64) -> String {
     format!("{value:?}")
-}
-
-impl Experiment for MomentsPlan {
-    type Record = MaterialProfiles;
-
-    fn head(&self) -> Head<'_> {
-        Head {
-            question: self.question.as_deref(),
-            resolved: &self.resolved,
-            seeds: std::slice::from_ref(&self.seed),
-            materials: &self.materials,
-            missing: &self.missing,
-        }
-    }
-
-    fn of_each(&self, shard: Option<Shard>) -> (Shard, Vec<Expected>) {
-        let record = Expected::of_any(LABEL, LABEL, self.part());
-        (shard.unwrap_or(Shard::WHOLE), vec![record])
-    }
-
-    fn run(
-        &self,
-        extent: &Extent,
-        known: &Known<MaterialProfiles>,
-        observer: &mut dyn Observer<MaterialProfiles>,
-    ) -> Result<Summary, Error> {
-        each::run(self, extent, known, observer)
-    }
 }
 
 impl MomentsPlan {
@@ -139,7 +111,22 @@ impl MomentsPlan {
 }
 
 impl PerMaterial for MomentsPlan {
+    type Record = MaterialProfiles;
     type Shared = ();
+
+    fn head(&self) -> Head<'_> {
+        Head {
+            question: self.question.as_deref(),
+            resolved: &self.resolved,
+            seeds: std::slice::from_ref(&self.seed),
+            materials: &self.materials,
+            missing: &self.missing,
+        }
+    }
+
+    fn records(&self) -> Vec<Expected> {
+        vec![Expected::of_any(LABEL, LABEL, self.part())]
+    }
 
     fn channels(&self) -> Channels {
         MomentsPlan::channels(self)
@@ -155,10 +142,9 @@ impl PerMaterial for MomentsPlan {
         of: Of<'_, ()>,
         events: &mut EventSink<'_, MaterialProfiles>,
     ) -> Result<MaterialProfiles, Stop> {
-        let internal = |e: &dyn std::fmt::Display| Error::Internal(e.to_string());
         let table = &self.moments;
         let counters = events.counters.clone();
-        let brdf = of.brdf.at(&counters, Stage::Moments);
+        let brdf = of.brdf.counted_at(&counters, Stage::Moments);
         let (mut profiles, mut times) = (Vec::new(), Vec::new());
         for &channel in &table.spec.channels {
             events.go_on()?;
@@ -166,17 +152,17 @@ impl PerMaterial for MomentsPlan {
                 Profile::new(&brdf, channel, &table.spec, &*table.estimator, self.seed)
             });
             // The plan has checked every key, and builds what the channels need.
-            profiles.push(profile.map_err(|e| internal(&e))?);
+            profiles.push(profile.map_err(Error::internal)?);
             times.push(seconds);
         }
         // Colours of a material share their shape: the first channel stands for all.
         let clamping = match self.analysis.horizon {
             false => None,
             true => {
-                let range = self.analysis.range().map_err(|e| internal(&e))?;
-                let last = range.ends()[1];
+                let range = self.analysis.range().map_err(Error::internal)?;
+                let last = range.ends[1];
                 let found = Clamping::of(&brdf, &profiles[0], &*table.estimator, last);
-                Some(found.map_err(|e| internal(&e))?)
+                Some(found.map_err(Error::internal)?)
             }
         };
         Ok(MaterialProfiles {

@@ -61,7 +61,7 @@ impl Router {
             return Err(Stop::Cancelled);
         }
         begun.seconds = seconds;
-        let set = SetKey::of(key);
+        let set = SetKey::new(key);
         self.courses.retain(|(of, ..), _| *of == set);
         begun.first = first.map_err(Stop::failed)?.unwrap_or_default();
         Ok(begun)
@@ -73,7 +73,7 @@ impl Router {
         key: &ScheduleKey<'_>,
         material: &str,
     ) -> &mut Course {
-        let of = (SetKey::of(key), material.to_owned(), key.seed);
+        let of = (SetKey::new(key), material.to_owned(), key.seed);
         self.courses.entry(of).or_default()
     }
 }
@@ -151,7 +151,7 @@ impl Acquisition<'_> {
         };
         let (before, start) = (*before, Instant::now());
         let (mut asked, mut batches) = (0, Vec::new());
-        let mut told = |n: usize| {
+        let mut count_batch = |n: usize| {
             // Those of a course end whole batches.
             let whole = self
                 .planner
@@ -162,7 +162,7 @@ impl Acquisition<'_> {
             }
             asked = n;
         };
-        let taken = acquisition::acquire_from(self.planner, &task, brdf, known, &mut told);
+        let taken = acquisition::acquire_from(self.planner, &task, brdf, known, &mut count_batch);
         let taken = taken.map_err(Stop::failed)?;
         let poses = &taken.schedule.poses;
         if self.planner.nests() && !cancelled() && poses.len() > course.poses.len() {

@@ -1,4 +1,4 @@
-//! Schedules and itineraries that are kept for whoever asks again.
+//! Schedules and itineraries that are kept for later requests.
 
 use std::collections::HashMap;
 use std::hash::Hash;

@@ -14,9 +14,10 @@ impl Runner<'_> {
         members: &[&Member<'_>],
         batch: &Batch<'_>,
     ) -> Result<Option<T>, Stop> {
-        let materials = members.iter().map(|m| m.material);
-        let (job, jobs) = (batch.schedule.to_string(), batch.tasks.len());
-        let found = self.events.or_all_failed(found, materials, &job, jobs)?;
+        let names = members
+            .iter()
+            .map(|m| format!("{}, {}", m.material.name, batch.schedule));
+        let found = self.events.or_failed(found, names, batch.tasks.len())?;
         if found.is_none() {
             self.events.advanced(batch.work(members.len()))?;
         }
@@ -48,7 +49,7 @@ impl Runner<'_> {
             let observer = &*self.events.observer;
             let course = self.router.course(schedule, name);
             let (found, _) = self.events.counters.timed(Stage::Plan, || {
-                let brdf = truth.brdf.at(&self.events.counters, Stage::Plan);
+                let brdf = truth.brdf.counted_at(&self.events.counters, Stage::Plan);
                 begun.route(&brdf, course, &|| observer.cancelled())
             });
             let Some(route) = self.or_lost(found, &[member], batch)? else {

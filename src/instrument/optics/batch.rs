@@ -30,7 +30,7 @@ impl Sums {
         }
     }
 
-    /// The same, to be read.
+    /// A borrowed view of these sums.
     #[inline]
     pub(super) fn view(&self) -> View<'_> {
         View(&self.0)
@@ -85,25 +85,6 @@ impl View<'_> {
     }
 }
 
-/// The sums of groups of pairs.
-#[derive(Clone, Copy)]
-pub(super) struct Groups<'a> {
-    sums: &'a [f64],
-    stride: usize,
-}
-
-impl<'a> Groups<'a> {
-    /// Every group, in their order.
-    pub(super) fn iter(self) -> impl Iterator<Item = View<'a>> {
-        self.sums.chunks_exact(self.stride).map(View)
-    }
-
-    /// One group.
-    pub(super) fn group(self, group: usize) -> View<'a> {
-        View(&self.sums[group * self.stride..][..self.stride])
-    }
-}
-
 /// Buffers that readings share, one per thread.
 #[derive(Debug, Default)]
 pub struct Workspace {
@@ -114,21 +95,13 @@ pub struct Workspace {
     presence: Vec<Presence>,
     /// Laid out as [`Sums`], group after group.
     sums: Vec<f64>,
-    evaluations: usize,
-    missing: bool,
+    /// Evaluations of the BRDF since it was made.
+    pub(super) evaluations: usize,
+    /// True if a value was missing since the last reset.
+    pub(super) missing: bool,
 }
 
 impl Workspace {
-    /// Evaluations of the BRDF since it was made.
-    pub(super) fn evaluations(&self) -> usize {
-        self.evaluations
-    }
-
-    /// True if a value was missing since the last reset.
-    pub(super) fn missing(&self) -> bool {
-        self.missing
-    }
-
     pub(super) fn reset(&mut self) {
         self.missing = false;
         self.pairs.clear();
@@ -162,8 +135,8 @@ impl Workspace {
         }
     }
 
-    /// Evaluates all pairs and gives the sums of every group; no pair is left.
-    pub(super) fn evaluate(&mut self, brdf: &dyn Brdf, groups: usize) -> Groups<'_> {
+    /// Evaluates all pairs and gives the sums of every group, in their order; no pair is left.
+    pub(super) fn evaluate(&mut self, brdf: &dyn Brdf, groups: usize) -> Vec<View<'_>> {
         let (n, channels) = (self.pairs.len(), brdf.channels().count());
         self.values.clear();
         self.values.resize(n * channels, 0.0);
@@ -182,10 +155,7 @@ impl Workspace {
         self.pairs.clear();
         self.weights.clear();
         self.groups.clear();
-        Groups {
-            sums: &self.sums,
-            stride,
-        }
+        self.sums.chunks_exact(stride).map(View).collect()
     }
 
     /// Adds what was evaluated to the sums of its groups.

@@ -137,7 +137,7 @@ impl Rules {
                 work.push(*i, *o, wi * wo, 0);
             }
         }
-        work.evaluate(brdf, 1).group(0).to_sums()
+        work.evaluate(brdf, 1)[0].to_sums()
     }
 
     /// The share of a disk above the horizon, and the mean of max(cos θ, 0) over the whole disk.
@@ -211,8 +211,8 @@ impl Rules {
         let groups = work.evaluate(brdf, 6);
         let sum = |factors: [f64; 6]| {
             let mut sums = Sums::new(channels);
-            for (factor, group) in factors.into_iter().zip(groups.iter()) {
-                sums.add(factor, group);
+            for (factor, group) in factors.into_iter().zip(&groups) {
+                sums.add(factor, *group);
             }
             sums
         };

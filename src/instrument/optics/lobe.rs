@@ -97,12 +97,12 @@ impl Peak {
             }
         }
         let values = work.evaluate(brdf, 1 + 2 * Self::SCALES as usize);
-        let peak = values.group(0).ratios();
+        let peak = values[0].ratios();
         let largest = (0..peak.len()).max_by(|a, b| peak[*a].total_cmp(&peak[*b]))?;
         let width = |axis: usize| {
             (0..Self::SCALES)
                 .filter(|k| {
-                    let sums = values.group(1 + 2 * *k as usize + axis);
+                    let sums = values[1 + 2 * *k as usize + axis];
                     sums.weight() > 0.0 && sums.ratio(largest) < 0.5 * peak[largest]
                 })
                 .map(|k| reach * f64::powi(2.0, -k))
@@ -171,7 +171,7 @@ enum Radial {
 
 impl Radial {
     /// ρ and dρ/dt.
-    fn at(self, t: f64) -> [f64; 2] {
+    fn rho_and_slope(self, t: f64) -> [f64; 2] {
         match self {
             Radial::Inside => [t, 1.0],
             Radial::Crossing { middle, half } => {
@@ -257,7 +257,7 @@ impl Integral<'_> {
         let (kind, pair, polar) = (self.kind, self.pair, &self.polar);
         let sensor = pair.omega_o.vector();
         for (i, node) in PAIR.iter().enumerate() {
-            let [rho, slope] = cell.radial.at(t0 + ht * (1.0 + node[0]));
+            let [rho, slope] = cell.radial.rho_and_slope(t0 + ht * (1.0 + node[0]));
             let (sr, cr) = rho.sin_cos();
             let radial_weight = ht * slope * sr;
             let (a, b) = (self.optics.source, self.optics.detector);
@@ -285,7 +285,7 @@ impl Integral<'_> {
         let groups = work.evaluate(self.brdf, NODES * NODES);
         cell.sums.clear();
         cell.differences.iter_mut().for_each(Sums::clear);
-        for (ij, sums) in groups.iter().enumerate() {
+        for (ij, sums) in groups.into_iter().enumerate() {
             let [[_, ki, gi], [_, kj, gj]] = [PAIR[ij / NODES], PAIR[ij % NODES]];
             cell.sums.add(ki * kj, sums);
             cell.differences[0].add((ki - gi) * kj, sums);
@@ -382,7 +382,7 @@ pub(super) fn integrate(
         overlap: Overlap::default(),
     };
     let channels = brdf.channels().count();
-    let start = work.evaluations();
+    let start = work.evaluations;
     let mut cells = integral.mesh(peak.width);
     for cell in &mut cells {
         integral.evaluate(cell, 0, work);
@@ -391,8 +391,8 @@ pub(super) fn integrate(
     let tolerance = &optics.tolerance;
     let coarse = loop {
         let (estimate, errors) = outer(&cells, channels);
-        // The same cells are evaluated once more with finer lenses, at three times the cost.
-        let spent = 4 * (work.evaluations() - start);
+        // The cells are evaluated once more with finer lenses, at three times the cost.
+        let spent = 4 * (work.evaluations - start);
         if estimate.excess(tolerance) <= 0.5 || spent > budget {
             break estimate;
         }
@@ -410,17 +410,17 @@ pub(super) fn integrate(
     };
     let mut last = coarse;
     for level in 1..=FINEST {
-        let before = work.evaluations();
+        let before = work.evaluations;
         for cell in &mut cells {
             integral.evaluate(cell, level, work);
         }
-        let cost = work.evaluations() - before;
+        let cost = work.evaluations - before;
         let (mut estimate, _) = outer(&cells, channels);
         let (now, then) = (estimate.sums.view(), last.sums.view());
         for (c, error) in estimate.error.iter_mut().enumerate() {
             *error += (now.ratio(c) - then.ratio(c)).abs();
         }
-        let spent = work.evaluations() - start;
+        let spent = work.evaluations - start;
         last = estimate;
         if last.good(tolerance) || spent + 2 * cost > budget {
             break;

@@ -36,10 +36,9 @@ impl InstrumentSpec {
         self.calibration.check("calibration")?;
         for (i, entry) in self.provenance.iter().enumerate() {
             let path = format!("provenance[{i}]");
-            if entry.fields.is_empty() {
-                let allowed = "at least one key, e.g. \"detector.bits\"";
-                return Err(ParameterError::new(format!("{path}.fields"), "[]", allowed));
-            }
+            let allowed = "at least one key, e.g. \"detector.bits\"";
+            let is_about_some = !entry.fields.is_empty();
+            require(is_about_some, &format!("{path}.fields"), "[]", allowed)?;
             text(&format!("{path}.source"), &entry.source)?;
         }
         Ok(())
@@ -60,10 +59,8 @@ impl InstrumentSpec {
         for (i, axis) in self.axis.iter().enumerate() {
             let key = format!("axis[{i}].name");
             name(&key, &axis.name)?;
-            if axis.name == BASE {
-                let allowed = "another name: base is what does not move";
-                return Err(ParameterError::new(key, "\"base\"", allowed));
-            }
+            let allowed = "another name: base is what does not move";
+            require(axis.name != BASE, &key, "\"base\"", allowed)?;
             unique(&key, &axis.name, self.axis[..i].iter().map(|a| &a.name))?;
         }
         for (i, axis) in self.axis.iter().enumerate() {
@@ -71,48 +68,35 @@ impl InstrumentSpec {
             unit(&format!("axis[{i}].vector"), axis.vector)?;
         }
         for (i, axis) in self.axis.iter().enumerate() {
-            if self.hangs_from_itself(axis) {
-                let key = format!("axis[{i}].parent");
-                let value = format!("{:?}", axis.parent);
-                let allowed = format!(
-                    "a chain that ends at base: {} would hang from itself",
-                    axis.name
-                );
-                return Err(ParameterError::new(key, value, allowed));
-            }
+            let allowed = format!(
+                "a chain that ends at base: {} would hang from itself",
+                axis.name
+            );
+            let key = format!("axis[{i}].parent");
+            let ends = !self.hangs_from_itself(axis);
+            require(ends, &key, format!("{:?}", axis.parent), allowed)?;
         }
         let (required, class) = (class.axes, class.name);
-        if self.axis.len() != required.len() {
-            let allowed = format!(
-                "the {} axes of {class}: {}",
-                required.len(),
-                described(required)
-            );
-            return Err(ParameterError::new(
-                "axis",
-                format!("{} axes", self.axis.len()),
-                allowed,
-            ));
-        }
+        let (found, count) = (self.axis.len(), required.len());
+        let allowed = format!("the {count} axes of {class}: {}", described(required));
+        require(found == count, "axis", format!("{found} axes"), allowed)?;
         for (i, (axis, template)) in self.axis.iter().zip(required).enumerate() {
             let parent = template
                 .parent
                 .map_or(BASE, |parent| self.axis[parent].name.as_str());
-            let role = template.role;
-            if axis.parent != parent {
-                return Err(ParameterError::new(
-                    format!("axis[{i}].parent"),
-                    format!("{:?}", axis.parent),
-                    format!("{parent:?} for this axis of {class}, its {role}"),
-                ));
-            }
-            if axis.vector != template.vector {
-                return Err(ParameterError::new(
-                    format!("axis[{i}].vector"),
-                    format!("{:?}", axis.vector),
-                    format!("{:?} for this axis of {class}, its {role}", template.vector),
-                ));
-            }
+            let (role, vector) = (template.role, template.vector);
+            require(
+                axis.parent == parent,
+                &format!("axis[{i}].parent"),
+                format!("{:?}", axis.parent),
+                format!("{parent:?} for this axis of {class}, its {role}"),
+            )?;
+            require(
+                axis.vector == vector,
+                &format!("axis[{i}].vector"),
+                format!("{:?}", axis.vector),
+                format!("{vector:?} for this axis of {class}, its {role}"),
+            )?;
         }
         Ok(())
     }
@@ -171,21 +155,16 @@ impl InstrumentSpec {
         for (i, pair) in limits.collision.iter().enumerate() {
             let key = format!("limits.collision[{i}].between");
             for part in &pair.between {
-                let known = [LIGHT, SENSOR].contains(&part.as_str());
-                if !known && !self.body.iter().any(|body| body.name == *part) {
-                    let bodies = self.body.iter().map(|body| body.name.as_str());
-                    let names = one_of(part, [LIGHT, SENSOR].into_iter().chain(bodies));
-                    return Err(ParameterError::new(
-                        key,
-                        format!("{part:?}"),
-                        format!("two of {names}"),
-                    ));
+                let bodies = self.body.iter().map(|body| body.name.as_str());
+                let known = [LIGHT, SENSOR].into_iter().chain(bodies);
+                if !known.clone().any(|name| name == part) {
+                    let allowed = format!("two of {}", one_of(part, known));
+                    return Err(ParameterError::new(key, format!("{part:?}"), allowed));
                 }
             }
-            if pair.between[0] == pair.between[1] {
-                let value = format!("{:?}", pair.between);
-                return Err(ParameterError::new(key, value, "two different parts"));
-            }
+            let differ = pair.between[0] != pair.between[1];
+            let value = format!("{:?}", pair.between);
+            require(differ, &key, value, "two different parts")?;
             let key = format!("limits.collision[{i}].angle_min_deg");
             above(&key, pair.angle_min_deg)?;
             below(&key, pair.angle_min_deg, 180.0)?;
@@ -198,27 +177,22 @@ impl AxisSpec {
     /// Checks the ends of its range.
     pub(super) fn check_range(&self, path: &str) -> Checked {
         let key = |key: &str| format!("{path}.{key}");
-        if self.min_deg >= self.max_deg {
-            let allowed = format!("a number below max_deg = {}", self.max_deg);
-            return Err(ParameterError::new(key("min_deg"), self.min_deg, allowed));
-        }
-        if self.wraps && self.max_deg - self.min_deg < 360.0 {
-            let allowed = "true only if max_deg − min_deg is at least 360";
-            return Err(ParameterError::new(key("wraps"), true, allowed));
-        }
-        Ok(())
+        let (min, max) = (self.min_deg, self.max_deg);
+        let allowed = format!("a number below max_deg = {max}");
+        // Both are finite.
+        require(min < max, &key("min_deg"), min, allowed)?;
+        let allowed = "true only if max_deg − min_deg is at least 360";
+        let may_wrap = max - min >= 360.0;
+        require(!self.wraps || may_wrap, &key("wraps"), true, allowed)
     }
 }
 
 impl DetectorSpec {
     /// Checks the order of its exposures.
     pub(super) fn check_exposures(&self, path: &str) -> Checked {
-        if self.exposure_min_s <= self.exposure_max_s {
-            return Ok(());
-        }
-        let key = format!("{path}.exposure_min_s");
-        let allowed = format!("at most exposure_max_s = {}", self.exposure_max_s);
-        Err(ParameterError::new(key, self.exposure_min_s, allowed))
+        let (min, max) = (self.exposure_min_s, self.exposure_max_s);
+        let allowed = format!("at most exposure_max_s = {max}");
+        require(min <= max, &format!("{path}.exposure_min_s"), min, allowed)
     }
 }
 
@@ -246,10 +220,16 @@ fn described(axes: &[AxisTemplate]) -> String {
     words.collect::<Vec<_>>().join("; ")
 }
 
-pub(super) fn finite(key: &str, value: f64) -> Checked {
-    if !value.is_finite() {
-        return Err(ParameterError::new(key, value, "a finite number"));
+/// The error of a key whose value is not as it must be.
+fn require(holds: bool, key: &str, value: impl Display, allowed: impl Display) -> Checked {
+    match holds {
+        true => Ok(()),
+        false => Err(ParameterError::new(key, value, allowed.to_string())),
     }
+}
+
+pub(super) fn finite(key: &str, value: f64) -> Checked {
+    require(value.is_finite(), key, value, "a finite number")?;
     if value == 0.0 {
         Ok(())
     } else {
@@ -274,24 +254,19 @@ pub(super) fn at_least_0(key: &str, value: f64) -> Checked {
 /// Checks that a number is in `SANE`: squares and quotients then neither overflow nor vanish.
 fn sane(key: &str, value: f64) -> Checked {
     let [least, most] = SANE;
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
     let allowed = format!("a number in [{least:e}, {most:e}]");
-    Err(ParameterError::new(key, format!("{value:e}"), allowed))
+    let is_within = (least..=most).contains(&value);
+    require(is_within, key, format!("{value:e}"), allowed)
 }
 
 /// Checks `0 ≤ value < end`.
 pub(super) fn below(key: &str, value: f64, end: f64) -> Checked {
-    if value >= 0.0 && value < end {
-        return Ok(());
-    }
     let allowed = if end == f64::INFINITY {
         "a finite number, at least 0".into()
     } else {
         format!("a number in [0, {end})")
     };
-    Err(ParameterError::new(key, value, allowed))
+    require(value >= 0.0 && value < end, key, value, allowed)
 }
 
 pub(super) fn counted<N: From<u8> + PartialOrd + Display>(
@@ -299,43 +274,36 @@ pub(super) fn counted<N: From<u8> + PartialOrd + Display>(
     value: N,
     most: u8,
 ) -> Checked {
-    if (N::from(1)..=N::from(most)).contains(&value) {
-        return Ok(());
-    }
     let allowed = format!("a whole number in [1, {most}]");
-    Err(ParameterError::new(key, value, allowed))
+    let is_within = (N::from(1)..=N::from(most)).contains(&value);
+    require(is_within, key, value, allowed)
 }
 
 fn unit(key: &str, vector: [f64; 3]) -> Checked {
-    if (DVec3::from(vector).length_squared() - 1.0).abs() <= UNIT {
-        return Ok(());
-    }
-    let value = format!("{vector:?}");
-    Err(ParameterError::new(key, value, "a vector of length 1"))
+    let is_unit = (DVec3::from(vector).length_squared() - 1.0).abs() <= UNIT;
+    require(is_unit, key, format!("{vector:?}"), "a vector of length 1")
 }
 
 fn text(key: &str, value: &str) -> Checked {
-    if !value.trim().is_empty() {
-        return Ok(());
-    }
-    let allowed = "a text that is not empty";
-    Err(ParameterError::new(key, format!("{value:?}"), allowed))
+    let is_some = !value.trim().is_empty();
+    require(
+        is_some,
+        key,
+        format!("{value:?}"),
+        "a text that is not empty",
+    )
 }
 
 /// Checks a name, which becomes part of columns, files and keys.
 fn name(key: &str, value: &str) -> Checked {
     let fine = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !value.is_empty() && value.chars().all(fine) {
-        return Ok(());
-    }
+    let is_name = !value.is_empty() && value.chars().all(fine);
     let allowed = "a name of letters, digits, `_` and `-`";
-    Err(ParameterError::new(key, format!("{value:?}"), allowed))
+    require(is_name, key, format!("{value:?}"), allowed)
 }
 
 fn unique<'a>(key: &str, value: &str, mut taken: impl Iterator<Item = &'a String>) -> Checked {
-    if taken.all(|other| other != value) {
-        return Ok(());
-    }
+    let is_free = taken.all(|other| other != value);
     let allowed = "a name that nothing else has";
-    Err(ParameterError::new(key, format!("{value:?}"), allowed))
+    require(is_free, key, format!("{value:?}"), allowed)
 }

@@ -64,7 +64,7 @@ impl Binned {
     /// Paths through several surfaces of a kind, as many from each of their blocks.
     pub(super) fn new(surfaces: &[Transport], random: &Random, drawing: Drawing) -> Self {
         let nodes = Nodes::new(drawing.radius, 1.0, FRAC_PI_2);
-        let followed = surfaces[0].channels();
+        let followed = &surfaces[0].channels;
         let channels = followed.count();
         let groups = surfaces.len() * BLOCKS;
         let of_group = drawing.rays.div_ceil(groups);
@@ -76,10 +76,10 @@ impl Binned {
                 let start = |u| in_block(group % BLOCKS, u).map(|s| s * drawing.spot);
                 let surface = &surfaces[group / BLOCKS];
                 let drawn = surface.draw(start, drawing.last, &mut weight, &mut stream);
-                let Some(drawn) = drawn.filter(|drawn| drawn.met > 1) else {
+                let Some(drawn) = drawn.filter(|drawn| drawn.order > 1) else {
                     continue;
                 };
-                let class = Part::of(drawn.met).classes().start - 1;
+                let class = Part::from_order(drawn.order).classes().start - 1;
                 for (node, share) in nodes.around(drawn.pair.vectors()) {
                     let light = &mut sums.light[(node * LATER + class) * channels..][..channels];
                     let of_node = light.iter_mut().zip(&weight);
@@ -159,7 +159,7 @@ impl Binned {
     ) {
         let of = |errors: [f64; CLASSES]| {
             let [second, later, sum] = errors;
-            SplitErrors::from([0.0, second, later, sum]).of(part)
+            SplitErrors::from([0.0, second, later, sum]).error(part)
         };
         let numbers = LATER * self.channels;
         let is_lit = |node: usize| {

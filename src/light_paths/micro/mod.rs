@@ -5,7 +5,7 @@
 //! f₁ = F D G/(4 cos θ_i cos θ_o),
 //!
 //! D the density of normals in a cone of half the asked angle about the half vector, whose mirror directions lie in a cone of the
-//! asked one, and G the share of their area from which both directions see the sky, which rays tell. Light of more facets is
+//! asked one, and G the share of their area from which both directions see the sky, estimated by rays. Light of more facets is
 //! counted about the pair in a wider cone, since it varies more slowly.
 //!
 //! Other facets have values at a pair: paths from either side send light from each facet to the other direction.
@@ -114,7 +114,7 @@ impl MicroSurface {
         let facets = Facets::new(&spec.facets, &followed)?;
         let surfaces = fields
             .iter()
-            .map(|field| Transport::of(field.clone(), facets.clone(), followed.clone()));
+            .map(|field| Transport::with_facets(field.clone(), facets.clone(), followed.clone()));
         let surfaces: Vec<_> = surfaces.collect();
         let Facts {
             symmetry,
@@ -222,7 +222,7 @@ impl MicroSurface {
         self.mirrors.as_ref().is_some_and(|mirrors| mirrors.are_few)
     }
 
-    /// G at a pair of mirrors, and its standard error. Where no facet is that steep, those that are the steepest tell.
+    /// G at a pair of mirrors, and its standard error. Where no facet is that steep, the steepest ones are taken.
     fn seen(&self, mirrors: &Mirrors, pair: [DVec3; 2], random: &mut RandomStream) -> [f64; 2] {
         let (mut seen, asked) = (Seen::default(), self.keys.paths);
         let half = mirrors.density.nearest(half_vector(pair));
@@ -244,7 +244,7 @@ impl MicroSurface {
             if let Some(found) = found.filter(|found| found.weight > 0.0) {
                 let surface = &self.surfaces[surface];
                 let within = [random.next(), random.next()];
-                let point = surface.tracer().on_triangle(found.triangle, within);
+                let point = surface.tracer.on_triangle(found.triangle, within);
                 seen.add(found.weight, surface.is_seen(&point, [light, sensor]));
             }
         }
@@ -267,7 +267,7 @@ impl MicroSurface {
     fn first(&self, mirrors: &Mirrors, pair: [DVec3; 2], key: &[i64; 5]) -> Split {
         let cos_d = (0.5 * (pair[0] + pair[1]).length()).min(1.0);
         let images = self.images(half_vector(pair));
-        let [density, spread] = mirrors.density.at(&mirrors.normals, &images);
+        let [density, spread] = mirrors.density.density_at(&mirrors.normals, &images);
         let [share, error] = match &self.known().at_nodes {
             Some((nodes, AtNodes::Seen(seen))) => {
                 let (mut share, mut square) = (0.0, 0.0);
@@ -284,17 +284,17 @@ impl MicroSurface {
             _ => self.seen(mirrors, pair, &mut stream(&self.random, key)),
         };
         let transport = &self.surfaces[0];
-        let mut value: ChannelValues = smallvec![0.0; transport.channels().count()];
-        if let Facets::Mirror(fresnel) = transport.facets() {
+        let mut value: ChannelValues = smallvec![0.0; transport.channels.count()];
+        if let Facets::Mirror(fresnel) = &transport.facets {
             let cosines = (pair[0].z * pair[1].z).max(DENOMINATOR_FLOOR);
             fresnel.scale(&[cos_d], &[1.0 / (4.0 * cosines)], &mut value);
         }
         // Of D = 1, all of it seen.
-        let luminance = transport.channels().luminance(&value);
+        let luminance = transport.channels.luminance(&value);
         value.iter_mut().for_each(|v| *v *= density * share);
         let of_first = |e: f64| [e, 0.0, 0.0, e].into();
         let mut split = Split::dark(self.channels.count());
-        split.value[0] = in_scene(value, transport.channels(), &self.channels);
+        split.value[0] = in_scene(value, &transport.channels, &self.channels);
         split.transport = of_first(luminance * density * error);
         split.realisation = of_first(luminance * share * spread);
         split
@@ -302,7 +302,7 @@ impl MicroSurface {
 
     /// Light of facets that are not mirrors.
     fn lit(&self, pair: [DVec3; 2], random: &mut RandomStream) -> Split {
-        let channels = self.surfaces[0].channels();
+        let channels = &self.surfaces[0].channels;
         let groups = self.surfaces.len() * BLOCKS;
         let mut bounces = Bounces::new(channels.count());
         let mut sums = vec![[0.0; CLASSES + 1]; groups];
@@ -313,7 +313,7 @@ impl MicroSurface {
             if path >= asked && path.is_multiple_of(asked) {
                 let split = bounces.split(channels, &self.channels);
                 let value = self.channels.luminance(&split.part(self.keys.bounces));
-                let error = split.transport.of(self.keys.bounces);
+                let error = split.transport.error(self.keys.bounces);
                 if self
                     .keys
                     .relative_error
@@ -424,7 +424,7 @@ impl Brdf for MicroSurface {
 
     /// The paths do if the facets do; what is averaged over few of them may stray by its error.
     fn conserves_energy(&self) -> bool {
-        self.surfaces.iter().all(|s| s.facets().conserve_energy())
+        self.surfaces.iter().all(|s| s.facets.conserve_energy())
     }
 
     fn is_mirrored(&self) -> bool {
@@ -464,7 +464,7 @@ impl Brdf for MicroSurface {
 
 impl SplitBrdf for MicroSurface {
     fn split(&self, pair: &DirectionPair) -> Split {
-        let followed = self.surfaces[0].channels();
+        let followed = &self.surfaces[0].channels;
         let channels = self.channels.count();
         if !pair.is_above_horizon() || self.is_of_few_mirrors() {
             return Split::dark(channels);
@@ -497,14 +497,14 @@ impl SplitBrdf for MicroSurface {
         // Far from the numbers of pairs, which are hashes, and of the paths that are kept.
         let mut random = Random::new(self.keys.seed ^ (1 << 63)).stream(block);
         let surface = &self.surfaces[block as usize % self.surfaces.len()];
-        let channels = surface.channels();
+        let channels = &surface.channels;
         for _ in 0..count {
             let mut weight: ChannelValues = smallvec![1.0; channels.count()];
             let last = self.keys.bounces.last();
             let start = |u: [f64; 2]| u.map(|s| s * self.keys.spot);
             let drawn = surface.draw(start, last, &mut weight, &mut random);
             drawn
-                .filter(|path| self.keys.bounces.holds(path.met))
+                .filter(|path| self.keys.bounces.holds(path.order))
                 .into_iter()
                 .for_each(&mut *each);
         }

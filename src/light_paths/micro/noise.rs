@@ -24,16 +24,14 @@ impl MicroSurface {
             return match at_nodes {
                 Some((nodes, AtNodes::Lit(lit))) => {
                     for (node, share) in nodes.around(pair) {
-                        each(
-                            numbered(AT_NODE, node as u64),
-                            share * lit[node].error(part),
-                        );
+                        let error = share * lit[node].error(part);
+                        each(numbered(AT_NODE, node as u64), error);
                     }
                 }
-                _ => each(
-                    own,
-                    self.lit(pair, &mut stream(&self.random, &key)).error(part),
-                ),
+                _ => {
+                    let lit = self.lit(pair, &mut stream(&self.random, &key));
+                    each(own, lit.error(part));
+                }
             };
         };
         let luminance = |split: &Split| self.channels.luminance(&split.part(part));
@@ -59,10 +57,8 @@ impl MicroSurface {
                         .collect();
                     let all = of_nodes.iter().fold(0.0, |all: f64, (_, e)| all.hypot(*e));
                     for (node, error) in of_nodes.into_iter().filter(|(_, e)| *e > 0.0) {
-                        each(
-                            numbered(AT_NODE, node as u64),
-                            first.transport.sum * error / all,
-                        );
+                        let error = first.transport.sum * error / all;
+                        each(numbered(AT_NODE, node as u64), error);
                     }
                 }
                 _ => each(own, first.transport.sum),
@@ -75,7 +71,7 @@ impl MicroSurface {
                 });
             }
             Some(Later::Gathered(gathered)) => {
-                let split = gathered.split(pair, self.surfaces[0].channels(), &self.channels);
+                let split = gathered.split(pair, &self.surfaces[0].channels, &self.channels);
                 let split = split.only(part);
                 if luminance(&split) > 0.0 {
                     each(numbered(COUNTED, gathered.place(pair)), split.error(part));

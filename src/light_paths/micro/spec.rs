@@ -9,9 +9,8 @@ use super::{MicroSurface, binned};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, Part, Tables};
 use crate::error::{ParameterError, in_closed, in_left_open, in_whole};
 use crate::geometry::Symmetry;
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Table, keys};
 use serde::de::IgnoredAny;
-use serde::{Deserialize, Serialize};
 
 const KIND: &str = "micro-surface";
 
@@ -28,48 +27,30 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read,
 };
 
-/// The keys of the table itself; `surface` and `facets`, tables with kinds of their own, are taken out before.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct Keys {
-    pub(super) bounces: Part,
-    /// Surfaces that are averaged, each of the next seed.
-    pub(super) surfaces: usize,
-    /// Illuminated part of the edges of a period.
-    pub(super) spot: f64,
-    pub(super) half_angle_deg: f64,
-    /// Of a surface that looks the same however it is turned, the angle between nodes.
-    pub(super) multiple_half_angle_deg: f64,
-    /// Paths a pair, or a node.
-    pub(super) paths: usize,
-    /// Standard error of the paths as a share of the value, down to which up to 64 times as many are followed; of mirrors for light of
-    /// the first.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) relative_error: Option<f64>,
-    /// Paths that are followed for light of more than one mirror; kept, unless they are counted at nodes.
-    pub(super) rays: usize,
-    pub(super) seed: u64,
-    #[serde(rename = "surface", skip_serializing)]
-    _surface: IgnoredAny,
-    #[serde(rename = "facets", skip_serializing)]
-    _facets: IgnoredAny,
-}
-
-impl Default for Keys {
-    fn default() -> Self {
-        Self {
-            bounces: Part::All,
-            surfaces: 1,
-            spot: 1.0,
-            half_angle_deg: 1.0,
-            multiple_half_angle_deg: 4.0,
-            paths: 256,
-            relative_error: None,
-            rays: 1 << 23,
-            seed: 1,
-            _surface: IgnoredAny,
-            _facets: IgnoredAny,
-        }
+keys! {
+    /// The keys of the table itself; `surface` and `facets`, tables with kinds of their own, are taken out before.
+    pub(super) struct Keys {
+        bounces: Part = Part::All;
+        /// Surfaces that are averaged, each of the next seed.
+        surfaces: usize = 1;
+        /// Illuminated part of the edges of a period.
+        spot: f64 = 1.0;
+        half_angle_deg: f64 = 1.0;
+        /// Of a surface that looks the same however it is turned, the angle between nodes.
+        multiple_half_angle_deg: f64 = 4.0;
+        /// Paths a pair, or a node.
+        paths: usize = 256;
+        /// Standard error of the paths as a share of the value, down to which up to 64 times as many are followed; of mirrors for light of
+        /// the first.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        relative_error: Option<f64> = None;
+        /// Paths that are followed for light of more than one mirror; kept, unless they are counted at nodes.
+        rays: usize = 1 << 23;
+        seed: u64 = 1;
+        #[serde(rename = "surface", skip_serializing)]
+        _surface: IgnoredAny = IgnoredAny;
+        #[serde(rename = "facets", skip_serializing)]
+        _facets: IgnoredAny = IgnoredAny;
     }
 }
 
@@ -95,7 +76,7 @@ fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
     let Some(surface) = surface else {
         let message =
             "surface is missing from the micro-surface; allowed: a table with a kind of surface";
-        return Err(ReadError::at(span, message));
+        return Err(ReadError::new(span, message));
     };
     Ok(Box::new(MicroSurfaceSpec {
         keys,
@@ -106,7 +87,7 @@ fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
 
 impl MicroSurfaceSpec {
     /// True if values are found at nodes: those of a surface that looks the same however it is turned, and of facets that have no
-    /// peaks but those that the density of normals knows.
+    /// peaks but those of the density of normals.
     pub(super) fn has_nodes(&self) -> bool {
         let asked = match self.facets {
             FacetsSpec::Mirror(_) => self.keys.bounces.holds(1),
@@ -181,7 +162,7 @@ impl BrdfSpec for MicroSurfaceSpec {
         Ok(self.surface.facts().symmetry)
     }
 
-    /// Of heights that are drawn there is nothing to tell before they are.
+    /// Heights that are drawn have no remarks before they are.
     fn remarks(&self) -> Vec<String> {
         let known = (!self.surface.facts().is_random).then(|| self.surface.build(0));
         let Some(Ok(field)) = known else {

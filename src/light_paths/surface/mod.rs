@@ -11,15 +11,12 @@ pub(crate) use statistics::{Optics, Statistics};
 use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_whole};
 use crate::geometry::Symmetry;
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Resolved, Table};
 use std::fmt;
 use std::path::PathBuf;
 
 /// A surface, as a config writes it.
-pub trait SurfaceSpec: fmt::Debug + Send + Sync {
-    /// The kind and every key with its value.
-    fn resolved(&self) -> registry::Keys;
-
+pub trait SurfaceSpec: Resolved + fmt::Debug + Send + Sync {
     /// Checks every parameter, and every file.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use super::{Facts, HeightField, SurfaceSpec, check_size};
 use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::Symmetry;
-use crate::registry::{self, declare};
+use crate::registry::declare;
 use crate::sampling::Random;
 use std::f64::consts::{PI, TAU};
 
@@ -22,10 +22,6 @@ declare! {
 }
 
 impl SurfaceSpec for GroovesSpec {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn facts(&self) -> Facts {
         Facts::of_shape(format!("{}-{}", Self::KIND, self.angle_deg), self.size)
     }
@@ -70,10 +66,6 @@ declare! {
 }
 
 impl SurfaceSpec for DimplesSpec {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn facts(&self) -> Facts {
         let kind = if self.depth < 0.0 { "bumps" } else { "pits" };
         Facts {
@@ -143,10 +135,6 @@ declare! {
 }
 
 impl SurfaceSpec for WovenSpec {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn facts(&self) -> Facts {
         Facts::of_shape(format!("{}-{}", Self::KIND, self.round), self.size)
     }

@@ -11,7 +11,7 @@ use super::{Facts, HeightField, SurfaceSpec, check_size};
 use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::Symmetry;
-use crate::registry::{self, declare};
+use crate::registry::declare;
 use crate::sampling::Random;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
@@ -28,7 +28,7 @@ use std::sync::Arc;
     expecting = "rms_slope: allowed is a number or two numbers [along x, along y]"
 )]
 pub(crate) enum Slope {
-    /// The same along both.
+    /// One value, along x and along y.
     Isotropic(f64),
     /// Along x and along y.
     Anisotropic([f64; 2]),
@@ -132,10 +132,6 @@ fn check(slope: Slope, correlation: f64, size: usize) -> Result<(), ParameterErr
 }
 
 impl SurfaceSpec for GaussianSpec {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn facts(&self) -> Facts {
         facts(Self::KIND, self.rms_slope, self.size)
     }
@@ -157,10 +153,6 @@ impl SurfaceSpec for GaussianSpec {
 }
 
 impl SurfaceSpec for ExponentialSpec {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn facts(&self) -> Facts {
         facts(Self::KIND, self.rms_slope, self.size)
     }
@@ -205,7 +197,7 @@ fn synthesise(
         (TAU / n as f64 * i, TAU / n as f64 * i * length)
     };
     let density = |x: usize, y: usize| match (x, y) {
-        // The mean height says nothing.
+        // The mean height has no effect.
         (0, 0) => 0.0,
         _ => shape(wave(x, lengths[0]).1.powi(2) + wave(y, lengths[1]).1.powi(2)),
     };

@@ -1,4 +1,4 @@
-//! What can be told of the heights and slopes of a surface.
+//! Statistics of the heights and slopes of a surface.
 
 use super::HeightField;
 use serde::Serialize;
@@ -24,7 +24,7 @@ pub(crate) struct Statistics {
     /// Largest difference of the cumulative distribution of slopes to that of Beckmann facets of alpha = √2 rms slope;
     /// `None` where an axis has no slope.
     pub beckmann: Option<f64>,
-    /// The same to that of GGX facets.
+    /// Largest difference of the cumulative distribution of slopes to that of GGX facets; `None` as for `beckmann`.
     pub ggx: Option<f64>,
 }
 

@@ -1,7 +1,10 @@
-//! The mean profile as a line through the origin, the average variance as a constant.
+//! The mean profile as a line through the origin, the average variance as a constant, and the relation of both over
+//! materials.
 
 use super::{FitError, FitErrors, ViewRange};
+use crate::numeric::{Correlation, correlate};
 use serde::Serialize;
+use std::f64::consts::PI;
 
 /// µ_θ(θ_o) ≈ µ̃ θ_o (Zubiaga et al. 2015, §3.4).
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -38,7 +41,7 @@ pub fn fit_mean(
     let slope = pairs().map(|(t, v)| t * v).sum::<f64>() / square;
     Ok(MeanFit {
         slope,
-        errors: FitErrors::of(pairs().map(|(t, v)| v - slope * t)),
+        errors: FitErrors::from_residuals(pairs().map(|(t, v)| v - slope * t)),
     })
 }
 
@@ -82,6 +85,89 @@ pub fn fit_average_variance(
     let variance = values.iter().sum::<f64>() / values.len() as f64;
     Ok(VarianceFit {
         variance,
-        errors: FitErrors::of(values.iter().map(|v| v - variance)),
+        errors: FitErrors::from_residuals(values.iter().map(|v| v - variance)),
+    })
+}
+
+/// π²/12 rad², the variance of a Lambertian slice.
+const LAMBERTIAN: f64 = PI * PI / 12.0;
+
+/// σ̃² ≈ (π²/12)(1 + µ̃) + c µ̃ (1 + µ̃): every quadratic function through the mirror (−1, 0) and the
+/// Lambertian material (0, π²/12), as in Zubiaga et al. 2015, §3.4 and Fig. 7b.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MeanVarianceFit {
+    /// Coefficient c, rad². 0 is the straight line; π²/12 · µ̃ (1 + µ̃) added to it is
+    /// π²/12 (1 + µ̃)².
+    pub coefficient: f64,
+    /// Errors of the fit, rad²; `views` counts materials.
+    pub errors: FitErrors,
+    /// 1 − Σ residual² / Σ (σ̃² − its average)²: at most 1, below 0 if the function is worse than the
+    /// average. `None` if all materials have the same variance.
+    pub r_squared: Option<f64>,
+    /// Correlation of slopes and variances.
+    pub correlation: Correlation,
+}
+
+/// The average variance (rad²) at the slope `slope` of the mean profile, with a coefficient c.
+fn variance(coefficient: f64, slope: f64) -> f64 {
+    (1.0 + slope) * (LAMBERTIAN + coefficient * slope)
+}
+
+impl MeanVarianceFit {
+    /// The average variance (rad²) at the slope `slope` of the mean profile.
+    pub fn value(&self, slope: f64) -> f64 {
+        variance(self.coefficient, slope)
+    }
+}
+
+/// Fits the relation to one slope µ̃ and one average variance σ̃² (rad²) per material. A material
+/// is used if it has both.
+///
+/// # Errors
+/// If no material is used, none is away from the two end points, or the lengths differ.
+pub fn fit_mean_variance(
+    slopes: &[Option<f64>],
+    variances: &[Option<f64>],
+) -> Result<MeanVarianceFit, FitError> {
+    if slopes.len() != variances.len() {
+        return Err(FitError::Lengths {
+            first: slopes.len(),
+            second: variances.len(),
+        });
+    }
+    let pairs = slopes.iter().zip(variances);
+    let used: Vec<(f64, f64)> = pairs
+        .filter_map(|(&slope, &variance)| Some((slope?, variance?)))
+        .filter(|(slope, variance)| slope.is_finite() && variance.is_finite())
+        .collect();
+    if used.is_empty() {
+        return Err(FitError::TooFewViews {
+            found: 0,
+            needed: 1,
+        });
+    }
+    let (mut product, mut square) = (0.0, 0.0);
+    for &(slope, variance) in &used {
+        let bend = slope * (1.0 + slope);
+        product += bend * (variance - LAMBERTIAN * (1.0 + slope));
+        square += bend * bend;
+    }
+    if square == 0.0 {
+        return Err(FitError::Undetermined);
+    }
+    let coefficient = product / square;
+    let errors = FitErrors::from_residuals(
+        used.iter()
+            .map(|&(slope, v)| v - variance(coefficient, slope)),
+    );
+    let average = used.iter().map(|p| p.1).sum::<f64>() / used.len() as f64;
+    let spread = FitErrors::from_residuals(used.iter().map(|p| p.1 - average)).rmse;
+    // Equal numbers may have an average that is rounded away from them.
+    let rounding = 4.0 * f64::EPSILON * average.abs();
+    Ok(MeanVarianceFit {
+        coefficient,
+        errors,
+        r_squared: (spread > rounding).then(|| 1.0 - (errors.rmse / spread).powi(2)),
+        correlation: correlate(slopes, variances),
     })
 }

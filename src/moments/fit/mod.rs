@@ -16,18 +16,18 @@
 //! assert!(flat.knots().is_none() && (flat.value(1.0) - 2.0).abs() < 1e-12);
 //! ```
 
-mod energy;
 mod knots;
 mod line;
 mod projected;
 mod ramp;
-mod relation;
 
-pub use energy::{EnergyFit, EnergySeries, SharedEnergyFit, Undetermined};
-pub use knots::{fit_energy, fit_energy_shared};
-pub use line::{MeanFit, VarianceFit, fit_average_variance, fit_mean};
+pub use knots::{
+    EnergyFit, EnergySeries, SharedEnergyFit, Undetermined, fit_energy, fit_energy_shared,
+};
+pub use line::{
+    MeanFit, MeanVarianceFit, VarianceFit, fit_average_variance, fit_mean, fit_mean_variance,
+};
 pub use ramp::Ramp;
-pub use relation::{MeanVarianceFit, fit_mean_variance};
 
 use crate::error::{ParameterError, in_closed, in_left_open};
 use serde::Serialize;
@@ -36,7 +36,8 @@ use serde::Serialize;
 /// beyond.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ViewRange {
-    ends: [f64; 2],
+    /// First and last elevation, rad.
+    pub(crate) ends: [f64; 2],
 }
 
 impl ViewRange {
@@ -53,11 +54,6 @@ impl ViewRange {
         Ok(Self {
             ends: [min_deg.to_radians(), max_deg.to_radians()],
         })
-    }
-
-    /// First and last elevation, rad.
-    pub(crate) fn ends(self) -> [f64; 2] {
-        self.ends
     }
 
     /// True for the elevations (rad) that are fitted.
@@ -149,7 +145,7 @@ pub struct FitErrors {
 
 impl FitErrors {
     /// Deviations from residuals, of which there is at least one.
-    fn of(residuals: impl Iterator<Item = f64>) -> Self {
+    fn from_residuals(residuals: impl Iterator<Item = f64>) -> Self {
         let residuals: Vec<f64> = residuals.collect();
         let n = residuals.len() as f64;
         // In units of the largest, so that no square leaves the range of f64.

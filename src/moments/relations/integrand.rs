@@ -42,7 +42,7 @@ impl<'a> Light<'a> {
             v.z,
         );
         let rgb = self.lighting.radiance(Direction::from_unit(turned));
-        let radiance = self.channel.of(&Channels::Rgb, &rgb);
+        let radiance = self.channel.select(&Channels::Rgb, &rgb);
         radiance * v.z.max(0.0) * v.x.hypot(v.z)
     }
 }
@@ -97,7 +97,7 @@ pub(super) struct Reflected {
 
 /// Zubiaga et al. 2015, Eq. 9, of the slice itself.
 pub(super) fn reflected(slice: Slice<'_>, light: Light<'_>, rule: &PeakResolving) -> Reflected {
-    let theta_o = slice.theta_o();
+    let theta_o = slice.theta_o;
     let integrand = Integrand(
         |pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]| {
             let mut batch = Batch::default();

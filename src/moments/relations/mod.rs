@@ -5,7 +5,9 @@
 
 mod integrand;
 
-use super::model::{Curve, SliceNode, TruncatedGaussian};
+use super::curve::Curve;
+use super::estimator::SliceMoments;
+use super::gaussian::TruncatedGaussian;
 use super::peak::PeakResolving;
 use super::profile::Profile;
 use super::slice::Slice;
@@ -240,6 +242,19 @@ pub fn compare(
     })
 }
 
+/// View elevations (rad) of a profile whose moments up to order 2 are defined; with each the energy (rad² sr⁻¹), µ_θ (rad), σ_θ²
+/// and σ_φ² (rad²).
+fn nodes(profile: &Profile) -> Vec<(f64, [f64; 4])> {
+    let node = |(theta_o, slice): (&f64, &SliceMoments)| {
+        let m = slice.moments;
+        let [tt, _, pp] = m.covariance()?;
+        let moments = [m.energy()?, m.mean()?[0], tt, pp];
+        (tt > 0.0 && pp > 0.0).then_some((*theta_o, moments))
+    };
+    let slices = profile.views.iter().zip(&profile.slices);
+    slices.filter_map(node).collect()
+}
+
 /// Numbers of a profile for the relations: constants at θ_o, and the slope of the mean.
 struct Local {
     energy: f64,
@@ -250,19 +265,23 @@ struct Local {
 
 impl Local {
     fn new(profile: &Profile, theta_o: f64, window: f64) -> Result<Self, ParameterError> {
-        let nodes = SliceNode::of(profile);
-        let curve = |of: fn(&SliceNode) -> f64| {
-            let curve = Curve::new(nodes.iter().map(|n| (n.theta_o, of(n))));
+        let nodes = nodes(profile);
+        let curve = |of: usize| {
+            let curve = Curve::new(
+                nodes
+                    .iter()
+                    .map(|(theta_o, moments)| (*theta_o, moments[of])),
+            );
             curve.ok_or_else(|| ParameterError::new("profile", 0, "views with moments of order 2"))
         };
-        let mean = curve(|n| n.mean)?;
+        let mean = curve(1)?;
         // Least squares over the views of the profile that the window sees; a hundred points of
         // the interpolant weigh unevenly spaced views fairly.
         let from = (-3.0 * window).max(mean.first() - theta_o);
         let to = (3.0 * window).min(mean.last() - theta_o);
         let points: Vec<(f64, f64, f64)> = (0..=100)
             .map(|i| from + (to - from) * f64::from(i) * 0.01)
-            .map(|t| (t, mean.at(theta_o + t), gaussian(t, window)))
+            .map(|t| (t, mean.value_at(theta_o + t), gaussian(t, window)))
             .collect();
         let sum = |of: fn(&(f64, f64, f64)) -> f64| points.iter().map(of).sum::<f64>();
         let weight = sum(|(_, _, w)| *w);
@@ -277,12 +296,9 @@ impl Local {
             return Err(ParameterError::new("profile", nodes.len(), allowed));
         }
         Ok(Self {
-            energy: curve(|n| n.energy)?.at(theta_o),
-            mean: mean.at(theta_o),
-            variance: [
-                curve(|n| n.variance[0])?.at(theta_o),
-                curve(|n| n.variance[1])?.at(theta_o),
-            ],
+            energy: curve(0)?.value_at(theta_o),
+            mean: mean.value_at(theta_o),
+            variance: [curve(2)?.value_at(theta_o), curve(3)?.value_at(theta_o)],
             slope: product / square,
         })
     }
@@ -319,7 +335,7 @@ impl Scene<'_> {
 
     /// Radiance towards the view that moved by t.
     fn radiance(&self, t: f64) -> Result<Reflected, ParameterError> {
-        let theta_o = self.slice.theta_o();
+        let theta_o = self.slice.theta_o;
         // The isotropic BRDF is looked at in the frame in which the view has azimuth 0.
         let (elevation, turn) = match self.along {
             Along::Theta if theta_o + t < 0.0 => (-theta_o - t, 0.5 * TAU),
@@ -330,15 +346,15 @@ impl Scene<'_> {
                 (elevation, (y + 0.0).atan2(x + 0.0))
             }
         };
-        let slice = Slice::new(self.slice.brdf(), self.slice.channel(), elevation)?;
-        let slice = slice.without(self.slice.diffuse());
-        let light = Light::new(self.lighting, slice.channel(), self.azimuth + turn);
+        let slice = Slice::new(self.slice.brdf, self.slice.channel, elevation)?;
+        let slice = slice.without(self.slice.diffuse);
+        let light = Light::new(self.lighting, slice.channel, self.azimuth + turn);
         Ok(reflected(slice, light, &self.rule))
     }
 
     /// L_φ or L_θ through a Gaussian window of this width about the centre of the lobe.
     fn light(&self, local: &Local, width: f64) -> Result<Option<AngleMoments>, ParameterError> {
-        let light = Light::new(self.lighting, self.slice.channel(), self.azimuth);
+        let light = Light::new(self.lighting, self.slice.channel, self.azimuth);
         let along = self.along;
         let across = match along {
             Along::Theta => TruncatedGaussian::matched(0.0, local.variance[1])?,
@@ -367,7 +383,7 @@ impl Scene<'_> {
     /// Moments of the radiance over t by the trapezoidal rule, which for a smooth window
     /// converges faster than any power; the error estimate is the change from half the nodes.
     fn render(&self, spec: &RelationSpec) -> Result<Rendered, ParameterError> {
-        let theta_o = self.slice.theta_o();
+        let theta_o = self.slice.theta_o;
         let limit = FRAC_PI_2 - Self::HORIZON;
         let reach = Self::REACH * self.window;
         let [lo, hi] = match self.along {

@@ -19,7 +19,7 @@ use crate::brdf::{
 };
 use crate::error::ParameterError;
 use crate::geometry::DirectionPair;
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Resolved, Table};
 use parameters::Parameters;
 use serde::Deserialize;
 use solver::Problem;
@@ -79,20 +79,12 @@ fn read(mut table: Table<'_>) -> Result<Box<dyn Reconstruct>, ReadError> {
 
 /// The usual model: Lambert's law and a lobe of GGX without a Fresnel factor.
 fn usual() -> SumSpec {
+    let albedo = Spectrum::Grey(0.2);
     let lobe = MicrofacetSpec::<Ggx>::new(Roughness::Isotropic(0.2), FresnelSpec::None);
+    let part = |weight, brdf: Box<dyn BrdfSpec>| ComponentSpec { weight, brdf };
+    let diffuse = part(1.0, Box::new(LambertSpec { albedo }));
     SumSpec {
-        component: vec![
-            ComponentSpec {
-                weight: 1.0,
-                brdf: Box::new(LambertSpec {
-                    albedo: Spectrum::Grey(0.2),
-                }),
-            },
-            ComponentSpec {
-                weight: 0.3,
-                brdf: Box::new(lobe),
-            },
-        ],
+        component: vec![diffuse, part(0.3, Box::new(lobe))],
     }
 }
 
@@ -116,7 +108,7 @@ impl Fit {
     }
 }
 
-impl Reconstruct for Fit {
+impl Resolved for Fit {
     fn resolved(&self) -> registry::Keys {
         let mut table = registry::Keys::new();
         table.insert("kind".into(), KIND.into());
@@ -127,7 +119,9 @@ impl Reconstruct for Fit {
         table.insert("starts".into(), (self.starts as u32).into());
         table
     }
+}
 
+impl Reconstruct for Fit {
     fn label(&self) -> String {
         match &self.model {
             Some(model) => format!("{KIND}[{}]", model.label()),
@@ -186,12 +180,6 @@ struct Fitted {
 impl Interpolant for Fitted {
     fn width(&self) -> usize {
         self.models.len()
-    }
-
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
-        for (model, out) in self.models.iter().zip(out) {
-            *out = model.luminance(pair).unwrap_or(0.0);
-        }
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {

@@ -24,7 +24,8 @@ const SPREAD: f64 = 3.4;
 /// A model with free numbers.
 pub(super) struct Parameters {
     keys: Keys,
-    free: Vec<Parameter>,
+    /// The free numbers.
+    pub free: Vec<Parameter>,
 }
 
 /// A free number.
@@ -112,11 +113,6 @@ impl Parameters {
             return Err(ParameterError::new("model", model.label(), allowed));
         }
         Ok(Self { keys, free })
-    }
-
-    /// The free numbers.
-    pub(crate) fn free(&self) -> &[Parameter] {
-        &self.free
     }
 
     /// Where the model is.

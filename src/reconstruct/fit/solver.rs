@@ -73,7 +73,10 @@ impl<'a> Problem<'a> {
                 problem.place = self.parameters.around(|| stream.next());
             }
             let (problem, _) = LevenbergMarquardt::new().minimize(problem);
-            (problem.at(&problem.place).norm_squared(), problem.place)
+            (
+                problem.weighted_residuals(&problem.place).norm_squared(),
+                problem.place,
+            )
         };
         let found: Vec<_> = (0..starts).into_par_iter().map(search).collect();
         let first = (f64::INFINITY, self.start.clone());
@@ -102,7 +105,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Weighted residuals of the readings, and of what is known beforehand.
-    fn at(&self, place: &DVector<f64>) -> DVector<f64> {
+    fn weighted_residuals(&self, place: &DVector<f64>) -> DVector<f64> {
         let n = self.pairs.len();
         let mut out = DVector::from_element(n + place.len(), REFUSED);
         if let Some(model) = self.parameters.model(place) {
@@ -127,7 +130,7 @@ impl<'a> Problem<'a> {
                 let moved = |step: f64| {
                     let mut place = place.clone();
                     place[i] += step;
-                    self.at(&place)
+                    self.weighted_residuals(&place)
                 };
                 (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
             })
@@ -150,7 +153,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        Some(self.at(&self.place))
+        Some(self.weighted_residuals(&self.place))
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
@@ -172,6 +175,6 @@ impl Found {
                 error => format!("{of}{name} = {x:.5} ± {:.1e}", slope * error),
             }
         };
-        parameters.free().iter().enumerate().map(said).collect()
+        parameters.free.iter().enumerate().map(said).collect()
     }
 }

@@ -66,7 +66,7 @@ pub(super) fn log_ratios(
             ..data.clone()
         };
         let solved = quotients.solve_by(kernel, &factor);
-        let process = Part::new(&Account::of(kernel.clone()), &data.sites, &solved);
+        let process = Part::new(&Account::single(kernel.clone()), &data.sites, &solved);
         let some: Vec<DirectionPair> = open.iter().map(|&i| pairs[i]).collect();
         let next = of_process(&process, &some, symmetry, width, half_angles);
         let mut moved = vec![0.0_f64; open.len()];

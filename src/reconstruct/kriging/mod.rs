@@ -1,12 +1,12 @@
 //! Kriging: ln(f + ε) as a Gaussian process whose covariance is a sum of functions of a few columns of a
 //! pair each ([`kernel`]), with hyper-parameters that were fitted to the MERL database.
 //!
-//! The mean is a constant that readings tell; readings have the variance of their noise, and one that no column
+//! The mean is a constant that the readings determine; readings have the variance of their noise, and one that no column
 //! explains, by which they are missed: half a percent. Amplitudes and lengths are fitted again to the readings of a
 //! material, near those of the database ([`fit`]), unless these lie in sheets or lines: then columns vary together,
 //! and a fit takes the trend along one for that along another. All of it is reciprocal.
 //!
-//! A [`Prior`] says what many materials were like: the mean of ln f is theirs then, most of what a material differs by
+//! A [`Prior`] holds statistics of many materials: the mean of ln f is theirs then, most of what a material differs by
 //! is a sum of some functions of a pair, and the terms above are for the rest. What is made of the readings with it and
 //! without are weighed by how likely either makes them, and the prior counts less the more readings there are, up to 32;
 //! below a share of a hundredth it is left out.
@@ -14,10 +14,10 @@
 //! Readings that all others contradict are left out ([`outliers`]), and those over finite apertures are divided by what
 //! these make of them ([`apertures`]); both of at most 2000.
 //!
-//! More than 10 000 readings are approximated: 4000 of them, at random, tell the process everywhere, and all others what it
-//! is there ([`sparse`]).
+//! More than 10 000 readings are approximated: 4000 of them, at random, determine the process everywhere, given all others
+//! ([`sparse`]).
 //!
-//! Readings in the plane of incidence alone say nothing of φ_d. It then continues what it knows of other materials,
+//! Readings in the plane of incidence alone say nothing of φ_d. It then continues by the kernel of other materials,
 //! which for Oren and Nayar's errs at most 2.5 times as much as the nearest reading does
 //! (`tests/reconstruction/layouts.rs`).
 
@@ -25,8 +25,6 @@ mod apertures;
 mod fit;
 mod kernel;
 mod line;
-mod mixture;
-mod noise;
 mod outliers;
 mod posterior;
 mod prior;
@@ -34,8 +32,7 @@ mod process;
 mod sparse;
 mod system;
 
-pub(crate) use mixture::Mixture;
-pub(crate) use posterior::{Places, Posterior};
+pub(crate) use posterior::{Mixture, Places, Posterior};
 pub(super) use prior::Mean;
 pub use prior::{FUNCTIONS, NODES, Prior, PriorFile, TrainError, Trained, Training};
 
@@ -46,7 +43,7 @@ use super::{Predictive, Reconstruct, ReconstructError, Suspect, admit};
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
-use crate::registry::{self, declare};
+use crate::registry::declare;
 use kernel::Kernel;
 use nalgebra::DMatrix;
 use prior::Centre;
@@ -128,7 +125,7 @@ impl Kriging {
             let relative = of_first / (r.values[i * r.width].max(0.0) + EPSILON);
             NUGGET + relative * relative
         };
-        let sites = Sites::new(&pairs, symmetry(r), prior.map(|p| p.at(&pairs)));
+        let sites = Sites::new(&pairs, symmetry(r), prior.map(|p| p.basis_at(&pairs)));
         let value = |k: usize, c: usize| {
             TRANSFORM.forward(r.values[chosen[k] * r.width + c]) - sites.mean[k]
         };
@@ -137,6 +134,17 @@ impl Kriging {
             noise: chosen.iter().map(noise).collect(),
             sites,
         }
+    }
+
+    /// The readings as the system of an account, at most so many of them.
+    fn data_of(&self, account: &Account, r: &Readings<'_>, most: usize) -> Data {
+        let known = account.known.as_ref();
+        let data = self.data(r, most, r.width, known.map(|known| &*known.prior));
+        let mut data = data.noisier(account.kernel.unsaid);
+        if let Some(known) = known {
+            data.centre(&known.centre.mean);
+        }
+        data
     }
 
     /// True if a kernel is fitted to the readings. In the plane of incidence φ_d is one value: nothing can be left out that a fit
@@ -168,7 +176,7 @@ impl Kriging {
         self.noise && 2 * stated < r.count() && r.count() > TRUSTED
     }
 
-    /// The same, fitted to all readings but those that all others contradict by it; and these.
+    /// The kernel fitted to all readings but the outliers, and the outliers: readings that contradict all others under it.
     fn common(&self, r: &Readings<'_>) -> (Kernel, Vec<outliers::Suspect>) {
         if !self.robust || !(TRUSTED + 1..=MOST_COMPARED).contains(&r.count()) {
             return (self.fitted(r), Vec::new());
@@ -220,7 +228,7 @@ impl Kriging {
             return prepared;
         }
         let half_angles = r.half_angles_deg.map(f64::to_radians);
-        let sharp = prepared.of(r);
+        let sharp = prepared.readings(r);
         let data = self.data(&sharp, MOST_COMPARED, r.width, None);
         let data = data.noisier(prepared.kernel.unsaid);
         let rows = self.chosen(&sharp, MOST_COMPARED);
@@ -239,7 +247,7 @@ impl Kriging {
             prepared.doubts[row] = ratios.row(k).amax();
         }
         prepared.values = Some(values);
-        prepared.kernel = self.fitted(&prepared.of(r));
+        prepared.kernel = self.fitted(&prepared.readings(r));
         prepared
     }
 
@@ -250,12 +258,12 @@ impl Kriging {
         let prior = prior.map(PriorFile::load).transpose()?;
         let fits = self.fits(r);
         let Some(prior) = prior else {
-            return Ok(vec![Account::of(common)]);
+            return Ok(vec![Account::single(common)]);
         };
         let mut kernel = prior.kernel(Kernel::new(symmetry(r)));
         let about = self.data(r, MOST, r.width, Some(&prior));
-        let told = |kernel: &Kernel| prior.centred(kernel, &about);
-        let (centre, _) = told(&kernel).ok_or_else(|| singular(r))?;
+        let centred = |kernel: &Kernel| prior.centred(kernel, &about);
+        let (centre, _) = centred(&kernel).ok_or_else(|| singular(r))?;
         if fits {
             let mut first = self.data(r, MOST, 1, Some(&prior));
             first.centre(&centre.mean.columns(0, 1).into_owned());
@@ -263,15 +271,15 @@ impl Kriging {
         }
         let all = self.data(r, MOST, r.width, None);
         let (Some((centre, with)), Some(Likelihood { loss: without, .. })) =
-            (told(&kernel), all.likelihood(&common))
+            (centred(&kernel), all.likelihood(&common))
         else {
-            return Ok(vec![Account::of(common)]);
+            return Ok(vec![Account::single(common)]);
         };
-        // The more readings, the less of a prior: what it knows they say themselves.
+        // The weight of a prior falls with the number of readings.
         let faded = 1.0 - (r.count() as f64 / (TRUSTED + 1) as f64).powi(2);
         let share = faded / (1.0 + (with - without).exp());
         if share < LEFT_OUT {
-            return Ok(vec![Account::of(common)]);
+            return Ok(vec![Account::single(common)]);
         }
         let known = Known { prior, centre };
         Ok(vec![
@@ -282,7 +290,7 @@ impl Kriging {
             },
             Account {
                 share: 1.0 - share,
-                ..Account::of(common)
+                ..Account::single(common)
             },
         ])
     }
@@ -302,7 +310,7 @@ struct Prepared {
 
 impl Prepared {
     /// The readings, with the values and flags of these.
-    fn of<'a>(&'a self, r: &Readings<'a>) -> Readings<'a> {
+    fn readings<'a>(&'a self, r: &Readings<'a>) -> Readings<'a> {
         Readings {
             present: &self.present,
             values: self.values.as_deref().unwrap_or(r.values),
@@ -319,8 +327,8 @@ fn without(r: &Readings<'_>, suspects: &[outliers::Suspect]) -> Vec<bool> {
 }
 
 /// Suspects in units of f, of the first value of readings.
-fn told(r: &Readings<'_>, suspects: &[outliers::Suspect]) -> Vec<Suspect> {
-    let told = |s: &outliers::Suspect| {
+fn in_values(r: &Readings<'_>, suspects: &[outliers::Suspect]) -> Vec<Suspect> {
+    let in_value = |s: &outliers::Suspect| {
         let value = r.values[s.row * r.width];
         let expected = TRANSFORM.forward(value) - s.off;
         Suspect {
@@ -330,7 +338,7 @@ fn told(r: &Readings<'_>, suspects: &[outliers::Suspect]) -> Vec<Suspect> {
             uncertainty: expected.exp() * s.deviation,
         }
     };
-    suspects.iter().map(told).collect()
+    suspects.iter().map(in_value).collect()
 }
 
 /// The readings of a measurement that all others contradict, in the order of the schedule; none of fewer than 33 or more than 2000.
@@ -338,7 +346,7 @@ pub fn suspects(measurement: &Measurement) -> Vec<Suspect> {
     if !(TRUSTED + 1..=MOST_COMPARED).contains(&measurement.readings()) {
         return Vec::new();
     }
-    let known = Mixture::of(&Kriging::default(), measurement);
+    let known = Mixture::new(&Kriging::default(), measurement);
     known.map_or(Vec::new(), |known| known.suspects().to_vec())
 }
 
@@ -357,7 +365,7 @@ struct Account {
 
 impl Account {
     /// The only one.
-    fn of(kernel: Kernel) -> Self {
+    fn single(kernel: Kernel) -> Self {
         Self {
             share: 1.0,
             kernel,
@@ -388,10 +396,6 @@ fn symmetry(r: &Readings<'_>) -> Symmetry {
 }
 
 impl Reconstruct for Kriging {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(KIND, self)
-    }
-
     fn label(&self) -> String {
         let mut label = super::label(KIND, Values::Log, false, None);
         for (given, name) in [
@@ -432,25 +436,20 @@ impl Reconstruct for Kriging {
         &self,
         measurement: &Measurement,
     ) -> Result<Option<Box<dyn Predictive>>, ReconstructError> {
-        Ok(Some(Box::new(Mixture::of(self, measurement)?)))
+        Ok(Some(Box::new(Mixture::new(self, measurement)?)))
     }
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         admit(KIND, r.count(), MOST_SPARSE)?;
         let (kernel, suspects) = self.common(r);
         let readings = self.prepared(r, kernel, &suspects);
-        let r = &readings.of(r);
+        let r = &readings.readings(r);
         let accounts = self.accounts(r, readings.kernel.clone())?;
         let left_out = accounts.iter().all(|account| account.known.is_none());
         let contradicts = self.prior.is_some() && applies(r) && left_out;
         let mut parts = Vec::new();
         for account in accounts {
-            let known = account.known.as_ref();
-            let data = self.data(r, MOST_SPARSE, r.width, known.map(|known| &*known.prior));
-            let mut data = data.noisier(account.kernel.unsaid);
-            if let Some(known) = known {
-                data.centre(&known.centre.mean);
-            }
+            let data = self.data_of(&account, r, MOST_SPARSE);
             let solved = match data.sites.len() {
                 ..=MOST => data
                     .solve(&account.kernel)

@@ -147,7 +147,7 @@ impl<'a> Left<'a> {
         self.weights[(row, value)].powi(2) / self.precisions[row]
     }
 
-    /// The same without a reading, by the inverse of a matrix that a row and a column are taken from.
+    /// These without a reading: the inverse of the covariances with its row and column removed.
     fn without(&self, row: usize, factor: &DMatrix<f64>) -> Left<'a> {
         let mut of_row = DMatrix::zeros(self.open.len(), 1);
         of_row[(row, 0)] = 1.0;
@@ -232,24 +232,16 @@ fn log_odds(off: f64, variance: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::geometry::Symmetry;
-    use crate::reconstruct::kriging::system::{MEAN, NUGGET, Sites};
-    use std::array::from_fn;
+    use crate::reconstruct::kriging::kernel::Columns;
+    use crate::reconstruct::kriging::system::{NUGGET, tests};
 
     /// Values of a smooth function, of which some are wrong; and the same by covariances without them.
     #[test]
     fn wrong_values_are_found_and_predicted_from_the_others() {
         let n = 80;
-        let columns = |i: usize| from_fn(|c| ((i + 1) as f64 * (c + 2) as f64 * 0.618).fract());
         let wrong = [(7, 0.7), (31, -1.1)];
-        let mut data = Data {
-            sites: Sites {
-                columns: (0..n).map(columns).collect(),
-                mean: vec![MEAN; n],
-                functions: DMatrix::zeros(0, n),
-            },
-            noise: vec![NUGGET; n],
-            values: DMatrix::from_fn(n, 1, |i, _| columns(i).iter().sum::<f64>() * 0.1),
-        };
+        let sum = |x: &Columns, _: [usize; 2]| x.iter().sum::<f64>() * 0.1;
+        let mut data = tests::data([n, 1], |_| NUGGET, sum);
         let kernel = Kernel::new(Symmetry::FULL);
         assert_eq!(suspects(&data, &kernel), Some(Vec::new()));
         for (row, by) in wrong {

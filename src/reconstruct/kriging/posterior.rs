@@ -1,15 +1,15 @@
 //! The process given readings: ln(f + ε) at pairs, and how certain it is.
 
 use super::kernel::{Columns, Kernel};
-use super::noise::Noise;
 use super::prior::{Centre, Prior};
-use super::system::{self, Covariance, Data, FREEDOM, Rows, Sites};
+use super::system::{self, Covariance, Data, FREEDOM, NUGGET, Rows, Sites};
 use super::{Account, Known, Kriging};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
+use crate::numeric::upper_median;
 use crate::reconstruct::interpolant::{Readings, noise, present};
 use crate::reconstruct::transform::EPSILON;
-use crate::reconstruct::{ReconstructError, Suspect};
+use crate::reconstruct::{LogNormal, Predictive, ReconstructError, Suspect, admit};
 use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ pub(crate) struct Posterior {
     /// L⁻¹ times the functions of a prior at the readings times the spread of their coefficients.
     spread: DMatrix<f64>,
     /// What all variances are to be multiplied by, from how well the readings suit the kernel.
-    scale: f64,
+    pub scale: f64,
     noise: Noise,
     /// What errors of ln f all readings share at least; and L⁻¹ times what each has beyond.
     shared: (f64, DVector<f64>),
@@ -76,7 +76,7 @@ impl Posterior {
     ///
     /// # Errors
     /// If their covariances are singular.
-    pub(crate) fn of(
+    pub(crate) fn likeliest(
         kriging: &Kriging,
         measurement: &Measurement,
     ) -> Result<Self, ReconstructError> {
@@ -107,7 +107,7 @@ impl Posterior {
             .as_ref()
             .map(|u| u.chunks(width).map(luminance).collect());
         let present = present(measurement);
-        let all = Readings::of(measurement, &present, each.as_deref());
+        let all = Readings::new(measurement, &present, each.as_deref());
         let readings = Readings {
             width: 1,
             values: &values,
@@ -123,9 +123,9 @@ impl Posterior {
                 ..readings
             }),
         };
-        let told = super::told(&readings, &suspects);
+        let in_values = super::in_values(&readings, &suspects);
         let prepared = kriging.prepared(&readings, kernel, &suspects);
-        let readings = prepared.of(&readings);
+        let readings = prepared.readings(&readings);
         let accounts = kriging
             .accounts(&readings, prepared.kernel.clone())?
             .into_iter();
@@ -139,20 +139,15 @@ impl Posterior {
         let chosen = kriging.chosen(&readings, super::MOST);
         let shared: Vec<f64> = chosen.into_iter().map(shared).collect();
         let process = |account: Account| {
+            let data = kriging.data_of(&account, &readings, super::MOST);
             let (share, kernel, known) = (account.share, account.kernel, account.known);
-            let prior = known.as_ref().map(|k: &Known| &*k.prior);
-            let data = kriging.data(&readings, super::MOST, 1, prior);
-            let mut data = data.noisier(kernel.unsaid);
-            if let Some(known) = &known {
-                data.centre(&known.centre.mean);
-            }
             let given = Self::given(Covariance::new(&kernel), known, data, symmetry);
             let given = given.ok_or_else(|| super::singular(&readings))?;
-            let noise = Noise::of(&readings, kernel.unsaid);
+            let noise = Noise::estimate(&readings, kernel.unsaid);
             Ok((share, Self { noise, ..given }.sharing(&shared)))
         };
         let all: Result<Vec<_>, ReconstructError> = accounts.map(process).collect();
-        Ok((all?, told))
+        Ok((all?, in_values))
     }
 
     /// The process without a reading.
@@ -164,7 +159,7 @@ impl Posterior {
             None => kernel,
         };
         let none = Data {
-            sites: Sites::new(&[], symmetry, prior.as_ref().map(|p| p.at(&[]))),
+            sites: Sites::new(&[], symmetry, prior.as_ref().map(|p| p.basis_at(&[]))),
             noise: Vec::new(),
             values: DMatrix::zeros(0, 1),
         };
@@ -211,7 +206,7 @@ impl Posterior {
         })
     }
 
-    /// The same with errors of ln f of readings which further readings do not average out.
+    /// This posterior with errors of ln f that readings share, which further readings do not average out; one per reading.
     fn sharing(self, errors: &[f64]) -> Self {
         let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
         let least = if least.is_finite() { least } else { 0.0 };
@@ -261,11 +256,6 @@ impl Posterior {
         self.known.as_ref().map(|known| &*known.prior)
     }
 
-    /// What all variances are to be multiplied by.
-    pub(crate) fn scale(&self) -> f64 {
-        self.scale
-    }
-
     /// Variances of ln f by which further readings at places are off.
     pub fn noise(&self, places: &Places) -> Vec<f64> {
         let means = self.means(places).into_iter();
@@ -275,11 +265,11 @@ impl Posterior {
     /// Pairs, with what the readings say of them.
     pub(crate) fn places(&self, pairs: &[DirectionPair]) -> Places {
         let known = self.known.as_ref();
-        let mut sites = Sites::new(pairs, self.symmetry, known.map(|k| k.prior.at(pairs)));
+        let mut sites = Sites::new(pairs, self.symmetry, known.map(|k| k.prior.basis_at(pairs)));
         let mut spread = DMatrix::zeros(0, sites.len());
         if let Some(Known { centre, .. }) = known {
-            let told = sites.functions.tr_mul(&centre.mean);
-            let means = sites.mean.iter_mut().zip(told.iter());
+            let update = sites.functions.tr_mul(&centre.mean);
+            let means = sites.mean.iter_mut().zip(update.iter());
             means.for_each(|(m, t)| *m += t);
             spread = centre.spread.tr_mul(&sites.functions);
         }
@@ -302,8 +292,11 @@ impl Posterior {
 
     /// ln(f + ε) at places.
     pub(crate) fn means(&self, places: &Places) -> Vec<f64> {
-        let told = places.solved.column_iter().map(|v| v.dot(&self.solved));
-        told.zip(&places.sites.mean).map(|(t, m)| m + t).collect()
+        let updates = places.solved.column_iter().map(|v| v.dot(&self.solved));
+        updates
+            .zip(&places.sites.mean)
+            .map(|(t, m)| m + t)
+            .collect()
     }
 
     /// Variances of ln(f + ε) at places, without the scale.
@@ -324,13 +317,13 @@ impl Posterior {
         for (i, noise) in self.noise(read).into_iter().enumerate() {
             own[(i, i)] += noise;
         }
-        let mut told = self.covariances(read, places);
+        let mut projected = self.covariances(read, places);
         if !system::factored(&mut own) {
             return None;
         }
-        system::forward(&own, &mut told);
+        system::forward(&own, &mut projected);
         let before = self.variances(places).into_iter();
-        let less = told.column_iter().map(|t| t.norm_squared());
+        let less = projected.column_iter().map(|t| t.norm_squared());
         Some(before.zip(less).map(|(v, l)| (v - l).max(0.0)).collect())
     }
 
@@ -404,6 +397,109 @@ impl Posterior {
         let read = self.read.iter().filter(|read| **read).count();
         let rows = self.data.sites.columns.iter();
         rows.map(move |row| system::near(x, row, read))
+    }
+}
+
+/// Pairs that are predicted at once: what is kept of each is as much as there are readings.
+const PREDICTED: usize = 2048;
+
+/// The accounts of some readings, each with its share.
+pub(crate) struct Mixture {
+    accounts: Vec<(f64, Posterior)>,
+    suspects: Vec<Suspect>,
+}
+
+impl Mixture {
+    /// By the luminance of a measurement's readings.
+    ///
+    /// # Errors
+    /// If there are none or too many, or their covariances are singular.
+    pub(crate) fn new(
+        kriging: &Kriging,
+        measurement: &Measurement,
+    ) -> Result<Self, ReconstructError> {
+        admit(super::KIND, measurement.readings(), super::MOST)?;
+        let (accounts, suspects) = Posterior::all(kriging, measurement)?;
+        Ok(Self { accounts, suspects })
+    }
+
+    /// What is known at pairs once there are readings at others too, each as it is expected; `None` if the covariances
+    /// of these are singular.
+    pub(crate) fn with(
+        &self,
+        pairs: &[DirectionPair],
+        read: &[DirectionPair],
+    ) -> Option<Vec<LogNormal>> {
+        let mut known = vec![LogNormal::default(); pairs.len()];
+        for (share, process) in &self.accounts {
+            let read = process.places(read);
+            let chunks = pairs.chunks(PREDICTED);
+            for (pairs, known) in chunks.zip(known.chunks_mut(PREDICTED)) {
+                let places = process.places(pairs);
+                let means = process.means(&places).into_iter();
+                let variances = process.variances_with(&places, &read)?;
+                let all = means.zip(variances).zip(process.shared(&places));
+                for (known, ((mean, variance), shared)) in known.iter_mut().zip(all) {
+                    // The mean of squares, for now.
+                    let variance = variance * process.scale + shared * shared;
+                    known.mean += share * mean;
+                    known.variance += share * (variance + mean * mean);
+                    known.shared += share * shared * shared;
+                }
+            }
+        }
+        let all = known.iter_mut();
+        all.for_each(|k| k.variance = (k.variance - k.mean * k.mean).max(0.0));
+        Some(known)
+    }
+}
+
+impl Predictive for Mixture {
+    fn predict(&self, pairs: &[DirectionPair]) -> Vec<LogNormal> {
+        let known = self.with(pairs, &[]);
+        known.unwrap_or_else(|| unreachable!("nothing is not singular"))
+    }
+
+    fn suspects(&self) -> &[Suspect] {
+        &self.suspects
+    }
+}
+
+/// Noise of further readings, from those there are: of f a share of it, and a floor (sr⁻¹).
+#[derive(Clone, Copy, Default)]
+struct Noise {
+    relative: f64,
+    floor: f64,
+}
+
+impl Noise {
+    /// The floor is the least uncertainty of the readings; what the share explains is the rest, in the median. `unsaid` is the variance of
+    /// ln f of readings that state none.
+    fn estimate(readings: &Readings<'_>, unsaid: f64) -> Self {
+        let Some(uncertainties) = readings.noise else {
+            return Self {
+                relative: unsaid.sqrt(),
+                floor: 0.0,
+            };
+        };
+        let all = (0..readings.present.len()).filter(|&i| readings.present[i]);
+        let all: Vec<[f64; 2]> = all
+            .map(|i| [readings.values[i].max(0.0), uncertainties[i]])
+            .collect();
+        let floor = all.iter().map(|[_, u]| *u).fold(f64::INFINITY, f64::min);
+        let rest = |[f, u]: &[f64; 2]| (u * u - floor * floor).max(0.0).sqrt() / (f + EPSILON);
+        let mut shares: Vec<f64> = all.iter().map(rest).collect();
+        let median = upper_median(&mut shares).unwrap_or(0.0);
+        Self {
+            relative: median.hypot(unsaid.sqrt()),
+            floor: if floor.is_finite() { floor } else { 0.0 },
+        }
+    }
+
+    /// The variance of ln(f + ε), where that is `log`.
+    fn variance(&self, log: f64) -> f64 {
+        let f = log.exp();
+        NUGGET + self.relative.powi(2) + (self.floor / f.max(EPSILON)).powi(2)
     }
 }
 

@@ -64,8 +64,8 @@ impl Part {
             Line::new(term, columns, weights)
         };
         let mean = account.known.as_ref().map(|known| {
-            let told = &sites.functions * weights * kernel.share;
-            known.prior.mean(&(&known.centre.mean + told))
+            let update = &sites.functions * weights * kernel.share;
+            known.prior.mean(&(&known.centre.mean + update))
         });
         Self {
             share: account.share,
@@ -127,8 +127,8 @@ impl Interpolant for Process {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let told = "the readings contradict the prior, which is left out";
-        let contradicts = self.contradicts.then(|| told.into());
+        let remark = "the readings contradict the prior, which is left out";
+        let contradicts = self.contradicts.then(|| remark.into());
         let blurred = (self.blurred > BLURRED).then(|| {
             format!(
                 "a lobe is hardly wider than the apertures: its height, up to {:.1} times what was read, is not determined",
@@ -141,10 +141,6 @@ impl Interpolant for Process {
         });
         let all = [contradicts, left_out, blurred];
         all.into_iter().flatten().collect()
-    }
-
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
-        self.eval_batch(std::slice::from_ref(pair), out);
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {

@@ -1,4 +1,4 @@
-//! More readings than one system holds: they tell the process at some of their pairs, and these all others (FITC;
+//! More readings than one system holds: some of their pairs determine the process, and these all others (FITC;
 //! Snelson & Ghahramani 2006). What a reading differs by from what those pairs say of it counts as its own noise.
 
 use super::kernel::Kernel;
@@ -7,7 +7,7 @@ use crate::sampling::Random;
 use nalgebra::{DMatrix, DMatrixViewMut};
 use rayon::prelude::*;
 
-/// Pairs that tell all others.
+/// Pairs that determine the process.
 pub(super) const TELLING: usize = 4000;
 
 /// Variance of ln f that is added at them, so that their covariances are regular: a hundredth of what any reading is missed by.
@@ -62,24 +62,24 @@ pub(super) fn solve(data: &Data, kernel: &Kernel, telling: &[usize]) -> Option<(
     let mut inner = DMatrix::identity(count, count);
     for first in (0..data.sites.len()).step_by(BLOCK) {
         let of = first..data.sites.len().min(first + BLOCK);
-        let mut told = system::by_columns([count, of.len()], BLOCK / 8, |part| {
+        let mut projected = system::by_columns([count, of.len()], BLOCK / 8, |part| {
             let part = first + part.start..first + part.end;
-            let mut told = covariance.between(&rows, &data.sites, part);
-            system::forward(&factor, &mut told);
-            told
+            let mut projected = covariance.between(&rows, &data.sites, part);
+            system::forward(&factor, &mut projected);
+            projected
         });
         let mut values = data.values.rows(of.start, of.len()).into_owned();
         for (mut column, level) in values.column_iter_mut().zip(&levels) {
             column.add_scalar_mut(MEAN - level);
         }
         for (k, i) in of.enumerate() {
-            let mut column = told.column_mut(k);
+            let mut column = projected.column_mut(k);
             let untold = (variances[i] - column.norm_squared()).max(0.0) + data.noise[i];
             column.unscale_mut(untold.sqrt());
             values.row_mut(k).unscale_mut(untold.sqrt());
         }
-        weights.gemm(1.0, &told, &values, 1.0);
-        let across = told.transpose();
+        weights.gemm(1.0, &projected, &values, 1.0);
+        let across = projected.transpose();
         let panels = inner.as_mut_slice().par_chunks_mut(count * PANEL);
         panels.enumerate().for_each(|(panel, out)| {
             let start = panel * PANEL;
@@ -87,7 +87,7 @@ pub(super) fn solve(data: &Data, kernel: &Kernel, telling: &[usize]) -> Option<(
             let mut out = DMatrixViewMut::from_slice(out, count, width);
             let mut below = out.rows_mut(start, count - start);
             let columns = across.columns(start, width);
-            below.gemm(1.0, &told.rows(start, count - start), &columns, 1.0);
+            below.gemm(1.0, &projected.rows(start, count - start), &columns, 1.0);
         });
     }
     system::factored(&mut inner).then_some(())?;
@@ -100,26 +100,16 @@ pub(super) fn solve(data: &Data, kernel: &Kernel, telling: &[usize]) -> Option<(
 mod tests {
     use super::*;
     use crate::geometry::Symmetry;
-    use crate::reconstruct::kriging::system::NUGGET;
-    use std::array::from_fn;
+    use crate::reconstruct::kriging::kernel::Columns;
+    use crate::reconstruct::kriging::system::{NUGGET, tests};
 
-    /// Readings of smooth functions anywhere in the space of columns, off by so much.
+    /// Readings of smooth functions, off by so much.
     fn data(n: usize, noise: f64) -> Data {
-        let columns = |i: usize| from_fn(|c| ((i + 1) as f64 * (c + 2) as f64 * 0.618).fract());
-        let columns: Vec<[f64; 10]> = (0..n).map(columns).collect();
-        let value = |i: usize, c: usize| {
+        let value = |x: &Columns, [i, c]: [usize; 2]| {
             let off = ((i * (c + 3)) as f64 * 0.77).sin() * 2.0_f64.sqrt();
-            (3.0 * columns[i][0] + (c + 1) as f64 * columns[i][1]).sin() + noise * off
+            (3.0 * x[0] + (c + 1) as f64 * x[1]).sin() + noise * off
         };
-        Data {
-            values: DMatrix::from_fn(n, 2, value),
-            noise: vec![NUGGET + noise * noise; n],
-            sites: Sites {
-                mean: vec![MEAN; n],
-                functions: DMatrix::zeros(0, n),
-                columns,
-            },
-        }
+        tests::data([n, 2], |_| NUGGET + noise * noise, value)
     }
 
     /// The means at places by the weights of readings.

@@ -323,7 +323,7 @@ impl Data {
         Some(loss + 0.5 * freedom * (squares / FREEDOM).ln_1p())
     }
 
-    /// The same readings with a variance more each.
+    /// These readings with `variance` added to the noise of each.
     pub(crate) fn noisier(mut self, variance: f64) -> Self {
         self.noise.iter_mut().for_each(|noise| *noise += variance);
         self
@@ -497,23 +497,47 @@ pub(super) fn by_columns(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::geometry::Symmetry;
+    use crate::reconstruct::kriging::kernel::Columns;
     use std::array::from_fn;
 
-    /// Pairs anywhere in the space of columns.
-    fn data(n: usize) -> Data {
+    /// Pairs anywhere in the space of columns, with values and noises by their number.
+    pub fn data(
+        [n, width]: [usize; 2],
+        noise: impl Fn(usize) -> f64,
+        value: impl Fn(&Columns, [usize; 2]) -> f64,
+    ) -> Data {
         let columns = |i: usize| from_fn(|c| ((i + 1) as f64 * (c + 2) as f64 * 0.618).fract());
+        let columns: Vec<Columns> = (0..n).map(columns).collect();
         Data {
+            noise: (0..n).map(noise).collect(),
+            values: DMatrix::from_fn(n, width, |i, c| value(&columns[i], [i, c])),
             sites: Sites {
-                columns: (0..n).map(columns).collect(),
                 mean: vec![MEAN; n],
                 functions: DMatrix::zeros(0, n),
+                columns,
             },
-            noise: (0..n).map(|i| NUGGET * (1 + i % 3) as f64).collect(),
-            values: DMatrix::from_fn(n, 2, |i, c| ((i * (c + 3)) as f64 * 0.07).sin()),
         }
+    }
+
+    /// Waves with noises of a few sizes.
+    fn waves(n: usize) -> Data {
+        let noise = |i: usize| NUGGET * (1 + i % 3) as f64;
+        data([n, 2], noise, |_, [i, c]| {
+            ((i * (c + 3)) as f64 * 0.07).sin()
+        })
+    }
+
+    /// The covariance of two pairs by the formula, without that of the level.
+    pub fn by_formula(kernel: &Kernel, a: &Columns, b: &Columns) -> f64 {
+        let of = |t: &kernel::Term| {
+            let off = t.lengths.iter().map(|(c, l)| (a[*c] - b[*c]) / l);
+            let r = (3.0 * off.map(|d| d * d).sum::<f64>()).sqrt();
+            t.amplitude * (1.0 + r) * (-r).exp()
+        };
+        kernel.terms.iter().map(of).sum()
     }
 
     /// The covariances by the formula, and nalgebra's own factor of them.
@@ -521,17 +545,11 @@ mod tests {
     fn weights_solve_the_system() {
         let kernel = Kernel::new(Symmetry::FULL);
         for n in [1, 7, 95, 96, 97, 300] {
-            let data = data(n);
+            let data = waves(n);
             let columns = &data.sites.columns;
             let plain = DMatrix::from_fn(n, n, |i, j| {
-                let of = |t: &kernel::Term| {
-                    let parts = t.lengths.iter();
-                    let off = parts.map(|(c, l)| (columns[i][*c] - columns[j][*c]) / l);
-                    let r = (3.0 * off.map(|d| d * d).sum::<f64>()).sqrt();
-                    t.amplitude * (1.0 + r) * (-r).exp()
-                };
                 let noise = if i == j { data.noise[i] } else { 0.0 };
-                kernel.terms.iter().map(of).sum::<f64>() + noise
+                by_formula(&kernel, &columns[i], &columns[j]) + noise
             });
             let Solved { weights, levels } = data.solve(&kernel).unwrap();
             let product = &plain * &weights;
@@ -548,8 +566,8 @@ mod tests {
 
     #[test]
     fn slopes_are_those_of_differences() {
-        let kernel = Kernel::new(Symmetry::FULL).about(0.5, 2.0, 0.7);
-        let mut data = data(40);
+        let kernel = Kernel::new(Symmetry::ORTHOTROPIC).about(0.5, 2.0, 0.7);
+        let mut data = waves(40);
         data.sites.functions = DMatrix::from_fn(3, 40, |k, i| ((k + 2) as f64 * i as f64).cos());
         let logs = kernel.logs();
         assert!((logs.last().unwrap().exp() - 0.7).abs() < 1e-12);

@@ -1,11 +1,11 @@
 //! Errors beside those that reconstructions expected of themselves, as a text and for the page.
 
-use super::findings::method;
+use super::findings::{headings, method};
 use super::order::sampling;
 use crate::experiment::{Calibrated, Calibration, Findings};
 use crate::report::Columns;
 
-/// What a cell says.
+/// Content of a cell.
 pub(super) const LEGEND: &str = "Error over the error that the reconstruction expected of itself: the median over \
                                  materials, what nine of ten are below, and under the cosine measure the share of \
                                  materials below the bound that is stated for nine of ten.";
@@ -52,15 +52,13 @@ fn cell(cell: &Option<Calibrated>) -> String {
 pub fn calibration(findings: &Findings) -> String {
     let mut out = String::new();
     for table in tables(findings) {
-        let headings = findings
-            .allowances
+        let headings: String = headings(findings)
             .iter()
-            .map(|a| a.trim_end_matches(" poses"));
-        let headings: String = headings.map(|a| format!("\t>{a}")).collect();
-        let mut columns = Columns::new(&format!("{}{headings}", table.title));
-        for (name, cells) in &table.lines {
-            columns.row(&format!("  {name}\t{}", cells.join("\t")));
-        }
+            .map(|a| format!("\t>{a}"))
+            .collect();
+        let lines = table.lines.iter();
+        let lines = lines.map(|(name, cells)| format!("  {name}\t{}", cells.join("\t")));
+        let columns = Columns::with_rows(&format!("{}{headings}", table.title), lines);
         out += &format!("\n{columns}");
     }
     match out.is_empty() {

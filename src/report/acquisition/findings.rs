@@ -5,28 +5,22 @@ use crate::error::count;
 use crate::experiment::{
     Allowance, Choice, Duel, Duels, Explained, Factor, Findings, Line, Metric, OWN, Ranking, Scope,
 };
-use crate::report::Columns;
-use crate::report::acquisition::table::{error, star};
+use crate::report::acquisition::table::{error, headed, starred};
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict};
 use std::fmt::Write as _;
-
-/// A number of materials with its noun.
-pub(super) fn materials(n: usize) -> String {
-    count(n, "material")
-}
 
 /// Name of a choice's reconstruction, with sample set and instrument if there are several.
 pub(super) fn method(choice: &Choice, findings: &Findings) -> String {
     method_but_for(choice, findings, None)
 }
 
-/// The same beside a [`subject`], which says the sample set where a report is about these.
+/// Name of a choice's reconstruction beside a [`subject`], which has the sample set where a report is about these.
 pub(super) fn method_beside(choice: &Choice, findings: &Findings) -> String {
     let is_said = findings.factor == Factor::SampleSet;
     method_but_for(choice, findings, is_said.then_some(Factor::SampleSet))
 }
 
-/// The same without what a factor says.
+/// Name of a choice's reconstruction without the level of a factor.
 fn method_but_for(choice: &Choice, findings: &Findings, factor: Option<Factor>) -> String {
     let several = |of: fn(&Choice) -> &String| {
         let lines = findings.rankings.iter().flat_map(|r| &r.lines);
@@ -68,33 +62,34 @@ pub fn study_text(findings: &Findings) -> String {
     out
 }
 
-/// A column for each allowance, after one of names.
-fn columns(title: &str, allowances: &[String]) -> Columns {
-    let headings = allowances.iter().map(|a| a.trim_end_matches(" poses"));
-    let headings: String = headings.map(|a| format!("\t>{a} ")).collect();
-    Columns::new(&format!("{title}{headings}"))
+/// The allowances as headings.
+pub(super) fn headings(findings: &Findings) -> Vec<&str> {
+    let all = findings.allowances.iter();
+    all.map(|a| a.trim_end_matches(" poses")).collect()
 }
 
 fn errors_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
     let scope = &ranking.scope;
-    let text = format!("{}, {}", scope.metric.name(), scope.measure);
-    let mut columns = columns(&text, &findings.allowances);
     let mut lines = best_of_each(ranking, findings.factor);
     let of = |choice: &Choice| subject(findings.factor, choice);
     let all: Vec<String> = ranking.lines.iter().map(|l| of(&l.choice)).collect();
     lines.sort_by_key(|l| all.iter().position(|name| *name == of(&l.choice)));
-    let mean = |line: &Line, a: usize| whole(line, a).map(|c| c.mean);
-    let median = |line: &Line, a: usize| whole(line, a).map(|c| c.median);
-    for line in &lines {
-        let method = method_beside(&line.choice, findings);
-        let mut row = format!("  {}, {method}", of(&line.choice));
-        for a in 0..findings.allowances.len() {
-            let own = mean(line, a);
-            let star = star(own, lines.iter().map(|l| mean(l, a)));
-            row += &format!("\t{}{star} ({})", error(own), error(median(line, a)));
-        }
-        columns.row(&row);
-    }
+    let allowances = 0..findings.allowances.len();
+    let means = lines.iter().map(|line| {
+        let name = format!(
+            "{}, {}",
+            of(&line.choice),
+            method_beside(&line.choice, findings)
+        );
+        let means = allowances.clone().map(|a| whole(line, a).map(|c| c.mean));
+        (name, means.collect())
+    });
+    let means: Vec<(String, Vec<Option<f64>>)> = means.collect();
+    let title = format!("{}, {}", scope.metric.name(), scope.measure);
+    let columns = starred(&title, &headings(findings), &means, |i, a, star| {
+        let median = whole(lines[i], a).map(|c| c.median);
+        format!("{}{star} ({})", error(means[i].1[a]), error(median))
+    });
     let _ = write!(out, "\n{columns}");
     let left_out = match scope.left_out.join(", ") {
         names if names.is_empty() => names,
@@ -104,7 +99,7 @@ fn errors_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
         out,
         "Geometric mean (and median) over {}{left_out} of the error of each sampling by the reconstruction that is \
          best over all budgets; * best of its column. {}",
-        materials(scope.materials),
+        count(scope.materials, "material"),
         filled(&lines)
     );
 }
@@ -158,17 +153,21 @@ fn are_alike(
     kept.all(|k| k.level(a) == k.level(b))
 }
 
-/// A duel as the other choice and its ratios against the reference, one per name of [`compared_at`]; `None`
-/// if neither side is it.
-fn against(findings: &Findings, duel: &Duel) -> Option<(Choice, Vec<Option<Paired>>)> {
+/// A duel as the choice that is not the reference, the reference, and ratios of the errors of the first to those of
+/// the second, one per name of [`compared_at`]; `None` if neither side is it.
+pub(super) fn against(
+    findings: &Findings,
+    duel: &Duel,
+) -> Option<([Choice; 2], Vec<Option<Paired>>)> {
     let is = |choice: &Choice| Some(findings.factor.level(choice)) == findings.reference.as_deref();
     let overall = (findings.allowances.len() > 1).then_some(duel.overall);
     let cells = duel.cells.iter().copied().chain(overall);
-    if is(&duel.b) {
-        return Some((duel.a.clone(), cells.collect()));
+    let (a, b) = (duel.a.clone(), duel.b.clone());
+    if is(&b) {
+        return Some(([a, b], cells.collect()));
     }
     let turned = |p: Option<Paired>| p.map(|p| p.inverted());
-    is(&duel.a).then(|| (duel.b.clone(), cells.map(turned).collect()))
+    is(&a).then(|| ([b, a], cells.map(turned).collect()))
 }
 
 /// What ratios stand at: every allowance, and all of them together where there are several.
@@ -239,7 +238,9 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
         },
         scope.measure
     );
-    let mut columns = columns(&text, &compared_at(findings));
+    let mut headings = headings(findings);
+    headings.extend((headings.len() > 1).then_some("all"));
+    let mut columns = headed(&text, &headings);
     for (mut row, cells) in named {
         for cell in cells {
             let Some(cell) = cell else {
@@ -329,10 +330,9 @@ pub(super) struct Against {
 pub(super) fn ratios(findings: &Findings, duels: &Duels, best: &Choice) -> Vec<Against> {
     let factor = findings.factor;
     let named = |d: &Duel| {
-        let (choice, cells) = against(findings, d)?;
-        let other = if d.a == choice { &d.b } else { &d.a };
+        let ([choice, reference], cells) = against(findings, d)?;
         let name = level(findings, &choice);
-        let name = match other.warp.as_str() {
+        let name = match reference.warp.as_str() {
             _ if factor != Factor::Parametrization => name,
             warp if warp == choice.warp => name,
             "none" => format!("{name} / unwarped"),

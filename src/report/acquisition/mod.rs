@@ -25,7 +25,7 @@ pub use instruments::instruments;
 #[cfg(feature = "parquet")]
 pub use parquet::results_parquet;
 pub use ranking::ranking;
-pub use ranking_csv::ranking_csv;
+pub use ranking_csv::{RANKING_COLUMNS, ranking_csv};
 pub use results::results_csv;
 #[cfg(feature = "pictures")]
 pub use studio::Studio;

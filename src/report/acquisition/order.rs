@@ -1,6 +1,6 @@
 //! Names and order of choices: the best over all budgets first.
 
-use crate::experiment::{Cell, Choice, Factor, Line, Ranking};
+use crate::experiment::{Cell, Choice, Factor, Line, OWN, Ranking};
 use crate::statistics::EXACT;
 
 /// A parametrization with its warps.
@@ -8,6 +8,14 @@ pub(super) fn sampling(choice: &Choice) -> String {
     match choice.warp.as_str() {
         "none" => choice.parametrization.clone(),
         warp => format!("{} {warp}", choice.parametrization),
+    }
+}
+
+/// A reconstruction, with its coordinates where these are not those of the schedule.
+pub(super) fn by(choice: &Choice) -> String {
+    match choice.coordinates.as_str() {
+        OWN => choice.reconstruction.clone(),
+        other => format!("{} in {other}", choice.reconstruction),
     }
 }
 

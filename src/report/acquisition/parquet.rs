@@ -2,6 +2,7 @@
 
 use super::results::cells;
 use crate::experiment::{Row, quantities};
+use crate::report::in_memory;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -9,7 +10,6 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
 use serde_json::Value;
-use std::io::{self, Write};
 use std::sync::Arc;
 
 /// Rows of one group: they are held in memory as they are written.
@@ -26,18 +26,16 @@ enum Kind {
     Real,
 }
 
-/// Writes rows as Parquet: a column per key of `results.jsonl`, in the same order. Texts are UTF-8, counts and seeds
+/// Rows as Parquet: a column per key of `results.jsonl`, in the same order. Texts are UTF-8, counts and seeds
 /// unsigned integers of 64 bits, other numbers doubles; undefined values are null.
-///
-/// # Errors
-/// Errors of `out`.
-pub fn results_parquet(rows: &[&Row], out: impl Write + Send) -> io::Result<()> {
-    let columns = columns()?;
-    written(rows, &columns, out).map_err(io::Error::other)
+pub fn results_parquet(rows: &[&Row]) -> Vec<u8> {
+    let mut file = Vec::new();
+    in_memory(write(rows, &columns(), &mut file));
+    file
 }
 
-/// Names and kinds of the columns. What a row without values has tells the kind: only numbers may be undefined.
-fn columns() -> serde_json::Result<Vec<(String, Kind)>> {
+/// Names and kinds of the columns. The kind is that of the value in a row without values: only numbers may be undefined.
+fn columns() -> Vec<(String, Kind)> {
     let is_count = |name: &str| quantities().iter().any(|q| q.is_count && q.name == name);
     let column = |(name, value): (String, Value)| {
         let kind = match value {
@@ -49,7 +47,7 @@ fn columns() -> serde_json::Result<Vec<(String, Kind)>> {
         };
         (name, kind)
     };
-    Ok(cells(&Row::default())?.into_iter().map(column).collect())
+    cells(&Row::default()).into_iter().map(column).collect()
 }
 
 fn field(name: &str, kind: Kind) -> Result<Arc<Type>, ParquetError> {
@@ -65,11 +63,7 @@ fn field(name: &str, kind: Kind) -> Result<Arc<Type>, ParquetError> {
     field.build().map(Arc::new)
 }
 
-fn written(
-    rows: &[&Row],
-    columns: &[(String, Kind)],
-    out: impl Write + Send,
-) -> Result<(), ParquetError> {
+fn write(rows: &[&Row], columns: &[(String, Kind)], out: &mut Vec<u8>) -> Result<(), ParquetError> {
     let fields: Result<_, _> = columns
         .iter()
         .map(|(name, kind)| field(name, *kind))
@@ -83,8 +77,7 @@ fn written(
         .build();
     let mut file = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
     for rows in rows.chunks(GROUP) {
-        let rows: serde_json::Result<Vec<_>> = rows.iter().map(|row| cells(row)).collect();
-        let rows = rows.map_err(|e| ParquetError::External(Box::new(e)))?;
+        let rows: Vec<_> = rows.iter().map(|row| cells(row)).collect();
         let mut group = file.next_row_group()?;
         let mut columns = columns.iter();
         while let (Some(mut column), Some((name, kind))) = (group.next_column()?, columns.next()) {
@@ -117,7 +110,7 @@ fn write_column<'a>(
     match kind {
         Kind::Text => write!(ByteArrayType, |c| c.as_str().map(ByteArray::from)),
         Kind::Flag => write!(BoolType, Value::as_bool),
-        // The bits of an unsigned integer, as its logical type says.
+        // The bits of an unsigned integer, as its logical type requires.
         Kind::Count => write!(Int64Type, |c| c.as_u64().map(|n| n as i64)),
         Kind::Real => write!(DoubleType, Value::as_f64),
     }?;

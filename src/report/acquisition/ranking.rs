@@ -1,10 +1,10 @@
 //! Table of the mean errors of all choices, over all materials.
 
-use super::order::sampling;
-use super::table::{error, star};
+use super::order::{by, sampling};
+use super::table::{error, starred};
 use crate::error::count;
-use crate::experiment::{Choice, OWN, Row};
-use crate::report::{Columns, each_once};
+use crate::experiment::{Choice, Row};
+use crate::report::each_once;
 use crate::statistics::{compares, geometric_mean};
 
 /// The geometric mean of `nrmse` over materials and seeds, by measure and budget; the best of each
@@ -12,88 +12,72 @@ use crate::statistics::{compares, geometric_mean};
 /// that some choice reconstructs exactly (Lambert on a grid) are left out: they say nothing about
 /// which is better.
 pub fn ranking(rows: &[&Row]) -> String {
-    let mut out = String::new();
-    let mut exact = each_once(rows.iter().map(|r| r.material.as_str()));
-    exact.retain(|m| {
+    let materials = each_once(rows.iter().map(|r| r.material.as_str()));
+    let (materials, exact): (Vec<&str>, Vec<&str>) = materials.into_iter().partition(|m| {
         let mine = rows.iter().filter(|r| r.material == *m);
-        !compares(mine.filter_map(|r| r.value("nrmse")))
+        compares(mine.filter_map(|r| r.value("nrmse")))
     });
     let rows: Vec<&Row> = rows
         .iter()
         .copied()
-        .filter(|r| !exact.contains(&r.material.as_str()))
+        .filter(|r| materials.contains(&r.material.as_str()))
         .collect();
     if rows.is_empty() {
-        return out;
+        return String::new();
     }
-    let materials = each_once(rows.iter().map(|r| r.material.as_str()));
-    let measures = each_once(rows.iter().map(|r| r.measure.as_str()));
+    let exact = match exact.join(", ") {
+        names if names.is_empty() => names,
+        names => format!(" (exact by a choice and left out: {names})"),
+    };
+    let mut out = format!(
+        "\nGeometric mean of nrmse over {}{exact}; * best of its budget.\n",
+        count(materials.len(), "material")
+    );
     let budgets = each_once(rows.iter().map(|r| r.budget));
     let choices = each_once(rows.iter().map(|r| r.choice()));
     let sets = choices
         .iter()
         .any(|c| c.sample_set != choices[0].sample_set);
-    let name = |c: &Choice| {
-        let sampling = sampling(c);
-        let mut parts = vec![sampling.as_str()];
-        parts.extend(sets.then_some(c.sample_set.as_str()));
-        parts.push(&c.reconstruction);
-        if c.coordinates != OWN {
-            parts.extend(["in", &c.coordinates]);
-        }
-        parts.join(" ")
+    let name = |c: &Choice| match sets {
+        true => format!("{} {} {}", sampling(c), c.sample_set, by(c)),
+        false => format!("{} {}", sampling(c), by(c)),
     };
-    for measure in measures {
-        let headings: String = budgets.iter().map(|b| format!("\t>{b} ")).collect();
-        let mut columns = Columns::new(&format!("ranking, {measure}{headings}"));
-        let cells: Vec<Vec<Cell>> = choices
+    for measure in each_once(rows.iter().map(|r| r.measure.as_str())) {
+        // Errors of each choice and budget.
+        let errors = |c: &Choice, budget: usize| -> Vec<f64> {
+            let mine = rows
+                .iter()
+                .filter(|r| r.measure == measure && r.budget == budget && r.choice() == *c);
+            mine.filter_map(|r| r.value("nrmse")).collect()
+        };
+        let cells = choices
             .iter()
-            .map(|c| {
-                let cell = |budget| {
-                    let mine =
-                        |r: &&Row| r.measure == measure && r.budget == budget && r.choice() == *c;
-                    Cell::of(rows.iter().copied().filter(mine))
-                };
-                budgets.iter().map(|&b| cell(b)).collect()
-            })
-            .collect();
-        for (c, line) in choices.iter().zip(&cells) {
-            let mut row = format!("  {}", name(c));
-            for (column, cell) in line.iter().enumerate() {
-                let all = || cells.iter().map(|line| &line[column]);
-                let rows = all().map(|c| c.rows).max().unwrap_or(0);
-                let whole = cell.rows == rows;
-                let means = all().filter(|c| c.rows == rows).map(|c| c.mean);
-                let text = error(cell.mean);
-                row += &match whole {
-                    true => format!("\t{text}{}", star(cell.mean, means)),
-                    false => format!("\t({text}) "),
-                };
-            }
-            columns.row(&row);
-        }
+            .map(|c| budgets.iter().map(|&b| errors(c, b)).collect());
+        let cells: Vec<Vec<Vec<f64>>> = cells.collect();
+        let is_whole =
+            |cell: &[f64], k: usize| cells.iter().all(|line| line[k].len() <= cell.len());
+        let lines = choices.iter().zip(&cells).map(|(c, line)| {
+            let whole = line.iter().enumerate().map(|(k, cell)| {
+                let mean = geometric_mean(cell);
+                mean.filter(|_| is_whole(cell, k))
+            });
+            (name(c), whole.collect())
+        });
+        let lines: Vec<(String, Vec<Option<f64>>)> = lines.collect();
+        let columns = starred(
+            &format!("ranking, {measure}"),
+            &budgets,
+            &lines,
+            |i, k, star| {
+                let cell = &cells[i][k];
+                let text = error(geometric_mean(cell));
+                match is_whole(cell, k) {
+                    true => format!("{text}{star}"),
+                    false => format!("({text}) "),
+                }
+            },
+        );
         out += &format!("\n{columns}");
     }
-    let materials = count(materials.len(), "material");
-    let exact = match exact.join(", ") {
-        names if names.is_empty() => names,
-        names => format!(" (exact by a choice and left out: {names})"),
-    };
-    format!("\nGeometric mean of nrmse over {materials}{exact}; * best of its budget.\n") + &out
-}
-
-/// A mean and its number of rows.
-struct Cell {
-    mean: Option<f64>,
-    rows: usize,
-}
-
-impl Cell {
-    fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Self {
-        let errors: Vec<f64> = rows.filter_map(|r| r.value("nrmse")).collect();
-        Self {
-            mean: geometric_mean(&errors),
-            rows: errors.len(),
-        }
-    }
+    out
 }

@@ -1,11 +1,27 @@
 //! `ranking.csv`: every choice of every ranking with all its statistics.
 
 use crate::experiment::{Cell, Findings, Line, Scope};
+use crate::report::csv::text;
+use crate::report::in_memory;
 use crate::report::schema::{Schema, columns};
-use std::io::{self, Write};
 
 /// A choice at an allowance: its ranking, its line, the allowance and its cell.
 type Place<'a> = (&'a Scope, &'a Line, &'a str, &'a Cell);
+
+/// The file, and its columns with their meaning; groups of like columns share a line.
+pub const RANKING_COLUMNS: &str = "\
+ranking.csv
+metric, measure, truth | which ranking; truth is empty for all of them
+materials | materials of that truth
+parametrization, …, allowed | which choice, as in results.csv
+place | among the choices that have all materials, from 1
+mean | geometric mean of the error over materials
+ratio_to_best, _low, _high | ratio to the best choice with its 95 % bootstrap interval over materials
+p | Wilcoxon signed-rank test against the best, adjusted for the number of choices (Holm)
+wins, losses, ties | materials on which it is better or worse than the best by more than the band
+verdict | against the best
+readings, instrument_seconds | geometric means over materials
+order, order_low, order_high | slope of ln error on ln readings over the budgets, with its 95 % interval over materials";
 
 /// The columns of the file.
 fn schema<'a>() -> Schema<Place<'a>> {
@@ -42,13 +58,10 @@ fn schema<'a>() -> Schema<Place<'a>> {
     }
 }
 
-/// Writes a line per scope, choice and allowance.
-///
-/// # Errors
-/// Errors of `out`.
-pub fn ranking_csv(out: &mut impl Write, findings: &Findings) -> io::Result<()> {
+/// A line per scope, choice and allowance.
+pub fn ranking_csv(findings: &Findings) -> String {
     let schema = schema();
-    let mut csv = csv::Writer::from_writer(out);
+    let mut csv = csv::Writer::from_writer(Vec::new());
     let lines = findings
         .rankings
         .iter()
@@ -58,12 +71,12 @@ pub fn ranking_csv(out: &mut impl Write, findings: &Findings) -> io::Result<()> 
         for (cell, allowed) in line.cells.iter().zip(&findings.allowances) {
             if let Some(cell) = cell {
                 if std::mem::take(&mut is_first) {
-                    csv.write_record(schema.names())?;
+                    in_memory(csv.write_record(schema.names()));
                 }
                 let place: Place<'_> = (scope, line, allowed, cell);
-                csv.serialize(schema.cells(&place).collect::<Vec<_>>())?;
+                in_memory(csv.serialize(schema.cells(&place).collect::<Vec<_>>()));
             }
         }
     }
-    csv.flush()
+    text(csv)
 }

@@ -2,24 +2,21 @@
 
 use crate::experiment::{Record, Row};
 use crate::report::csv::Csv;
+use crate::report::in_memory;
 use serde_json::{Map, Value};
-use std::io::{self, Write};
 
-/// Writes rows as CSV: a column per key of `results.jsonl`, in the same order; undefined values are
-/// empty fields.
-///
-/// # Errors
-/// Errors of `out`.
-pub fn results_csv(rows: &[&Row], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = Csv::new(out);
-    csv.row(Row::columns().map(|(name, _)| name))?;
+/// Rows as CSV: a column per key of `results.jsonl`, in the same order; undefined values are empty fields.
+pub fn results_csv(rows: &[&Row]) -> String {
+    let mut csv = Csv::new();
+    csv.row(Row::columns().map(|(name, _)| name));
     for row in rows {
-        csv.values(&cells(row)?)?;
+        csv.values(&cells(row));
     }
-    csv.flush()
+    csv.text()
 }
 
 /// The columns of a row, in order, with their values.
-pub(super) fn cells(row: &Row) -> serde_json::Result<Map<String, Value>> {
-    row.parts().map(|[cells, _]| cells)
+pub(super) fn cells(row: &Row) -> Map<String, Value> {
+    let [cells, _] = in_memory(row.parts());
+    cells
 }

@@ -5,7 +5,7 @@ use super::html::{MaterialPictures, Picture};
 use crate::brdf::{Brdf, ObservedBrdf, Part, Presence};
 use crate::error::Error;
 use crate::experiment::{
-    Coordinates, Material, Plan, RESULTS_REVISION, Router, Row, Shard, Share, Stage, preview,
+    Material, Plan, RESULTS_REVISION, Router, Row, Shard, Share, Stage, preview,
 };
 use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationSpec, find};
@@ -13,10 +13,10 @@ use crate::reconstruct::PriorFile;
 use crate::registry::Entry;
 use crate::report::pictures::png::file_of;
 use crate::report::pictures::{BrdfSlices, Comparison, hemispheres_svg, test_functions_svg};
-use crate::report::run::{Below, RunFolder, file_stem};
+use crate::report::run::{Below, RunFolder, coordinates_stem, file_stem};
 use crate::report::{BouncesReport, each_once};
 use rayon::prelude::*;
-use std::io::{Cursor, Write};
+use std::io::Write;
 
 /// Azimuths of slices, degrees, as in the figures of Barla et al. (2015).
 const PHI_DEG: [f64; 4] = [0.0, 30.0, 60.0, 90.0];
@@ -30,7 +30,7 @@ const RESOLUTION: usize = 128;
 /// Raised when pictures look different: a folder that is gone on with holds no two looks.
 const LOOK: u32 = 3;
 
-/// Light paths that are followed of a material that tells its light apart.
+/// Light paths that are followed of a material that separates scattering orders.
 const PATHS: usize = 1 << 17;
 
 /// Share of the light of a box of one class.
@@ -39,22 +39,8 @@ const PURITY: f64 = 0.9;
 const HEMISPHERES: &str = "hemispheres.svg";
 const FUNCTIONS: &str = "functions.svg";
 
-/// A picture of a report, as a file of the study's folder.
-struct Shown {
-    /// Its name in the folder of pictures.
-    file: String,
-    /// Caption.
-    caption: String,
-}
-
-impl Shown {
-    fn new(file: impl Into<String>, caption: impl Into<String>) -> Self {
-        Self {
-            file: file.into(),
-            caption: caption.into(),
-        }
-    }
-}
+/// A picture of a report: its file in the folder of pictures, and its caption.
+type Shown = [String; 2];
 
 /// The pictures of a study itself.
 fn general() -> Vec<Shown> {
@@ -63,8 +49,8 @@ fn general() -> Vec<Shown> {
     let functions = "The test functions S = 1 − |h̄| (red), G = 1 − cos θᵢ cos θₒ (blue) and F = 1 − cos θ_d (white), on \
                      the hemisphere and in slices of each parametrization.";
     vec![
-        Shown::new(HEMISPHERES, hemispheres),
-        Shown::new(FUNCTIONS, functions),
+        [HEMISPHERES, hemispheres].map(String::from),
+        [FUNCTIONS, functions].map(String::from),
     ]
 }
 
@@ -123,8 +109,8 @@ impl<'a> Studio<'a> {
         }
         let all = &self.parametrizations;
         for (name, svg) in [
-            (HEMISPHERES, hemispheres_svg(all, &THETA_O_DEG)?),
-            (FUNCTIONS, test_functions_svg(all, &THETA_O_DEG, &PHI_DEG)?),
+            (HEMISPHERES, hemispheres_svg(all, &THETA_O_DEG)),
+            (FUNCTIONS, test_functions_svg(all, &THETA_O_DEG, &PHI_DEG)),
         ] {
             folder.write_below(Below::Pictures, name, |out| out.write_all(svg.as_bytes()))?;
         }
@@ -139,9 +125,8 @@ impl<'a> Studio<'a> {
         keys: &[Option<String>],
     ) -> (Vec<Picture>, Vec<MaterialPictures>) {
         let read = |shown: Vec<Shown>| -> Vec<Picture> {
-            let found = shown.into_iter().filter_map(|s| {
-                let svg = String::from_utf8(folder.below(Below::Pictures, &s.file)?).ok()?;
-                let caption = s.caption;
+            let found = shown.into_iter().filter_map(|[file, caption]| {
+                let svg = String::from_utf8(folder.below(Below::Pictures, &file)?).ok()?;
                 Some(Picture { caption, svg })
             });
             found.collect()
@@ -151,11 +136,10 @@ impl<'a> Studio<'a> {
             let key = key.as_ref()?;
             let stem = self.stem(material, key);
             let mut pictures = read(self.of_material(material, key));
-            // Of a material that tells its light apart.
+            // Of a material that separates scattering orders.
             if let Some(caption) = folder.below(Below::Pictures, &format!("{stem}.paths.txt")) {
-                let caption = String::from_utf8_lossy(&caption);
-                let paths = Shown::new(format!("{stem}.paths.svg"), caption.trim());
-                pictures.extend(read(vec![paths]));
+                let caption = String::from_utf8_lossy(&caption).trim().to_owned();
+                pictures.extend(read(vec![[format!("{stem}.paths.svg"), caption]]));
             }
             Some(MaterialPictures {
                 material: material.name.clone(),
@@ -170,7 +154,7 @@ impl<'a> Studio<'a> {
         let stem = self.stem(material, key);
         let slices =
             "Slices at four azimuths: luminance in equal steps of its logarithm, with isolines.";
-        let mut shown = vec![Shown::new(format!("{stem}.slices.svg"), slices)];
+        let mut shown = vec![[format!("{stem}.slices.svg"), slices.into()]];
         for i in self.drawn() {
             let coordinates = &self.plan.parametrizations[i];
             let caption = format!(
@@ -180,8 +164,8 @@ impl<'a> Studio<'a> {
                 coordinates.label(),
                 self.by()
             );
-            let file = format!("{stem}.{}.svg", sampled(coordinates));
-            shown.push(Shown::new(file, caption));
+            let file = format!("{stem}.{}.svg", coordinates_stem(coordinates));
+            shown.push([file, caption]);
         }
         shown
     }
@@ -194,7 +178,7 @@ impl<'a> Studio<'a> {
 
     /// True if a picture of the material at a position is missing, and another part of the run does
     /// not draw it.
-    pub(crate) fn wants(
+    pub(crate) fn requests(
         &self,
         folder: &RunFolder<Row>,
         position: usize,
@@ -205,7 +189,7 @@ impl<'a> Studio<'a> {
             return false;
         }
         let mut shown = self.of_material(material, key).into_iter();
-        shown.any(|s| !folder.has(Below::Pictures, &s.file))
+        shown.any(|[file, _]| !folder.has(Below::Pictures, &file))
     }
 
     /// The beginning of the names of a material's pictures: different for different pictures.
@@ -236,11 +220,9 @@ impl<'a> Studio<'a> {
                 let of = &self.parametrizations;
                 let report = BouncesReport::new(&material.name, split, PATHS, of, class, |_| ());
                 if let Some(report) = report {
-                    let told = report.caption() + "\n";
-                    folder.write_picture(&format!("{stem}.paths.svg"), || {
-                        report.svg().map(String::into_bytes)
-                    })?;
-                    folder.write_picture(&format!("{stem}.paths.txt"), || Ok(told.into_bytes()))?;
+                    let caption = report.caption() + "\n";
+                    folder.write_picture(&format!("{stem}.paths.svg"), || report.svg())?;
+                    folder.write_picture(&format!("{stem}.paths.txt"), || caption)?;
                 }
             }
             let slices = BrdfSlices::new(brdf, &self.parametrizations, &PHI_DEG, RESOLUTION);
@@ -249,16 +231,14 @@ impl<'a> Studio<'a> {
             }
             let title = format!("{}: slices and isolines", material.name);
             folder.write_picture(&format!("{name}.exr"), || {
-                file_of(|out: &mut Cursor<Vec<u8>>| slices.write_exr(out)).map(Cursor::into_inner)
+                file_of(|out| slices.write_exr(out))
             })?;
-            folder.write_picture(&format!("{name}.svg"), || {
-                slices.svg(&title).map(String::into_bytes)
-            })?;
+            folder.write_picture(&format!("{name}.svg"), || slices.svg(&title))?;
         }
         let drawn = self.drawn();
         let names = drawn.iter().map(|&i| {
-            let sampled = sampled(&self.plan.parametrizations[i]);
-            format!("{stem}.{sampled}")
+            let coordinates = coordinates_stem(&self.plan.parametrizations[i]);
+            format!("{stem}.{coordinates}")
         });
         let names: Vec<_> = names.collect();
         let is_there = |name: &String| folder.has(Below::Pictures, &format!("{name}.svg"));
@@ -307,28 +287,19 @@ impl<'a> Studio<'a> {
                     spec.budget,
                     self.by()
                 );
-                let exr: Cursor<Vec<u8>> = file_of(|out| made.write_exr(out))?;
-                let png = made.png()?;
-                let svg = made.svg(&title, &png)?.into_bytes();
+                let exr = file_of(|out| made.write_exr(out));
+                let png = made.png();
+                let svg = made.svg(&title, &png).into_bytes();
                 // What is looked for is the last.
-                Ok([("exr", exr.into_inner()), ("png", png), ("svg", svg)]
-                    .map(|(end, bytes)| (format!("{name}.{end}"), bytes)))
+                [("exr", exr), ("png", png), ("svg", svg)]
+                    .map(|(end, bytes)| (format!("{name}.{end}"), bytes))
             });
-        let files: Vec<_> = files.collect::<Result<_, Error>>()?;
+        let files: Vec<_> = files.collect();
         for (name, bytes) in files.into_iter().flatten() {
-            folder.write_picture(&name, || Ok(bytes))?;
+            folder.write_picture(&name, || bytes)?;
         }
         Ok(())
     }
-}
-
-/// Coordinates as part of a file name.
-fn sampled(coordinates: &Coordinates) -> String {
-    let mut name = coordinates.name().to_owned();
-    for (axis, warp) in &coordinates.spec.warps {
-        name += &format!("_{axis}-{}", warp.name());
-    }
-    name
 }
 
 /// Text of the parts of a plan that determine its pictures.

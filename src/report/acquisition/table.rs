@@ -2,7 +2,9 @@
 
 use super::order::sampling;
 use crate::experiment::{Plan, Row};
+use crate::report::Columns;
 use std::collections::HashMap;
+use std::fmt::Display;
 
 /// The widest a reconstruction's name may be as a heading; longer ones are numbered and explained.
 const HEADING: usize = 13;
@@ -44,20 +46,18 @@ impl Lead {
 }
 
 /// Formats rows as they come.
-pub struct Table {
+pub struct Table<'a> {
+    plan: &'a Plan,
     lead: Vec<Lead>,
-    measures: Vec<String>,
-    /// Names and coordinates of the reconstructions.
-    methods: Vec<[String; 2]>,
-    labels: Vec<String>,
+    /// Names or numbers of the reconstructions.
     headings: Vec<String>,
     /// Positions of a schedule's reconstructions, by parametrization, warp, sample set, allowance.
     made_on: HashMap<[String; 4], Vec<usize>>,
 }
 
-impl Table {
+impl<'a> Table<'a> {
     /// The table of a plan.
-    pub(crate) fn new(plan: &Plan) -> Self {
+    pub(crate) fn new(plan: &'a Plan) -> Self {
         let labels: Vec<String> = plan.methods.iter().map(|m| m.label()).collect();
         let long = labels.iter().any(|label| count(label) > HEADING);
         let headings = labels.iter().enumerate().map(|(i, label)| match long {
@@ -74,15 +74,10 @@ impl Table {
             ];
             (schedule, plan.methods_on(&unit))
         });
-        let methods = plan.methods.iter();
         Self {
+            plan,
             lead: lead(plan),
-            measures: plan.measures.iter().map(|m| m.name().into()).collect(),
-            methods: methods
-                .map(|m| [m.name.clone(), m.coordinates.clone()])
-                .collect(),
             headings: headings.collect(),
-            labels,
             made_on: made_on.collect(),
         }
     }
@@ -90,19 +85,20 @@ impl Table {
     /// The lines above the first row.
     pub(crate) fn head(&self) -> String {
         let mut out = String::new();
-        if self.headings != self.labels {
-            for (heading, label) in self.headings.iter().zip(&self.labels) {
+        let labels: Vec<String> = self.plan.methods.iter().map(|m| m.label()).collect();
+        if self.headings != labels {
+            for (heading, label) in self.headings.iter().zip(labels) {
                 out += &format!("{heading} {label}\n");
             }
         }
         let mut bottom = self.padded(|lead| lead.heading.into());
         let mut top = " ".repeat(count(&bottom));
-        for measure in &self.measures {
+        for measure in &self.plan.measures {
             let mut block = String::new();
             for heading in &self.headings {
                 block += &format!("  {heading:>w$}", w = width(heading));
             }
-            let title = format!("nrmse, {measure}");
+            let title = format!("nrmse, {}", measure.name());
             top += &format!("  {title:<w$}", w = count(&block) - 2);
             bottom += &block;
         }
@@ -128,13 +124,14 @@ impl Table {
             &first.allowed,
         ];
         let made = self.made_on.get(&schedule.map(String::clone));
-        for measure in &self.measures {
-            let methods = self.methods.iter().zip(&self.headings);
-            for (m, ([name, coordinates], heading)) in methods.enumerate() {
-                let mut cells = rows.iter().filter(|r| r.measure == *measure);
-                let text = match cells
-                    .find(|r| r.reconstruction == *name && r.coordinates == *coordinates)
-                {
+        for measure in &self.plan.measures {
+            let methods = self.plan.methods.iter().zip(&self.headings);
+            for (m, (method, heading)) in methods.enumerate() {
+                let is_of = |r: &&&Row| {
+                    r.reconstruction == method.name && r.coordinates == method.coordinates
+                };
+                let mut cells = rows.iter().filter(|r| r.measure == measure.name());
+                let text = match cells.find(is_of) {
                     Some(row) => error(row.value("nrmse")),
                     None if made.is_some_and(|made| made.contains(&m)) => "failed".into(),
                     None => String::new(),
@@ -147,7 +144,7 @@ impl Table {
             Some(ms) => format!("{ms:.0}"),
             None => String::new(),
         };
-        let per_measure = 1.0 / self.measures.len() as f64;
+        let per_measure = 1.0 / self.plan.measures.len() as f64;
         let sum = |of: fn(&Row) -> Option<f64>| {
             let all: Option<f64> = rows.iter().map(|r| of(r)).sum();
             all.map(|all| all * per_measure)
@@ -230,12 +227,35 @@ fn count(text: &str) -> usize {
     text.chars().count()
 }
 
-/// The mark of the least value of a column; a blank of others.
-pub(super) fn star(own: Option<f64>, column: impl Iterator<Item = Option<f64>>) -> char {
-    match own.is_some() && own == column.flatten().reduce(f64::min) {
-        true => '*',
-        false => ' ',
+/// A table for people: a title above names, and headings above cells.
+pub(super) fn headed<T: Display>(title: &str, headings: &[T]) -> Columns {
+    let headings: String = headings.iter().map(|h| format!("\t>{h} ")).collect();
+    Columns::new(&format!("{title}{headings}"))
+}
+
+/// A table of names with their values, one per heading; `cell` writes that of a line and a column, with a star at the
+/// least value of the column and else a blank.
+pub(super) fn starred<T: Display>(
+    title: &str,
+    headings: &[T],
+    lines: &[(String, Vec<Option<f64>>)],
+    cell: impl Fn(usize, usize, char) -> String,
+) -> Columns {
+    let mut columns = headed(title, headings);
+    for (i, (name, values)) in lines.iter().enumerate() {
+        let mut row = format!("  {name}");
+        for (k, own) in values.iter().enumerate() {
+            let least = lines.iter().filter_map(|l| l.1[k]).reduce(f64::min);
+            let star = if own.is_some() && *own == least {
+                '*'
+            } else {
+                ' '
+            };
+            row += &format!("\t{}", cell(i, k, star));
+        }
+        columns.row(&row);
     }
+    columns
 }
 
 /// An error with three to four digits; `-` if there is none.

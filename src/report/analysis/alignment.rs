@@ -2,8 +2,9 @@
 
 use super::distortion::{AlignmentRow, REFERENCE, SharesRow};
 use crate::analysis::Weight;
-use crate::error::{Error, count};
+use crate::error::count;
 use crate::report::each_once;
+use crate::report::pictures::plot::text;
 use crate::report::svg::axis;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, fitted};
 use crate::report::svg::plot::{color_of, palette};
@@ -35,11 +36,8 @@ fn place(share: f64) -> f64 {
 /// both weights: its mean over materials with the 95 % bootstrap interval, beside it the difference from
 /// half/difference coordinates with its own, and below it a line per material, sorted by the
 /// first plot's share in half/difference coordinates.
-///
-/// # Errors
-/// [`Error::Internal`] if drawing fails, which it should not.
-pub fn alignment_svg(shares: &[SharesRow]) -> Result<String, Error> {
-    let means = AlignmentRow::of(shares);
+pub fn alignment_svg(shares: &[SharesRow]) -> String {
+    let means = AlignmentRow::rows(shares);
     let shares: Vec<&SharesRow> = shares.iter().filter(|r| r.phi_deg.is_none()).collect();
     let of = |material: &str, name: &str, weight: &str| -> Option<f64> {
         let is = |r: &&&SharesRow| {
@@ -68,8 +66,7 @@ pub fn alignment_svg(shares: &[SharesRow]) -> Result<String, Error> {
             "Share of the variance of {what} that a function of the first axis plus one of the second explains"
         );
         let title = fitted(&title, 17.0, width - 2.0 * MARGIN);
-        let how = Lettering::new(15.5, Align::Middle).bold();
-        canvas.text([middle, 24.0], &title, how);
+        text(canvas, [middle, 24.0], &title, 15.5, true);
         let [start, end] = [Align::Start, Align::End].map(|align| Lettering::new(SIZE, align));
         let names_end = MARGIN + NAMES - 10.0;
         let mean_y = |i: usize| TOP + (i as f64 + 0.5) * MEAN;
@@ -83,12 +80,11 @@ pub fn alignment_svg(shares: &[SharesRow]) -> Result<String, Error> {
         for (k, weight) in weights.into_iter().enumerate() {
             let left = MARGIN + NAMES + k as f64 * (PLOT + NOTES);
             let at = |share: f64| left + PLOT * place(share);
-            let how = Lettering::new(12.5, Align::Middle).bold();
             let by = match weight {
                 "coordinates" => "by equal steps of the coordinates",
                 _ => "by solid angle",
             };
-            canvas.text([left + 0.5 * PLOT, TOP - 16.0], by, how);
+            text(canvas, [left + 0.5 * PLOT, TOP - 16.0], by, 12.5, true);
             canvas.text(
                 [left + PLOT + 8.0, TOP - 24.0],
                 "mean difference from",
@@ -139,9 +135,7 @@ pub fn alignment_svg(shares: &[SharesRow]) -> Result<String, Error> {
              interval over materials; differences are those on the same material",
             count(materials.len(), "material")
         );
-        let how = Lettering::new(11.0, Align::Middle);
-        canvas.text([middle, bottom + 54.0], &says, how);
-        Ok(())
+        text(canvas, [middle, bottom + 54.0], &says, 11.0, false);
     })
 }
 

@@ -6,7 +6,7 @@ use crate::analysis::bounces::{
     self, Capture, ChartBounces, LEAST_CAPTURE, LightShares, MAP_CELLS, Map, PathSample, Spread,
 };
 use crate::brdf::{CLASSES, Part, SplitBrdf};
-use crate::error::{Error, count};
+use crate::error::count;
 use crate::parametrization::{Axis, ParametrizationSpec, Unit};
 use crate::registry::Entry;
 use crate::report::Columns;
@@ -23,7 +23,7 @@ pub struct BouncesReport<'a> {
     shares: LightShares,
     /// Entropy of the class, bits.
     entropy: Estimate,
-    /// The class whose boxes are told.
+    /// The class of the boxes.
     class: Part,
     /// Share of its light that a box has at least.
     purity: f64,
@@ -47,7 +47,8 @@ fn rounded(x: f64) -> f64 {
     (x * 1e6).round() / 1e6
 }
 
-fn estimate(e: &Estimate) -> Value {
+/// An estimate with its standard error.
+pub(super) fn estimate(e: &Estimate) -> Value {
     json!({ "value": e.value, "error": e.error })
 }
 
@@ -91,7 +92,7 @@ pub(super) fn errors_are(sample: &PathSample) -> String {
 
 impl<'a> BouncesReport<'a> {
     /// Follows so many paths of a material, and analyses `parametrizations`; boxes are those of `class` with such a share of its
-    /// light (`purity`, in (0, 1]). `doing` is told what comes next. `None` of a material that no light leaves.
+    /// light (`purity`, in (0, 1]). `doing` gets the name of each step before it. `None` of a material that no light leaves.
     pub(crate) fn new(
         material: &'a str,
         brdf: &dyn SplitBrdf,
@@ -121,9 +122,9 @@ impl<'a> BouncesReport<'a> {
         })
     }
 
-    /// What a picture of it says: shares, and what coordinates tell, without the boxes.
+    /// Caption of its picture: shares, and the information of the coordinates about the class, without the boxes.
     pub(crate) fn caption(&self) -> String {
-        let told = self.charts.iter().map(|chart| {
+        let pairs = self.charts.iter().map(|chart| {
             let (pair, bits) = chart.information.best_pair();
             let [a, b] = pair.map(|i| chart.axes[i].symbol);
             format!("{} {a}, {b}: {}", chart.name, shown(bits.value, bits.error))
@@ -142,7 +143,7 @@ impl<'a> BouncesReport<'a> {
             caption += &format!(
                 " Of the {} bits that it takes to know the number, the best two axes tell {}; all axes {low:.3} to {high:.3}.",
                 shown(self.entropy.value, self.entropy.error),
-                told.collect::<Vec<_>>().join("; "),
+                pairs.collect::<Vec<_>>().join("; "),
             );
         }
         caption
@@ -154,7 +155,7 @@ impl<'a> BouncesReport<'a> {
             "{}: {} followed, {} left; {}\n\n",
             self.material,
             count(self.sample.followed(), "path"),
-            self.sample.pairs().len(),
+            self.sample.pairs.len(),
             errors_are(&self.sample)
         );
         out += &format!(
@@ -180,21 +181,18 @@ impl<'a> BouncesReport<'a> {
     }
 
     fn information(&self) -> String {
-        let mut columns = Columns::new("\tbest axis\t>bits\tbest two axes\t>bits\t>all axes, bits");
-        for chart in &self.charts {
-            let told = &chart.information;
-            let (single, of_single) = told.best_single();
-            let (pair, of_pair) = told.best_pair();
+        let line = |chart: &ChartBounces| {
+            let found = &chart.information;
+            let (single, of_single) = found.best_single();
+            let (pair, of_pair) = found.best_pair();
             let [single, a, b] = [single, pair[0], pair[1]].map(|i| chart.axes[i].symbol);
-            let bits = |e: &Estimate| shown(e.value, e.error);
-            columns.row(&format!(
-                "  {}\t{single}\t{}\t{a}, {b}\t{}\t{}",
-                chart.name,
-                bits(&of_single),
-                bits(&of_pair),
-                bits(&told.all)
-            ));
-        }
+            let [one, two, all] = [of_single, of_pair, found.all].map(|e| shown(e.value, e.error));
+            format!("  {}\t{single}\t{one}\t{a}, {b}\t{two}\t{all}", chart.name)
+        };
+        let columns = Columns::with_rows(
+            "\tbest axis\t>bits\tbest two axes\t>bits\t>all axes, bits",
+            self.charts.iter().map(line),
+        );
         format!(
             "\nWhat coordinates tell of the class, of {} bits that it takes (mutual information)\n{columns}",
             shown(self.entropy.value, self.entropy.error)
@@ -246,8 +244,8 @@ impl<'a> BouncesReport<'a> {
         for chart in &self.charts {
             for (i, (axis, ranges)) in chart.axes.iter().zip(&chart.ranges).enumerate() {
                 let name = if i == 0 { chart.name } else { "" };
-                let told = ranges.map(|r| r.map_or("–".into(), |r| range(axis.unit, r)));
-                columns.row(&format!("  {name}\t{}\t{}", axis.symbol, told.join("\t")));
+                let cells = ranges.map(|r| r.map_or("–".into(), |r| range(axis.unit, r)));
+                columns.row(&format!("  {name}\t{}\t{}", axis.symbol, cells.join("\t")));
             }
         }
         format!("\nRanges that hold 95 % of the light of a class\n{columns}")
@@ -262,7 +260,7 @@ impl<'a> BouncesReport<'a> {
         json!({
             "material": self.material,
             "paths": self.sample.followed(),
-            "left": self.sample.pairs().len(),
+            "left": self.sample.pairs.len(),
             "batches": self.sample.batches(),
             "errors": match self.sample.spread() {
                 Spread::Surfaces => "paths and surfaces",
@@ -278,10 +276,7 @@ impl<'a> BouncesReport<'a> {
     }
 
     /// Maps of each parametrization.
-    ///
-    /// # Errors
-    /// [`Error::Internal`] if drawing fails, which it should not.
-    pub fn svg(&self) -> Result<String, Error> {
+    pub fn svg(&self) -> String {
         let title = format!(
             "{}: light by the number of facets that it met",
             self.material
@@ -291,18 +286,18 @@ impl<'a> BouncesReport<'a> {
 
     fn chart(&self, chart: &ChartBounces) -> Value {
         let symbol = |i: usize| chart.axes[i].symbol;
-        let told = |axes: &[usize], e: &Estimate| {
+        let bits = |axes: &[usize], e: &Estimate| {
             let axes: Vec<&str> = axes.iter().map(|&i| symbol(i)).collect();
             json!({ "axes": axes, "bits": e.value, "error": e.error })
         };
         let found = &chart.information;
         let every: Vec<usize> = (0..chart.axes.len()).collect();
-        let single = found.single.iter().enumerate().map(|(i, e)| told(&[i], e));
-        let pairs = found.pairs.iter().map(|(pair, e)| told(pair, e));
-        let information = single.chain(pairs).chain([told(&every, &found.all)]);
+        let single = found.single.iter().enumerate().map(|(i, e)| bits(&[i], e));
+        let pairs = found.pairs.iter().map(|(pair, e)| bits(pair, e));
+        let information = single.chain(pairs).chain([bits(&every, &found.all)]);
         let ranges = chart.axes.iter().zip(&chart.ranges).map(|(axis, ranges)| {
-            let told = |c: usize| json!(ranges[c].map(|r| r.map(|x| axis.file_value(x))));
-            (axis.column(), by_class(told))
+            let ends = |c: usize| json!(ranges[c].map(|r| r.map(|x| axis.file_value(x))));
+            (axis.column(), by_class(ends))
         });
         let best = chart.best.as_ref().map(|best| {
             json!({

@@ -2,8 +2,8 @@
 
 use crate::analysis::Claim;
 use crate::experiment::moments::shown;
-use crate::report::csv::Csv;
-use std::io::{self, Write};
+use crate::report::schema::{Schema, columns};
+use serde_json::{Value, json};
 
 /// The width of the table, characters.
 const WIDTH: usize = 100;
@@ -43,58 +43,34 @@ fn wrapped(text: &str) -> String {
     out + &format!("{:INDENT$}{line}\n", "")
 }
 
-/// Writes a row per claim; its numbers as `name=value`, separated by semicolons.
-///
-/// # Errors
-/// Whatever `out` reports.
-pub fn claims_csv(claims: &[Claim], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = Csv::new(out);
-    csv.row([
-        "id",
-        "place",
-        "material",
-        "verdict",
-        "finding",
-        "statement",
-        "criterion",
-        "numbers",
-    ])?;
-    for claim in claims {
-        let numbers = claim.numbers.iter();
-        let numbers: Vec<_> = numbers.map(|(n, v)| format!("{n}={}", shown(*v))).collect();
-        csv.row([
-            claim.id,
-            claim.place,
-            claim.material.as_deref().unwrap_or_default(),
-            claim.verdict.name(),
-            &claim.finding,
-            claim.statement,
-            claim.criterion,
-            &numbers.join(";"),
-        ])?;
+/// The columns of files, whose verdicts and numbers depend on the format.
+fn schema(verdict: fn(&Claim) -> Value, numbers: fn(&Claim) -> Value) -> Schema<Claim> {
+    columns! { claim in Claim;
+        "id" => claim.id,
+        "place" => claim.place,
+        "material" => claim.material.as_deref(),
+        "verdict" => verdict(claim),
+        "finding" => claim.finding.as_str(),
+        "statement" => claim.statement,
+        "criterion" => claim.criterion,
+        "numbers" => numbers(claim),
     }
-    csv.flush()
 }
 
-/// Writes a JSON array of objects; `numbers` is an object of its own.
-///
-/// # Errors
-/// Whatever `out` reports.
-pub fn claims_json(claims: &[Claim], out: &mut impl Write) -> io::Result<()> {
-    let objects = claims.iter().map(|claim| {
+/// A row per claim; its numbers as `name=value`, separated by semicolons.
+pub fn claims_csv(claims: &[Claim]) -> String {
+    let numbers = |claim: &Claim| {
         let numbers = claim.numbers.iter();
-        let numbers: serde_json::Map<_, _> =
-            numbers.map(|(n, v)| (n.clone(), (*v).into())).collect();
-        serde_json::json!({
-            "id": claim.id,
-            "place": claim.place,
-            "material": claim.material,
-            "verdict": claim.verdict,
-            "finding": claim.finding,
-            "statement": claim.statement,
-            "criterion": claim.criterion,
-            "numbers": numbers,
-        })
-    });
-    super::rows_json(&objects.collect::<Vec<_>>(), out)
+        let numbers: Vec<_> = numbers.map(|(n, v)| format!("{n}={}", shown(*v))).collect();
+        numbers.join(";").into()
+    };
+    schema(|claim| claim.verdict.name().into(), numbers).csv(claims)
+}
+
+/// A JSON array of objects; `numbers` is an object of its own.
+pub fn claims_json(claims: &[Claim]) -> String {
+    let numbers = |claim: &Claim| claim.numbers.iter().cloned().collect();
+    let schema = schema(|claim| json!(claim.verdict), numbers);
+    let objects = claims.iter().map(|claim| schema.object(claim));
+    super::rows_json(&objects.collect::<Vec<_>>())
 }

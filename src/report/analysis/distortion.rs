@@ -4,12 +4,11 @@ use crate::analysis::{Distortion, Gradients, Scale, Shares, Weight};
 use crate::error::count;
 use crate::parametrization::Axis;
 use crate::report::csv::Csv;
-use crate::report::{Columns, each_once};
+use crate::report::{Columns, each_once, in_memory};
 use crate::statistics::{Bootstrap, median};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::io::{self, Write};
 
 /// Shares of one slice, or of all azimuths.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -53,7 +52,7 @@ pub struct SharesRow {
 
 impl SharesRow {
     /// The rows of a distortion: one per slice, then that of all azimuths; with the energies of its gradient where they were asked for.
-    pub fn of(
+    pub fn rows(
         material: &str,
         parametrization: &'static str,
         axes: &[Axis],
@@ -137,7 +136,7 @@ pub(super) const REFERENCE: &str = "half-difference";
 /// A share of the variance, by its name.
 type Named = (&'static str, fn(&SharesRow) -> Option<f64>);
 
-/// Functions of two axes whose shares are told: aligned isolines are those of a sum.
+/// Functions of two axes whose shares are listed: aligned isolines are those of a sum.
 const FUNCTIONS: [Named; 2] = [("sum", |r| r.sum), ("both", |r| r.both)];
 
 /// Seed of the bootstrap: the same rows give the same intervals.
@@ -145,7 +144,7 @@ const SEED: u64 = 1;
 
 impl AlignmentRow {
     /// A row per weight, function and parametrization, from the rows of all materials in all of them.
-    pub(crate) fn of(rows: &[SharesRow]) -> Vec<Self> {
+    pub(crate) fn rows(rows: &[SharesRow]) -> Vec<Self> {
         let bootstrap = Bootstrap::new(SEED);
         let all = || rows.iter().filter(|r| r.phi_deg.is_none());
         let mut found = Vec::new();
@@ -223,21 +222,14 @@ pub fn alignment_table(rows: &[AlignmentRow]) -> String {
             first.weight,
             count(first.materials, "material")
         );
-        let mut columns = Columns::new(&format!(
-            "\t>mean\t>median\t>more\t>less\t>than {REFERENCE}, mean\t>95 %"
-        ));
-        for row in block {
-            let [difference, interval] = row.compared();
-            columns.row(&format!(
-                "  {}\t{}\t{}\t{}\t{}\t{difference}\t{interval}",
-                row.parametrization,
-                percent(Some(row.mean)),
-                percent(Some(row.median)),
-                row.more,
-                row.less,
-            ));
-        }
-        out += &format!("{columns}\n");
+        let line = |row: &AlignmentRow| {
+            let [mean, median] = [row.mean, row.median].map(|share| percent(Some(share)));
+            let (name, [difference, interval]) = (row.parametrization, row.compared());
+            let counts = format!("{}\t{}", row.more, row.less);
+            format!("  {name}\t{mean}\t{median}\t{counts}\t{difference}\t{interval}")
+        };
+        let head = format!("\t>mean\t>median\t>more\t>less\t>than {REFERENCE}, mean\t>95 %");
+        out += &format!("{}\n", Columns::with_rows(&head, block.iter().map(line)));
     }
     out
 }
@@ -278,33 +270,27 @@ pub struct StretchRow {
     pub skipped: usize,
 }
 
-/// Writes rows as CSV, columns named as their fields; undefined values are empty fields.
-///
-/// # Errors
-/// Whatever `out` reports.
-pub fn rows_csv<T: Serialize>(rows: &[T], out: &mut impl Write) -> io::Result<()> {
-    let mut csv = Csv::new(out);
+/// Rows as CSV, columns named as their fields; undefined values are empty fields.
+pub fn rows_csv<T: Serialize>(rows: &[T]) -> String {
+    let mut csv = Csv::new();
     for (i, row) in rows.iter().enumerate() {
-        if let Value::Object(cells) = serde_json::to_value(row)? {
+        if let Value::Object(cells) = in_memory(serde_json::to_value(row)) {
             if i == 0 {
-                csv.row(cells.keys())?;
+                csv.row(cells.keys());
             }
-            csv.values(&cells)?;
+            csv.values(&cells);
         }
     }
-    csv.flush()
+    csv.text()
 }
 
-/// Writes rows as a JSON array of objects; undefined values are `null`.
-///
-/// # Errors
-/// Whatever `out` reports.
-pub fn rows_json<T: Serialize>(rows: &[T], out: &mut impl Write) -> io::Result<()> {
-    for (i, row) in rows.iter().enumerate() {
-        out.write_all(if i == 0 { b"[\n" } else { b",\n" })?;
-        serde_json::to_writer(&mut *out, row)?;
+/// Rows as a JSON array of objects, one a line; undefined values are `null`.
+pub fn rows_json<T: Serialize>(rows: &[T]) -> String {
+    let lines = rows.iter().map(|row| in_memory(serde_json::to_string(row)));
+    match rows {
+        [] => "[]\n".into(),
+        _ => format!("[\n{}\n]\n", lines.collect::<Vec<_>>().join(",\n")),
     }
-    out.write_all(if rows.is_empty() { b"[]\n" } else { b"\n]\n" })
 }
 
 /// "98.7", in percent.
@@ -330,10 +316,10 @@ pub fn shares_table(rows: &[SharesRow]) -> String {
             "{}, {}: percent of the variance of {what}, nodes weighed by {}\n",
             first.material, first.parametrization, first.weight
         );
-        let mut columns = Columns::new(&format!(
+        let head = format!(
             ">azimuth\t>{a}\t>{b}\t>sum\t>both\t>gradient along {a}\t>{b}\t>azimuth\t>±\t>deviation"
-        ));
-        for row in block {
+        );
+        let line = |row: &SharesRow| {
             let azimuth = row.phi_deg.map_or("all".into(), |p| format!("{p:.0}°"));
             let shares = [
                 row.first,
@@ -346,9 +332,9 @@ pub fn shares_table(rows: &[SharesRow]) -> String {
                 row.gradient_se,
                 row.deviation,
             ];
-            columns.row(&format!("{azimuth}\t{}", shares.map(percent).join("\t")));
-        }
-        out += &format!("{columns}\n");
+            format!("{azimuth}\t{}", shares.map(percent).join("\t"))
+        };
+        out += &format!("{}\n", Columns::with_rows(&head, block.iter().map(line)));
     }
     out
 }
@@ -370,35 +356,33 @@ pub fn reduction_table(rows: &[ReductionRow]) -> String {
             "{}: averaged over the azimuth; errors, and errors from half-difference\n",
             block[0].material
         );
-        let mut columns = Columns::new("\t\t>nrmse\t>log\t>nrmse\t>log");
-        for row in block {
+        let line = |row: &ReductionRow| {
             let errors = [
                 row.nrmse,
                 row.log_relative,
                 row.nrmse_from_half_difference,
                 row.log_relative_from_half_difference,
             ];
-            let (name, averaging) = (row.parametrization, row.averaging);
-            columns.row(&format!(
-                "  {name}\t{averaging}\t{}",
-                errors.map(error).join("\t")
-            ));
-        }
-        out += &format!("{columns}\n");
+            let errors = errors.map(error).join("\t");
+            format!("  {}\t{}\t{errors}", row.parametrization, row.averaging)
+        };
+        let head = "\t\t>nrmse\t>log\t>nrmse\t>log";
+        out += &format!("{}\n", Columns::with_rows(head, block.iter().map(line)));
     }
     out
 }
 
 /// Stretching of steps, one line per parametrization.
 pub fn stretch_table(rows: &[StretchRow]) -> String {
-    let mut columns =
-        Columns::new("\t>median\t>95 %\tproduct of singular values against the Jacobian (median)");
-    for row in rows {
-        columns.row(&format!(
-            "{}\t{:.2}\t{:.2}\t{:.1e}",
-            row.parametrization, row.condition_median, row.condition_p95, row.jacobian_error_median
-        ));
-    }
+    let line = |row: &StretchRow| {
+        let [median, p95] = [row.condition_median, row.condition_p95];
+        let (name, jacobian) = (row.parametrization, row.jacobian_error_median);
+        format!("{name}\t{median:.2}\t{p95:.2}\t{jacobian:.1e}")
+    };
+    let columns = Columns::with_rows(
+        "\t>median\t>95 %\tproduct of singular values against the Jacobian (median)",
+        rows.iter().map(line),
+    );
     format!(
         "Longest over shortest way of a step, axes of length 1, over cosine-distributed pairs\n\n{columns}"
     )

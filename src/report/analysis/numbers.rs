@@ -6,7 +6,7 @@ use crate::parametrization::Unit;
 /// Decimals at most.
 const DECIMALS: f64 = 9.0;
 
-/// "0.377 ± 2.1e-3": the first digit that is uncertain is the last one. An error that no digit shows is rounding, and not told;
+/// "0.377 ± 2.1e-3": the first digit that is uncertain is the last one. An error that no digit shows is rounding, and left out;
 /// "–": of nothing, NaN.
 pub(super) fn shown(value: f64, error: f64) -> String {
     if value.is_nan() {

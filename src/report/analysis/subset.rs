@@ -1,13 +1,15 @@
 //! A box of coordinates and its directions: text, JSON and a picture.
 
-use super::bounces::{capture_json, errors_are, listed};
+use super::bounces::{capture_json, errors_are, estimate, listed};
 use super::numbers::{percent, range, shown};
 use crate::analysis::bounces::{Capture, PathSample};
 use crate::analysis::{Estimate, Image, Needs, Reach, Subset, SubsetMeasure};
 use crate::error::count;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Parametrization, Unit};
+use crate::report::pictures::plot::label;
 use crate::report::svg::plot::{Axis as PlotAxis, Mark, Panel, Series};
+use serde_json::{Map, Value, json};
 
 /// All results about a box.
 pub struct SubsetReport<'a> {
@@ -23,7 +25,7 @@ pub struct SubsetReport<'a> {
     pub reaches: Vec<(String, Reach)>,
     /// A material, and the share of its energy inside the box; `None` for a black one.
     pub energy: Option<(String, Option<Estimate>)>,
-    /// Paths of a material that tells light apart by the number of facets that it met, and what the box holds of them.
+    /// Paths of a material that separates scattering orders, and what the box holds of them.
     pub bounces: Option<(PathSample, Capture)>,
 }
 
@@ -117,18 +119,17 @@ impl SubsetReport<'_> {
     }
 
     /// The report as one JSON object; angles in degrees.
-    pub(crate) fn json(&self) -> serde_json::Value {
-        let boxed = |axes: &[Axis], ranges: &[[f64; 2]; 3]| -> serde_json::Value {
+    pub(crate) fn json(&self) -> Value {
+        let boxed = |axes: &[Axis], ranges: &[[f64; 2]; 3]| -> Value {
             let parts = axes.iter().zip(ranges);
             let parts =
                 parts.map(|(a, r)| (a.column(), r.map(|v| a.file_value(v)).to_vec().into()));
-            serde_json::Value::Object(parts.collect())
+            Value::Object(parts.collect())
         };
         let degrees = |r: [f64; 2]| r.map(f64::to_degrees);
-        let estimate = |e: &Estimate| serde_json::json!({ "value": e.value, "error": e.error });
         let form = self.subset.form();
         let images = self.images.iter().map(|(form, image)| {
-            let found = serde_json::json!({
+            let found = json!({
                 "box": boxed(form.axes(), &image.ranges),
                 "fill": image.fill.value,
                 "fill_error": image.fill.error,
@@ -137,13 +138,13 @@ impl SubsetReport<'_> {
         });
         let reaches = self.reaches.iter().map(|(name, reach)| {
             let axes = reach.axes.iter();
-            let axes: serde_json::Map<_, _> = axes
-                .map(|(axis, ends)| (format!("{axis}_deg"), serde_json::json!(ends.map(degrees))))
+            let axes: Map<_, _> = axes
+                .map(|(axis, ends)| (format!("{axis}_deg"), json!(ends.map(degrees))))
                 .collect();
-            let found = serde_json::json!({ "share": reach.share, "axes": axes });
+            let found = json!({ "share": reach.share, "axes": axes });
             (name.clone(), found)
         });
-        serde_json::json!({
+        json!({
             "parametrization": form.name(),
             "box": boxed(form.axes(), &self.subset.ranges()),
             "measure_sr2": estimate(&self.measure.best()),
@@ -151,12 +152,12 @@ impl SubsetReport<'_> {
             "quadrature_sr2": estimate(&self.measure.quadrature),
             "counted_sr2": estimate(&self.measure.counted),
             "share_of_all_pairs": self.measure.share().value,
-            "energy_share": self.energy.as_ref().map(|(material, share)| serde_json::json!({
+            "energy_share": self.energy.as_ref().map(|(material, share)| json!({
                 "material": material,
                 "value": share.map(|s| s.value),
                 "error": share.map(|s| s.error),
             })),
-            "bounces": self.bounces.as_ref().map(|(sample, capture)| serde_json::json!({
+            "bounces": self.bounces.as_ref().map(|(sample, capture)| json!({
                 "paths": sample.followed(),
                 "batches": sample.batches(),
                 "classes": capture_json(capture),
@@ -165,8 +166,8 @@ impl SubsetReport<'_> {
             "theta_o_deg": degrees(self.needs.theta_o),
             "azimuth_difference_deg": degrees(self.needs.azimuth),
             "separation_deg": degrees(self.needs.separation),
-            "images": images.collect::<serde_json::Map<_, _>>(),
-            "instruments": reaches.collect::<serde_json::Map<_, _>>(),
+            "images": images.collect::<Map<_, _>>(),
+            "instruments": reaches.collect::<Map<_, _>>(),
         })
     }
 
@@ -202,12 +203,7 @@ impl SubsetReport<'_> {
         for form in std::iter::once(self.subset.form()).chain(images) {
             let axis = |i: usize| {
                 let axis = &form.axes()[i];
-                let unit = match axis.unit {
-                    Unit::Radian => " (°)",
-                    Unit::One => "",
-                };
-                PlotAxis::linear(format!("{}{unit}", axis.label))
-                    .within(axis.range.map(|end| axis.file_value(end)))
+                PlotAxis::linear(label(axis)).within(axis.range.map(|end| axis.file_value(end)))
             };
             panels.push(panel(form.name(), [axis(0), axis(1)], &|p| {
                 let coords = form.forward(p);

@@ -20,28 +20,22 @@ pub struct Sheet {
     pub columns: usize,
 }
 
-/// The components that do not vanish by symmetry, with their labels (Fig. 4).
-const EVEN: [(Component, &str); 9] = [
-    (Component { n: 0, m: 0 }, "energy (rad²/sr)"),
-    (Component { n: 1, m: 0 }, "mean 10 (°)"),
-    (Component { n: 2, m: 0 }, "covariance 20 (rad²)"),
-    (Component { n: 0, m: 2 }, "covariance 02 (rad²)"),
-    (Component { n: 3, m: 0 }, "skewness 30"),
-    (Component { n: 1, m: 2 }, "skewness 12"),
-    (Component { n: 4, m: 0 }, "excess kurtosis 40"),
-    (Component { n: 2, m: 2 }, "excess kurtosis 22"),
-    (Component { n: 0, m: 4 }, "excess kurtosis 04"),
-];
+/// The components that do not vanish by symmetry (Fig. 4), or those that do (`odd`; Fig. 5).
+fn components(odd: bool) -> Vec<Component> {
+    let all = Component::ALL.into_iter();
+    all.filter(|c| c.is_odd() == odd).collect()
+}
 
-/// The components that vanish by symmetry, with their labels (Fig. 5).
-const ODD: [(Component, &str); 6] = [
-    (Component { n: 0, m: 1 }, "mean 01 (°)"),
-    (Component { n: 1, m: 1 }, "covariance 11 (rad²)"),
-    (Component { n: 2, m: 1 }, "skewness 21"),
-    (Component { n: 0, m: 3 }, "skewness 03"),
-    (Component { n: 3, m: 1 }, "excess kurtosis 31"),
-    (Component { n: 1, m: 3 }, "excess kurtosis 13"),
-];
+/// Name of a component with its unit.
+fn label(Component { n, m }: Component) -> String {
+    match n + m {
+        0 => "energy (rad²/sr)".into(),
+        1 => format!("mean {n}{m} (°)"),
+        2 => format!("covariance {n}{m} (rad²)"),
+        3 => format!("skewness {n}{m}"),
+        _ => format!("excess kurtosis {n}{m}"),
+    }
+}
 
 /// The sheet of one material: a diagram per component, a colour per channel. `bilateral`: the material
 /// is the same in a mirror.
@@ -50,14 +44,14 @@ pub fn material_sheet(of: &MaterialProfiles, bilateral: bool) -> Sheet {
         [profile] => vec![Curve::new(profile, "", 0)],
         several => several.iter().map(Curve::of_channel).collect(),
     };
-    let all: Vec<_> = EVEN.into_iter().chain(ODD).collect();
+    let all = [false, true].map(components).concat();
     let title = format!("Moments of {} over the view elevation", of.material);
     sheet(of.material.clone(), &title, &curves, &all, bilateral)
 }
 
 /// The sheets of a group. `bilateral`: all of its materials are the same in a mirror.
 pub fn group_sheets(group: &Group, members: &[&MaterialProfiles], bilateral: bool) -> Vec<Sheet> {
-    /// Most materials whose colours can be told apart, and are named.
+    /// Largest number of materials with distinct colours and a name in the legend.
     const NAMED: usize = 7;
     let with_profile = members.iter().filter(|m| !m.profiles.is_empty());
     let curves = with_profile.enumerate().map(|(color, of)| {
@@ -71,13 +65,13 @@ pub fn group_sheets(group: &Group, members: &[&MaterialProfiles], bilateral: boo
     let profiles: Vec<&Profile> = curves.iter().map(|c| c.profile).collect();
     let name = |stem: &str| format!("{}-{stem}", group.name);
     let of = format!("{}, {}", group.name, count(members.len(), "material"));
-    let over_views = |stem: &str, title: &str, list: &[(Component, &str)]| {
+    let over_views = |stem: &str, title: &str, odd: bool| {
         let title = format!("{title}: {of}");
-        sheet(name(stem), &title, &curves, list, bilateral)
+        sheet(name(stem), &title, &curves, &components(odd), bilateral)
     };
     vec![
-        over_views("profiles", "Moment profiles", &EVEN),
-        over_views("near-zero", "Profiles of moments odd in φ", &ODD),
+        over_views("profiles", "Moment profiles", false),
+        over_views("near-zero", "Profiles of moments odd in φ", true),
         fits_sheet(group, &profiles, name("fits"), &of),
         Sheet {
             name: name("correlation"),
@@ -144,13 +138,13 @@ fn sheet(
     name: String,
     title: &str,
     curves: &[Curve<'_>],
-    list: &[(Component, &str)],
+    list: &[Component],
     bilateral: bool,
 ) -> Sheet {
     let order = curves.iter().map(|c| c.profile.order.get()).max();
-    let asked = list.iter().filter(|(c, _)| Some(c.order()) <= order);
+    let asked = list.iter().filter(|c| Some(c.order()) <= order);
     let panels: Vec<Panel> = asked
-        .map(|(component, label)| panel(curves, *component, label, bilateral))
+        .map(|component| panel(curves, *component, bilateral))
         .collect();
     let is_band = |s: &Series| s.mark == Mark::Area;
     let said = match panels.iter().flat_map(|p| &p.series).any(is_band) {
@@ -167,12 +161,13 @@ fn sheet(
 
 /// A component of all curves over the views. Where the light is mirrored in the plane of incidence one that is
 /// odd in φ is 0, if what is computed does not deny it.
-fn panel(curves: &[Curve<'_>], component: Component, label: &str, bilateral: bool) -> Panel {
+fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Panel {
     /// Bands that reach less far from their curve, over the height of the diagram, are within its line.
     const SEEN: f64 = 0.004;
     /// Values below this say nothing of what is to be 0; larger ones are noise that is worth a look.
     const NOISE: f64 = 0.05;
     const ZERO: &str = "0 by symmetry";
+    let label = label(component);
     let all: Vec<_> = curves.iter().map(|c| c.points(component)).collect();
     let found = || all.iter().flatten().filter_map(|(_, found)| *found);
     let largest = found().fold(0.0, |most: f64, [v, _]| most.max(v.abs()));
@@ -183,7 +178,7 @@ fn panel(curves: &[Curve<'_>], component: Component, label: &str, bilateral: boo
         let color = curves.first().map_or(0, |c| c.color);
         let line = [0.0, 90.0].map(|x| (x, Some(0.0)));
         let title = format!("{ZERO} (computed: at most {largest:.0e})");
-        return over_views(title, label, [Series::new("", color, Mark::Line, line)]);
+        return over_views(title, &label, [Series::new("", color, Mark::Line, line)]);
     }
     let ends = found().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], [v, _]| {
         [lo.min(v), hi.max(v)]
@@ -210,7 +205,7 @@ fn panel(curves: &[Curve<'_>], component: Component, label: &str, bilateral: boo
         let points = points.iter().map(|(x, found)| (*x, found.map(|[v, _]| v)));
         series.push(Series::new(curve.name, curve.color, curve.mark, points));
     }
-    over_views(if zero { ZERO } else { "" }, label, series)
+    over_views(if zero { ZERO } else { "" }, &label, series)
 }
 
 /// Computed and fitted values and errors (Fig. 6): energy, mean, average variance.
@@ -237,7 +232,7 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
         let found = fits.iter().filter_map(|f| of(f));
         let mut pairs: Vec<[f64; 2]> = found.map(|e| [e.mae, e.rmse]).collect();
         pairs.sort_by(|a, b| a[1].total_cmp(&b[1]));
-        // Told apart by their marks: colours belong to the materials of the other panels.
+        // Distinguished by their marks: colours belong to the materials of the other panels.
         let series = |(name, mark, which): (&str, Mark, usize)| {
             let values = pairs.iter().map(|pair| pair[which]).enumerate();
             let points = values.map(|(i, value)| ((i + 1) as f64, Some(value)));

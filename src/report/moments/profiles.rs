@@ -5,7 +5,21 @@ use crate::moments::Component;
 use crate::report::rows_json;
 use crate::report::schema::{Schema, columns};
 use serde_json::{Map, Value};
-use std::io::{self, Write};
+
+/// The file, and its columns with their meaning; groups of like columns share a line.
+pub const PROFILE_COLUMNS: &str = "\
+profiles.csv (also of gonio moments)
+material, channel, theta_o_deg | which slice
+energy | rad²/sr: the integral of f_r over theta and phi, no cosine
+mean_10, mean_01 | mean direction along theta and phi, rad
+covariance_20, _11, _02 | central, rad²
+skewness_30, _21, _12, _03 | standardised by sigma
+kurtosis_40, …, _04 | excess: less that of a normal distribution of the same correlation
+*_uncertainty | standard deviation (random estimators) or error bound, in the same unit
+missing_share | share of the square (theta, phi) without data
+clamped_share | share of it that was below the diffuse part
+evaluations | values of the BRDF that were looked at
+unresolved | why the uncertainties are not to be trusted; empty if they are";
 
 /// The columns of `profiles.csv`.
 fn schema<'a>() -> Schema<ProfileRow<'a>> {
@@ -35,12 +49,9 @@ pub fn profile_columns() -> Vec<String> {
     schema().names().map(String::from).collect()
 }
 
-/// Writes rows as CSV; an undefined moment is an empty field.
-///
-/// # Errors
-/// Whatever `out` reports.
-pub fn profiles_csv(rows: &[ProfileRow<'_>], out: &mut impl Write) -> io::Result<()> {
-    schema().csv(rows, out)
+/// Rows as CSV; an undefined moment is an empty field.
+pub fn profiles_csv(rows: &[ProfileRow<'_>]) -> String {
+    schema().csv(rows)
 }
 
 /// Rows as objects with the names of the columns; an undefined moment is `null`, one of unknown uncertainty (an infinite
@@ -50,10 +61,7 @@ pub fn profile_objects(rows: &[ProfileRow<'_>]) -> Vec<Map<String, Value>> {
     rows.iter().map(|row| schema.object(row)).collect()
 }
 
-/// Writes [`profile_objects`] as a JSON array.
-///
-/// # Errors
-/// Whatever `out` reports.
-pub fn profiles_json(rows: &[ProfileRow<'_>], out: &mut impl Write) -> io::Result<()> {
-    rows_json(&profile_objects(rows), out)
+/// [`profile_objects`] as a JSON array.
+pub fn profiles_json(rows: &[ProfileRow<'_>]) -> String {
+    rows_json(&profile_objects(rows))
 }

@@ -5,7 +5,15 @@ use crate::experiment::relations::RelationRow;
 use crate::moments::relations::{AngleMoments, Prediction, Relation};
 use crate::report::each_once;
 use crate::report::schema::{Schema, columns};
-use std::io::{self, Write};
+
+/// The file, and its columns with their meaning; groups of like columns share a line.
+pub const RELATION_COLUMNS: &str = "\
+relations.csv
+slice_*, slope | moments of the slice at theta_o, and how its mean moves with the view
+rendered_* | windowed moments of reflected radiance: radiance × rad, rad, rad²
+printed_*, corrected_*, windowed_* | the same as each form predicts it
+*_error | relative to the rendered value; of means in rendered standard deviations
+cut_share | share of the window beyond the horizon";
 
 /// A form of the relations, with its name.
 pub(super) type Form = (&'static str, fn(&Relation) -> Option<Prediction>);
@@ -27,12 +35,9 @@ const MOMENTS: [Moment; 3] = [
     ("variance_rad2", |m| m.variance),
 ];
 
-/// Writes relations as CSV: a row per material, lighting, view and direction of its motion.
-///
-/// # Errors
-/// Whatever `out` reports.
-pub fn relations_csv(rows: &[RelationRow], out: &mut impl Write) -> io::Result<()> {
-    schema().csv(rows, out)
+/// Relations as CSV: a row per material, lighting, view and direction of its motion.
+pub fn relations_csv(rows: &[RelationRow]) -> String {
+    schema().csv(rows)
 }
 
 /// The columns of `relations.csv`. Errors are relative to the rendered value, those of means in rendered standard deviations.

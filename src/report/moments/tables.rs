@@ -5,33 +5,49 @@ use crate::experiment::moments::{
     CorrelationRow, Group, ProfileFits, PublishedNumbers, Spread, at_bound, degrees,
 };
 use crate::moments::{Component, FitErrors, Ramp};
+use crate::report::in_memory;
 use crate::report::schema::{Schema, columns};
 use crate::statistics;
 use serde_json::{Value, json};
-use std::io::{self, Write};
 
-/// The components whose course the horizon may explain, with their column.
-const HORIZON: [(Component, &str); 6] = [
-    (Component { n: 1, m: 0 }, "horizon_mean_10"),
-    (Component { n: 2, m: 0 }, "horizon_covariance_20"),
-    (Component { n: 0, m: 2 }, "horizon_covariance_02"),
-    (Component { n: 3, m: 0 }, "horizon_skewness_30"),
-    (Component { n: 4, m: 0 }, "horizon_kurtosis_40"),
-    (Component { n: 0, m: 4 }, "horizon_kurtosis_04"),
+/// The file, and its columns with their meaning; groups of like columns share a line.
+pub const FIT_COLUMNS: &str = "\
+fits.csv: averages and counts are over the fitted views
+diffuse | what was subtracted before, 1/sr
+energy_base, ramp_height | rad²/sr; ramp_slope: per rad of theta_o
+knot_0_deg, knot_1_deg | where the ramp starts and ends; *_at_bound: at an end of the fitted views
+energy_*, mean_*, variance_* | mean absolute and root mean square errors: rad²/sr, rad, rad²
+mean_slope | of the mean over theta_o: −1 mirror, 0 Lambertian
+average_variance | (sigma_theta² + sigma_phi²)/2, rad²
+skewness_30, kurtosis_40 | averages
+horizon_* | share of a profile's course that a cut by the horizon explains; empty without course";
+
+/// The file, and its columns with their meaning; groups of like columns share a line.
+pub const CORRELATION_COLUMNS: &str = "\
+correlations.csv: over the materials of a group
+between | orders: of the first channel; channels: of one quantity
+pearson, spearman | of the averages of both quantities
+materials | that have both";
+
+/// The components whose course the horizon may explain.
+const HORIZON: [Component; 6] = [
+    Component { n: 1, m: 0 },
+    Component { n: 2, m: 0 },
+    Component { n: 0, m: 2 },
+    Component { n: 3, m: 0 },
+    Component { n: 4, m: 0 },
+    Component { n: 0, m: 4 },
 ];
 
 /// A fit with its group.
 type Fit<'a> = (&'a Group, &'a ProfileFits);
 
-/// Writes `fits.csv`: a row per material and channel; empty where there is no value.
-///
-/// # Errors
-/// Whatever `out` reports.
-pub fn fits_csv(groups: &[Group], out: &mut impl Write) -> io::Result<()> {
+/// `fits.csv`: a row per material and channel; empty where there is no value.
+pub fn fits_csv(groups: &[Group]) -> String {
     let rows = groups
         .iter()
         .flat_map(|group| group.fits.iter().map(move |fits| (group, fits)));
-    fit_schema().csv(&rows.collect::<Vec<Fit<'_>>>(), out)
+    fit_schema().csv(&rows.collect::<Vec<Fit<'_>>>())
 }
 
 fn fit_schema<'a>() -> Schema<Fit<'a>> {
@@ -66,8 +82,8 @@ fn fit_schema<'a>() -> Schema<Fit<'a>> {
         "skewness_30" => fits.averages[Component { n: 3, m: 0 }.index()],
         "kurtosis_40" => fits.averages[Component { n: 4, m: 0 }.index()],
     };
-    let horizon = HORIZON.map(|(component, name)| {
-        columns! { (_, fits) in Fit<'a>; name => explained(fits, component), }
+    let horizon = HORIZON.map(|c| {
+        columns! { (_, fits) in Fit<'a>; format!("horizon_{c}") => explained(fits, c), }
     });
     horizon.into_iter().fold(schema, Schema::and)
 }
@@ -91,11 +107,8 @@ fn explained(fits: &ProfileFits, component: Component) -> Option<f64> {
     fits.clamping.as_ref()?.explained[component.index()]
 }
 
-/// Writes `correlations.csv`.
-///
-/// # Errors
-/// Whatever `out` reports.
-pub fn correlations_csv(groups: &[Group], out: &mut impl Write) -> io::Result<()> {
+/// `correlations.csv`: a row per group and pair of quantities.
+pub fn correlations_csv(groups: &[Group]) -> String {
     let rows = groups
         .iter()
         .flat_map(|group| group.correlations.iter().map(move |row| (group, row)));
@@ -108,20 +121,16 @@ pub fn correlations_csv(groups: &[Group], out: &mut impl Write) -> io::Result<()
         "spearman" => row.spearman,
         "materials" => row.materials,
     };
-    schema.csv(&rows.collect::<Vec<_>>(), out)
+    schema.csv(&rows.collect::<Vec<_>>())
 }
 
-/// Writes `summary.json`: an object per group.
-///
-/// # Errors
-/// Whatever `out` reports.
-pub fn summary_json(groups: &[Group], out: &mut impl Write) -> io::Result<()> {
+/// `summary.json`: an object per group.
+pub fn summary_json(groups: &[Group]) -> String {
     let summaries: serde_json::Map<String, Value> = groups
         .iter()
         .map(|group| (group.name.clone(), summary(group)))
         .collect();
-    serde_json::to_writer_pretty(&mut *out, &summaries)?;
-    out.write_all(b"\n")
+    in_memory(serde_json::to_string_pretty(&summaries)) + "\n"
 }
 
 fn summary(group: &Group) -> Value {
@@ -129,9 +138,9 @@ fn summary(group: &Group) -> Value {
     let shared = group.shared.as_ref().ok().and_then(|s| s.knots);
     let horizon: serde_json::Map<String, Value> = HORIZON
         .iter()
-        .map(|(c, name)| {
+        .map(|c| {
             let median = median(group.first_channel().filter_map(|f| explained(f, *c)));
-            ((*name).to_owned(), json!(median))
+            (format!("horizon_{c}"), json!(median))
         })
         .collect();
     json!({
@@ -226,7 +235,7 @@ fn group_table(group: &Group, published: Option<&PublishedNumbers>) -> String {
         line!("least correlation between R, G, B" => least);
     }
     let relation = match &group.relation {
-        // Of one material or two the quadratic says nothing.
+        // Of one material or two the quadratic is not determined.
         _ if n < 3 => "too few materials".into(),
         Ok(fit) => {
             let r2 = fit.r_squared.map(|r| format!("{r:.3}"));
@@ -243,14 +252,14 @@ fn group_table(group: &Group, published: Option<&PublishedNumbers>) -> String {
         let rank = format!("{rank:.2} (rank, {})", row.materials);
         line!(format!("correlation of {}, {}", row.a, row.b) => rank);
     }
-    for (component, name) in HORIZON {
+    for component in HORIZON {
         let values = group
             .first_channel()
             .filter_map(|f| explained(f, component));
         let values: Vec<f64> = values.collect();
         let (most, all) = (values.iter().filter(|v| **v > 0.5).count(), values.len());
         if let Some(share) = median(values.into_iter()) {
-            let what = name.replace("horizon_", "share the horizon explains of ");
+            let what = format!("share the horizon explains of {component}");
             let share = format!("median {:.0} %; most for {most} of {all}", 100.0 * share);
             line!(what => share, horizon);
         }

@@ -1,7 +1,6 @@
 //! Legends of colours: bars with numbers, and what colours off the bar mean.
 
 use super::plot::{FRAME, OUTSIDE, text};
-use crate::error::Error;
 use crate::report::pictures::png::encoded;
 use crate::report::svg::axis::Ruler;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, text_width};
@@ -28,10 +27,10 @@ pub(super) fn bar(
     colour: impl Fn(f64) -> Ink,
     ticks: &[(f64, String)],
     caption: &str,
-) -> Result<(), Error> {
+) {
     const STEPS: usize = 256;
     let colours = (0..STEPS).map(|i| colour((i as f64 + 0.5) / STEPS as f64));
-    let png = encoded(&colours.collect::<Vec<_>>(), STEPS)?;
+    let png = encoded(&colours.collect::<Vec<_>>(), STEPS);
     let (left, below) = (middle - 0.5 * length, y + HEIGHT);
     canvas.image([left, y], [length, HEIGHT], &png);
     canvas.frame([left, y], [left + length, below], FRAME);
@@ -42,7 +41,6 @@ pub(super) fn bar(
         canvas.text([x, below + 11.0], number, how);
     }
     text(canvas, [middle, below + 28.0], caption, 11.5, false);
-    Ok(())
 }
 
 /// What a colour means; every other stripe has the second one.
@@ -55,7 +53,10 @@ pub(super) struct Swatch<'a> {
 
 impl<'a> Swatch<'a> {
     pub(crate) const OUTSIDE: Self = Swatch::new(OUTSIDE, "below the horizon");
-    pub(crate) const NO_DATA: Self = Swatch::new(NO_DATA[0], "no data").striped(NO_DATA[1]);
+    pub(crate) const NO_DATA: Self = Swatch {
+        stripes: Some(NO_DATA[1]),
+        ..Swatch::new(NO_DATA[0], "no data")
+    };
 
     pub(crate) const fn new(ink: Ink, name: &'a str) -> Self {
         Self {
@@ -63,11 +64,6 @@ impl<'a> Swatch<'a> {
             stripes: None,
             name,
         }
-    }
-
-    pub(crate) const fn striped(mut self, ink: Ink) -> Self {
-        self.stripes = Some(ink);
-        self
     }
 }
 
@@ -77,8 +73,7 @@ pub(super) fn swatches(canvas: &mut Canvas, [middle, y]: [f64; 2], all: &[Swatch
     let mut x = middle - 0.5 * all.iter().map(length).sum::<f64>();
     for swatch in all {
         let (right, above, below) = (x + 16.0, y - 6.0, y + 6.0);
-        let corners = [[x, above], [right, above], [right, below], [x, below]];
-        canvas.area(&corners, swatch.ink, 1.0);
+        canvas.block([x, above], [right, below], swatch.ink);
         for from in [x + 1.0, x + 8.0] {
             if let Some(ink) = swatch.stripes {
                 let ends = [[from, below - 1.5], [from + 7.0, above + 1.5]];

@@ -4,7 +4,6 @@ use super::bar::{Swatch, swatches};
 use super::plot::{BELOW, LEFT, Plane, Plot, text, text_upwards};
 use crate::analysis::bounces::{ChartBounces, MAP_CELLS, Map};
 use crate::brdf::CLASSES;
-use crate::error::Error;
 use crate::parametrization::{self, Unit};
 use crate::report::svg::canvas::{BLACK, Canvas, Ink, fitted};
 
@@ -16,7 +15,7 @@ const TOP: f64 = 48.0;
 
 const WHITE: Ink = [255; 3];
 
-/// Inks of the classes: dark blue, bright yellow, red between them, which are told apart in grey too (Paul Tol's high contrast).
+/// Inks of the classes of scattering order: dark blue, bright yellow, red between them, which differ in grey too (Paul Tol's high contrast).
 const INKS: [Ink; CLASSES] = [[0x00, 0x44, 0x88], [0xdd, 0xaa, 0x33], [0xbb, 0x55, 0x66]];
 
 /// Grey beside white lines.
@@ -34,13 +33,7 @@ const SMOOTHED: [usize; 2] = [2, 8];
 
 /// A row per parametrization, a column per map: cells have the classes' colours, mixed by their shares, black lines are where
 /// two of them exchange the lead, and a white line holds most of the light.
-///
-/// # Errors
-/// [`Error::Internal`] if drawing fails, which it should not.
-pub(in crate::report) fn bounces_svg(
-    title: &str,
-    charts: &[ChartBounces],
-) -> Result<String, Error> {
+pub(in crate::report) fn bounces_svg(title: &str, charts: &[ChartBounces]) -> String {
     let columns = charts.iter().map(|c| c.maps.len()).max().unwrap_or(0);
     let width = 2.0 * MARGIN + NAME + columns.max(3) as f64 * STEP[0];
     let below = TOP + charts.len() as f64 * STEP[1];
@@ -51,7 +44,7 @@ pub(in crate::report) fn bounces_svg(
             let Some(entry) = parametrization::find(chart.name) else {
                 continue;
             };
-            let plane = Plane::of(&entry);
+            let plane = Plane::new(&entry);
             let y = TOP + j as f64 * STEP[1] + 26.0;
             let side = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
             text_upwards(canvas, side, plane.name, 13.0);
@@ -73,7 +66,7 @@ pub(in crate::report) fn bounces_svg(
                     }
                 };
                 text(canvas, [x + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
-                draw(canvas, &plot, map)?;
+                draw(canvas, &plot, map);
                 plot.axes(canvas, &plane, map.azimuth.map(|[middle, _]| middle));
             }
         }
@@ -88,7 +81,6 @@ pub(in crate::report) fn bounces_svg(
         let says = "colours are mixed by the shares of the light in a cell; black lines: two numbers of facets exchange the \
                     lead (light averaged over two cells); white lines: inside lies 90 % of the light of a map, where it is densest";
         text(canvas, [0.5 * width, below + 38.0], says, 11.5, false);
-        Ok(())
     })
 }
 
@@ -98,14 +90,14 @@ fn from_top() -> impl Iterator<Item = usize> {
     (0..MAP_CELLS).rev().flat_map(row)
 }
 
-fn draw(canvas: &mut Canvas, plot: &Plot, map: &Map) -> Result<(), Error> {
+fn draw(canvas: &mut Canvas, plot: &Plot, map: &Map) {
     let side = PIXELS * MAP_CELLS;
     let cell = |pixel: usize| {
         let [column, row] = [pixel % side, side - 1 - pixel / side];
         row / PIXELS * MAP_CELLS + column / PIXELS
     };
     let ink = |pixel: usize| map.shares(cell(pixel)).map_or(WHITE, mixed);
-    plot.raster(canvas, &(0..side * side).map(ink).collect::<Vec<_>>())?;
+    plot.raster(canvas, &(0..side * side).map(ink).collect::<Vec<_>>());
     let [near, far] = SMOOTHED.map(|times| smooth(&map.light, times));
     let light: Vec<Option<f64>> = from_top()
         .map(|cell| Some(near[cell].iter().sum()))
@@ -126,7 +118,6 @@ fn draw(canvas: &mut Canvas, plot: &Plot, map: &Map) -> Result<(), Error> {
         let lead: Vec<Option<f64>> = from_top().map(lead).collect();
         plot.isolines(canvas, &lead, 0.0, BLACK, 1.8);
     }
-    Ok(())
 }
 
 /// A colour of shares that add up to 1.

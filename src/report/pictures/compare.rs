@@ -6,17 +6,16 @@
 //! no black, so it is hatched, and in no error.
 
 use super::bar::{NO_DATA, bar};
-use super::plot::{FRAME, text};
+use super::plot::{FRAME, circle, text};
 use super::render::{SpherePair, render_spheres};
 use crate::brdf::Brdf;
 use crate::lighting::Lighting;
 use crate::numeric::luminance;
 use crate::report::SphereImage;
 use crate::report::pictures::png::encoded;
-use crate::report::pictures::slice::{Channels32, Pixel, push_layer, write_channels};
+use crate::report::pictures::slice::write_comparison;
 use crate::report::pictures::sphere::with_alpha;
 use crate::report::svg::canvas::{Canvas, fitted};
-use std::f64::consts::TAU;
 use std::io::{self, Seek, Write};
 
 /// Pixels between the spheres of a PNG.
@@ -57,7 +56,7 @@ impl Comparison {
         one.remove(0)
     }
 
-    /// The same of several reconstructions, all by the same points.
+    /// Comparisons of several reconstructions with one material, all rendered by the same points.
     pub fn all(
         truth: &dyn Brdf,
         reconstructions: &[&dyn Brdf],
@@ -66,15 +65,11 @@ impl Comparison {
         samples: usize,
     ) -> Vec<Self> {
         let pairs = render_spheres(truth, reconstructions, lighting, resolution, samples);
-        pairs.into_iter().map(Self::of).collect()
+        pairs.into_iter().map(Self::from_spheres).collect()
     }
 
-    fn of(
-        SpherePair {
-            mut images,
-            left_out,
-        }: SpherePair,
-    ) -> Self {
+    fn from_spheres(pair: SpherePair) -> Self {
+        let (mut images, left_out) = (pair.images, pair.left_out);
         let unknown: Vec<bool> = left_out.iter().map(|share| *share > UNKNOWN).collect();
         let share = |i: usize| images[0].coverage(i);
         let covered: f64 = (0..unknown.len()).map(share).sum();
@@ -140,10 +135,7 @@ impl Comparison {
     /// Truth, reconstruction and difference side by side as a PNG file: the first two over the
     /// truth's white, the third from blue (too dark) over white to red (too bright), on the one scale that
     /// all comparisons have: see [`svg`](Self::svg). Hatched in all: no data; beside the spheres it is transparent.
-    ///
-    /// # Errors
-    /// [`Error::Internal`](crate::Error::Internal) if it cannot be encoded, which it should be.
-    pub fn png(&self) -> Result<Vec<u8>, crate::Error> {
+    pub fn png(&self) -> Vec<u8> {
         let side = self.truth.resolution;
         let white = self.truth.white();
         // Stripes as wide on a small sphere as on a large one.
@@ -175,36 +167,14 @@ impl Comparison {
     /// # Errors
     /// Whatever `out` reports.
     pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
-        let covered = |image: &SphereImage| -> Vec<Pixel> {
-            let pixels = image.pixels.iter().enumerate();
-            let pixel = |(i, rgb): (usize, &Option<[f64; 3]>)| {
-                let share = rgb.map_or(0.0, |_| self.truth.coverage(i));
-                (rgb.unwrap_or_default().map(|v| share * v), share)
-            };
-            pixels.map(pixel).collect()
-        };
-        let [f, g] = [&self.truth, &self.reconstruction].map(covered);
-        let minus =
-            |((f, share), (g, _)): (&Pixel, &Pixel)| (std::array::from_fn(|c| g[c] - f[c]), *share);
-        let difference = f.iter().zip(&g).map(minus).collect();
-        let mut list = Channels32::new();
-        for (layer, pixels) in [
-            ("truth", f),
-            ("reconstruction", g),
-            ("difference", difference),
-        ] {
-            push_layer(&mut list, layer, &["R", "G", "B"], &pixels);
-        }
-        write_channels([self.truth.resolution; 2], list, out)
+        let [f, g] = [&self.truth, &self.reconstruction].map(SphereImage::covered);
+        write_comparison(self.truth.resolution, &["R", "G", "B"], [f, g], out)
     }
 
     /// `png`, which is what [`png`](Self::png) returns, with names and errors around it, and the scale of differences: their luminance over the
     /// truth's white, signed, by its logarithm. The scale is the same for all comparisons, so that pictures
     /// beside each other rank what they show.
-    ///
-    /// # Errors
-    /// [`Error::Internal`](crate::Error::Internal) if drawing fails, which it should not.
-    pub fn svg(&self, title: &str, png: &[u8]) -> Result<String, crate::Error> {
+    pub fn svg(&self, title: &str, png: &[u8]) -> String {
         const SIDE: f64 = 256.0;
         const TOP: f64 = 66.0;
         let scale = SIDE / self.truth.resolution as f64;
@@ -220,11 +190,8 @@ impl Comparison {
             }
             canvas.image([16.0, TOP], size, png);
             // White is a difference too: where none is the sphere still ends.
-            let rim = (0..=120).map(|i| {
-                let (s, c) = (TAU * f64::from(i) / 120.0).sin_cos();
-                let r = 0.5 * SIDE;
-                [place_of(2) + r * c, TOP + r + r * s]
-            });
+            let r = 0.5 * SIDE;
+            let rim = circle(120).map(|[c, s]| [place_of(2) + r * c, TOP + r + r * s]);
             canvas.line(&rim.collect::<Vec<_>>(), FRAME, 0.8);
             let below = TOP + size[1] + 20.0;
             let hatched = match self.without_data > 0.0 {

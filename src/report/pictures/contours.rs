@@ -25,7 +25,7 @@ pub(super) fn isolines(values: &[Option<f64>], columns: usize, level: f64) -> Ve
             let cut: Vec<usize> = (0..4).filter(|&i| crossed(i)).collect();
             let joined: &[[usize; 2]] = match cut[..] {
                 [i, k] => &[[i, k]],
-                // A saddle: the middle says which corners belong together.
+                // A saddle: the value in the middle decides which corners are connected.
                 [_, _, _, _] if (value.iter().sum::<f64>() >= 4.0 * level) == above[0] => {
                     &[[0, 1], [2, 3]]
                 }

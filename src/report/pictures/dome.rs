@@ -1,10 +1,9 @@
 //! The hemisphere of light directions, seen from outside in parallel projection.
 
-use super::plot::{Plot, middles};
+use super::plot::{Plot, circle, middles};
 use crate::geometry::{Direction, DirectionPair};
 use crate::report::svg::canvas::{Canvas, Ink};
 use glam::DVec3;
-use std::f64::consts::TAU;
 
 const DARK: Ink = [30, 30, 30];
 
@@ -64,14 +63,7 @@ impl Dome {
     /// Outline, the part of the rim that is seen, and the directions that matter: a dot for the
     /// mirror direction, a circle for the sensor, a cross for the normal.
     pub(crate) fn outline(&self, canvas: &mut Canvas, plot: &Plot) {
-        const STEPS: usize = 240;
-        let circle = |a: DVec3, b: DVec3| {
-            let at = move |i: usize| {
-                let (s, c) = (TAU * i as f64 / STEPS as f64).sin_cos();
-                c * a + s * b
-            };
-            (0..=STEPS).map(at)
-        };
+        let circle = |a: DVec3, b: DVec3| circle(240).map(move |[c, s]| c * a + s * b);
         let silhouette = circle(self.right, self.up).map(|v| (v, v.z >= -1e-9));
         let rim = circle(DVec3::X, DVec3::Y).map(|v| (v, v.dot(self.towards) >= -1e-9));
         for line in [silhouette.collect::<Vec<_>>(), rim.collect()] {

@@ -4,7 +4,6 @@ use super::bar::{Swatch, swatches};
 use super::dome::{Dome, From};
 use super::plot::{BELOW, LEFT, Plane, Plot, middles, text, text_upwards};
 use crate::brdf::{Brdf, BrdfSpec, Channels, TestFunctionSpec};
-use crate::error::Error;
 use crate::geometry::DirectionPair;
 use crate::parametrization::ParametrizationSpec;
 use crate::registry::Entry;
@@ -31,19 +30,16 @@ const FUNCTIONS: [(TestFunctionSpec, Ink, &str); 3] = [
 /// direction, at each view elevation (degrees, in [0, 90)), and below it in the plane of the first two
 /// axes of each parametrization, at each azimuth (degrees), where that is physical. Isolines
 /// every 0.1.
-///
-/// # Errors
-/// [`Error::Internal`] if drawing fails, which it should not.
 pub fn test_functions_svg(
     parametrizations: &[Entry<ParametrizationSpec>],
     theta_o_deg: &[f64],
     phi_deg: &[f64],
-) -> Result<String, Error> {
-    let planes: Vec<_> = parametrizations.iter().map(Plane::of).collect();
-    let functions = FUNCTIONS.map(|(spec, ink, _)| (spec.build(Channels::Luminance), ink));
-    let functions = functions.map(|(f, ink)| f.map(|f| (f, ink)));
-    let functions: Result<Vec<_>, _> = functions.into_iter().collect();
-    let functions = functions.map_err(|e| Error::Internal(e.to_string()))?;
+) -> String {
+    let planes: Vec<_> = parametrizations.iter().map(Plane::new).collect();
+    let functions = FUNCTIONS.map(|(spec, ink, _)| match spec.build(Channels::Luminance) {
+        Ok(function) => (function, ink),
+        Err(e) => unreachable!("test functions have no parameters: {e}"),
+    });
     let columns = theta_o_deg.len().max(phi_deg.len()) as f64;
     let width = 2.0 * MARGIN + NAME + columns * STEP[0];
     let top = 70.0;
@@ -54,13 +50,7 @@ pub fn test_functions_svg(
         let mut at = [0.5 * width - 340.0, 48.0];
         for (_, ink, name) in FUNCTIONS {
             let [x, y] = at;
-            let box_ = [
-                [x, y - 6.0],
-                [x + 22.0, y - 6.0],
-                [x + 22.0, y + 6.0],
-                [x, y + 6.0],
-            ];
-            canvas.area(&box_, [0; 3], 1.0);
+            canvas.block([x, y - 6.0], [x + 22.0, y + 6.0], [0; 3]);
             canvas.line(&[[x + 2.0, y], [x + 20.0, y]], ink, 2.4);
             canvas.text([x + 28.0, y], name, Lettering::new(12.5, Align::Start));
             at[0] += 180.0;
@@ -74,7 +64,7 @@ pub fn test_functions_svg(
             let title = format!("θ_o = {theta}°");
             text(canvas, [x(i) + 0.5 * SIDE, top + 8.0], &title, 12.5, false);
             let dome = Dome::new(From::Mirror, theta.to_radians());
-            draw(canvas, &plot, &functions, &dome.pairs(PIXELS))?;
+            draw(canvas, &plot, &functions, &dome.pairs(PIXELS));
             dome.outline(canvas, &plot);
         }
         for (j, plane) in planes.iter().enumerate() {
@@ -88,11 +78,10 @@ pub fn test_functions_svg(
                 let phi = phi.to_radians();
                 let pair = |p| plane.form().inverse(&plane.coords(p, phi));
                 let pairs: Vec<_> = middles(PIXELS).map(pair).collect();
-                draw(canvas, &plot, &functions, &pairs)?;
+                draw(canvas, &plot, &functions, &pairs);
                 plot.axes(canvas, plane, Some(phi));
             }
         }
-        Ok(())
     })
 }
 
@@ -101,7 +90,7 @@ fn draw(
     plot: &Plot,
     functions: &[(Box<dyn Brdf>, Ink)],
     pairs: &[Option<DirectionPair>],
-) -> Result<(), Error> {
+) {
     let value = |f: &dyn Brdf, pair: &Option<DirectionPair>| f.luminance(pair.as_ref()?);
     let values = functions.iter().map(|(f, ink)| {
         let values: Vec<_> = pairs.iter().map(|p| value(&**f, p)).collect();
@@ -123,11 +112,10 @@ fn draw(
         sum.map(|c| c.min(255.0) as u8)
     };
     let pixels: Vec<_> = (0..pairs.len()).map(pixel).collect();
-    plot.raster(canvas, &pixels)?;
+    plot.raster(canvas, &pixels);
     for (values, ink) in &values {
         for i in 1..10 {
             plot.isolines(canvas, values, 0.1 * f64::from(i), **ink, 0.9);
         }
     }
-    Ok(())
 }

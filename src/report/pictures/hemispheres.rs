@@ -3,7 +3,6 @@
 
 use super::dome::{Dome, From};
 use super::plot::{BELOW, LEFT, Plane, Plot, middles, text, text_upwards};
-use crate::error::Error;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, ParametrizationSpec, Unit};
 use crate::registry::Entry;
@@ -21,14 +20,11 @@ const ISOLINES: [Ink; 2] = [[255, 205, 140], [150, 205, 255]];
 /// A row per parametrization: its colours in the square of its first two axes (the first is orange,
 /// the second blue), then the hemisphere seen along the mirror direction and along the sensor
 /// ("back") for each view elevation (degrees, in [0, 90)). Isolines every 10° or 0.1.
-///
-/// # Errors
-/// [`Error::Internal`] if drawing fails, which it should not.
 pub fn hemispheres_svg(
     parametrizations: &[Entry<ParametrizationSpec>],
     theta_o_deg: &[f64],
-) -> Result<String, Error> {
-    let planes: Vec<_> = parametrizations.iter().map(Plane::of).collect();
+) -> String {
+    let planes: Vec<_> = parametrizations.iter().map(Plane::new).collect();
     let views = theta_o_deg.len() as f64;
     let row = SIDE + BELOW + GAP;
     let top = 92.0;
@@ -62,7 +58,7 @@ pub fn hemispheres_svg(
             let plot = |x: f64| Plot::new([x, y], SIDE);
             let key = plot(first);
             let values: Vec<_> = middles(PIXELS).map(Some).collect();
-            colours(canvas, &key, plane, &values)?;
+            colours(canvas, &key, plane, &values);
             key.axes(canvas, plane, None);
             for (x, from, _) in groups {
                 for (i, theta) in theta_o_deg.iter().enumerate() {
@@ -70,7 +66,7 @@ pub fn hemispheres_svg(
                     let dome = Dome::new(from, theta.to_radians());
                     let values: Vec<_> =
                         dome.pairs(PIXELS).iter().map(|p| place(plane, p)).collect();
-                    colours(canvas, &plot, plane, &values)?;
+                    colours(canvas, &plot, plane, &values);
                     dome.outline(canvas, &plot);
                 }
             }
@@ -84,7 +80,6 @@ pub fn hemispheres_svg(
         );
         let below = height - MARGIN - 4.0;
         text(canvas, [middle, below], &caption, 11.5, false);
-        Ok(())
     })
 }
 
@@ -95,12 +90,7 @@ fn place(plane: &Plane, pair: &Option<DirectionPair>) -> Option<[f64; 2]> {
     Some([along(&plane.x, coords[0]), along(&plane.y, coords[1])])
 }
 
-fn colours(
-    canvas: &mut Canvas,
-    plot: &Plot,
-    plane: &Plane,
-    values: &[Option<[f64; 2]>],
-) -> Result<(), Error> {
+fn colours(canvas: &mut Canvas, plot: &Plot, plane: &Plane, values: &[Option<[f64; 2]>]) {
     let colour = |v: &Option<[f64; 2]>| match v {
         // Bent a little, so that small coordinates are not all black.
         Some(v) => {
@@ -110,7 +100,7 @@ fn colours(
         None => [255; 3],
     };
     let pixels: Vec<_> = values.iter().map(colour).collect();
-    plot.raster(canvas, &pixels)?;
+    plot.raster(canvas, &pixels);
     for (which, axis) in [&plane.x, &plane.y].into_iter().enumerate() {
         let along: Vec<_> = values.iter().map(|v| v.map(|v| v[which])).collect();
         let steps = match axis.unit {
@@ -122,5 +112,4 @@ fn colours(
             plot.isolines(canvas, &along, level, ISOLINES[which], 0.9);
         }
     }
-    Ok(())
 }

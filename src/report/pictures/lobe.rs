@@ -1,10 +1,14 @@
 //! A slice of a BRDF as pictures: a map in its own chart, and a lobe in space (Fig. 3 of Zubiaga et al.
 //! 2015).
 
+use super::bar::{NO_DATA, Swatch, bar, log_ticks, swatches};
+use super::plot::{Plot, circle, text};
+use super::png::encoded;
 use crate::moments::{Batch, Kind, Slice};
 use crate::parametrization::view_centered;
-use crate::report::pictures::bar::NO_DATA;
+use crate::report::svg::canvas::{Align, BLACK, Canvas, Ink, Lettering, fitted};
 use crate::report::svg::plot::ramp;
+use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::io::{self, Write};
@@ -80,13 +84,10 @@ impl FlatSlice {
         Ok(())
     }
 
-    /// Writes a PNG of at least 540 pixels a side: colours from dark violet over blue and green to
+    /// A PNG file of at least 540 pixels a side: colours from dark violet over blue and green to
     /// yellow in equal steps of the logarithm over `range` (sr⁻¹, both ends above 0); grey
     /// hatching where there is no data.
-    ///
-    /// # Errors
-    /// Whatever `out` reports.
-    pub fn write_png(&self, range: [f64; 2], out: &mut impl Write) -> io::Result<()> {
+    pub fn png(&self, range: [f64; 2]) -> Vec<u8> {
         let cell = 540usize.div_ceil(self.resolution);
         let side = cell * self.resolution;
         let [lo, hi] = range.map(f64::ln);
@@ -98,7 +99,7 @@ impl FlatSlice {
             }
         };
         let pixels: Vec<_> = (0..side * side).map(pixel).collect();
-        super::png::write_png(&pixels, side, out)
+        encoded(&pixels, side)
     }
 }
 
@@ -146,259 +147,217 @@ fn graded(middle: f64, half: i32) -> Vec<f64> {
     (-half..=half).map(step).collect()
 }
 
-pub use space::slice_svg;
+const SIZE: [f64; 2] = [1040.0, 530.0];
+const MAP: Plot = Plot::new([76.0, 54.0], 360.0);
+/// Radius of the unit sphere, pixels.
+const SCALE: f64 = 240.0;
+const MIDDLE: [f64; 2] = [770.0, 350.0];
+/// Direction of the eye: elevation above the tangent plane and azimuth from −y, degrees.
+const EYE_DEG: [f64; 2] = [18.0, -22.0];
+const BLUE: Ink = [0x00, 0x58, 0xd0];
+const RED: Ink = [0xd0, 0x20, 0x10];
+const GREY: Ink = [120, 120, 120];
 
-mod space {
-    use super::{Batch, FlatSlice, Radius, Slice, graded, values, view_centered};
-    use crate::error::Error;
-    use crate::report::pictures::bar::{Swatch, bar, log_ticks, swatches};
-    use crate::report::pictures::plot::{Plot, text};
-    use crate::report::pictures::png::file_of;
-    use crate::report::svg::canvas::{Align, BLACK, Canvas, Ink, Lettering, fitted};
-    use crate::report::svg::plot::ramp;
-    use glam::DVec3;
-    use std::f64::consts::TAU;
+/// Direction of the eye, and its axes to the right and up.
+struct Eye {
+    towards: DVec3,
+    right: DVec3,
+    up: DVec3,
+}
 
-    const SIZE: [f64; 2] = [1040.0, 530.0];
-    const MAP: Plot = Plot::new([76.0, 54.0], 360.0);
-    /// Radius of the unit sphere, pixels.
-    const SCALE: f64 = 240.0;
-    const MIDDLE: [f64; 2] = [770.0, 350.0];
-    /// Direction of the eye: elevation above the tangent plane and azimuth from −y, degrees.
-    const EYE_DEG: [f64; 2] = [18.0, -22.0];
-    const BLUE: Ink = [0x00, 0x58, 0xd0];
-    const RED: Ink = [0xd0, 0x20, 0x10];
-    const GREY: Ink = [120, 120, 120];
-
-    /// Direction of the eye, and its axes to the right and up.
-    struct Eye {
-        towards: DVec3,
-        right: DVec3,
-        up: DVec3,
-    }
-
-    impl Eye {
-        fn new() -> Self {
-            let [elevation, azimuth] = EYE_DEG.map(f64::to_radians);
-            let (se, ce) = elevation.sin_cos();
-            let (sa, ca) = azimuth.sin_cos();
-            let towards = DVec3::new(sa * ce, -ca * ce, se);
-            let right = DVec3::new(ca, sa, 0.0);
-            Self {
-                towards,
-                right,
-                up: towards.cross(right),
-            }
-        }
-
-        fn place(&self, p: DVec3) -> [f64; 2] {
-            [
-                MIDDLE[0] + SCALE * p.dot(self.right),
-                MIDDLE[1] - SCALE * p.dot(self.up),
-            ]
+impl Eye {
+    fn new() -> Self {
+        let [elevation, azimuth] = EYE_DEG.map(f64::to_radians);
+        let (se, ce) = elevation.sin_cos();
+        let (sa, ca) = azimuth.sin_cos();
+        let towards = DVec3::new(sa * ce, -ca * ce, se);
+        let right = DVec3::new(ca, sa, 0.0);
+        Self {
+            towards,
+            right,
+            up: towards.cross(right),
         }
     }
 
-    /// A shape to paint: a face of the lobe or a piece of a line.
-    struct Piece {
-        depth: f64,
-        points: Vec<[f64; 2]>,
-        ink: Ink,
-        /// Width of a line; a face if `None`.
-        width: Option<f64>,
+    fn place(&self, p: DVec3) -> [f64; 2] {
+        [
+            MIDDLE[0] + SCALE * p.dot(self.right),
+            MIDDLE[1] - SCALE * p.dot(self.up),
+        ]
     }
+}
 
-    /// A slice as an SVG: left its map over θ and φ with the scale of colours, `range` (sr⁻¹); right the lobe
-    /// ρ(θ, φ) in space, seen in parallel projection, radius as `radius` says, farther faces painted
-    /// first. The circle is the rim of the hemisphere of radius 1; black is the normal, blue the view, red the
-    /// mirror direction. Faces without data are left open.
-    ///
-    /// # Errors
-    /// [`Error::Internal`] if drawing fails, which it should not.
-    pub fn slice_svg(
-        title: &str,
-        slice: &Slice<'_>,
-        flat: &FlatSlice,
-        range: [f64; 2],
-        radius: Radius,
-    ) -> Result<String, Error> {
-        let eye = Eye::new();
-        let theta_o = slice.theta_o();
-        let (thetas, phis) = (graded(-theta_o, 36), graded(0.0, 30));
-        let mut batch = Batch::default();
-        let mut directions = Vec::with_capacity(thetas.len() * phis.len());
-        for &theta in &thetas {
-            for &phi in &phis {
-                let omega = view_centered(theta, phi);
-                batch.push(slice, omega);
-                directions.push(omega.vector());
-            }
+/// A shape to paint: a face of the lobe or a piece of a line.
+struct Piece {
+    depth: f64,
+    points: Vec<[f64; 2]>,
+    ink: Ink,
+    /// Width of a line; a face if `None`.
+    width: Option<f64>,
+}
+
+/// A slice as an SVG: left its map over θ and φ with the scale of colours, `range` (sr⁻¹); right the lobe
+/// ρ(θ, φ) in space, seen in parallel projection, radius as `radius` says, farther faces painted
+/// first. The circle is the rim of the hemisphere of radius 1; black is the normal, blue the view, red the
+/// mirror direction. Faces without data are left open.
+pub fn slice_svg(
+    title: &str,
+    slice: &Slice<'_>,
+    flat: &FlatSlice,
+    range: [f64; 2],
+    radius: Radius,
+) -> String {
+    let eye = Eye::new();
+    let theta_o = slice.theta_o;
+    let (thetas, phis) = (graded(-theta_o, 36), graded(0.0, 30));
+    let mut batch = Batch::default();
+    let mut directions = Vec::with_capacity(thetas.len() * phis.len());
+    for &theta in &thetas {
+        for &phi in &phis {
+            let omega = view_centered(theta, phi);
+            batch.push(slice, omega);
+            directions.push(omega.vector());
         }
-        let values = values(slice, &mut batch);
-        let max = values.iter().flatten().copied().fold(0.0, f64::max);
-        let length = |v: f64| match radius {
-            _ if max <= 0.0 => 0.0,
-            Radius::Linear => v / max,
-            Radius::CubeRoot => (v / max).cbrt(),
-        };
-        let tips: Vec<_> = values
-            .iter()
-            .zip(&directions)
-            .map(|(v, d)| Some(*d * length((*v)?)))
-            .collect();
-        let mut pieces = Vec::new();
-        let mut open = 0;
-        for i in 1..thetas.len() {
-            for j in 1..phis.len() {
-                let at = |i: usize, j: usize| tips[i * phis.len() + j];
-                let corners = [at(i - 1, j - 1), at(i, j - 1), at(i, j), at(i - 1, j)];
-                match corners {
-                    [Some(a), Some(b), Some(c), Some(d)] => {
-                        pieces.extend(face(&eye, [a, b, c, d]));
-                    }
-                    _ => open += 1,
+    }
+    let values = values(slice, &mut batch);
+    let max = values.iter().flatten().copied().fold(0.0, f64::max);
+    let length = |v: f64| match radius {
+        _ if max <= 0.0 => 0.0,
+        Radius::Linear => v / max,
+        Radius::CubeRoot => (v / max).cbrt(),
+    };
+    let tips: Vec<_> = values
+        .iter()
+        .zip(&directions)
+        .map(|(v, d)| Some(*d * length((*v)?)))
+        .collect();
+    let mut pieces = Vec::new();
+    let mut open = 0;
+    for i in 1..thetas.len() {
+        for j in 1..phis.len() {
+            let at = |i: usize, j: usize| tips[i * phis.len() + j];
+            let corners = [at(i - 1, j - 1), at(i, j - 1), at(i, j), at(i - 1, j)];
+            match corners {
+                [Some(a), Some(b), Some(c), Some(d)] => {
+                    pieces.extend(face(&eye, [a, b, c, d]));
                 }
+                _ => open += 1,
             }
         }
-        let [view, mirror] = [theta_o, -theta_o].map(|t| view_centered(t, 0.0).vector() * 1.2);
-        for (to, ink) in [(DVec3::Z * 1.15, BLACK), (view, BLUE), (mirror, RED)] {
-            line(&eye, DVec3::ZERO, to, ink, &mut pieces);
-        }
-        rim(&eye, &mut pieces);
-        pieces.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+    }
+    let [view, mirror] = [theta_o, -theta_o].map(|t| view_centered(t, 0.0).vector() * 1.2);
+    // In pieces, so that the lobe can hide some of them.
+    for (to, ink) in [(DVec3::Z * 1.15, BLACK), (view, BLUE), (mirror, RED)] {
+        let points = (0..=60).map(|i| DVec3::ZERO.lerp(to, f64::from(i) / 60.0));
+        pieces.extend(segments(&eye, points, ink, 2.2));
+    }
+    let rim = circle(180).map(|[c, s]| DVec3::new(c, s, 0.0));
+    pieces.extend(segments(&eye, rim, GREY, 1.2));
+    pieces.sort_by(|a, b| a.depth.total_cmp(&b.depth));
 
-        let share = open as f64 / ((thetas.len() - 1) * (phis.len() - 1)) as f64;
-        let mut caption = format!(
-            "radius: {}; max = {}",
-            radius.caption(),
-            match max {
-                m if m == 0.0 || (1e-3..1e5).contains(&m) => format!("{m:.4} sr⁻¹"),
-                m => format!("{m:.3e} sr⁻¹"),
+    let share = open as f64 / ((thetas.len() - 1) * (phis.len() - 1)) as f64;
+    let mut caption = format!(
+        "radius: {}; max = {}",
+        radius.caption(),
+        match max {
+            m if m == 0.0 || (1e-3..1e5).contains(&m) => format!("{m:.4} sr⁻¹"),
+            m => format!("{m:.3e} sr⁻¹"),
+        }
+    );
+    if open > 0 {
+        caption += &format!("; {:.1} % of the faces have no data", 100.0 * share);
+    }
+    Canvas::draw(SIZE, |canvas| {
+        for piece in &pieces {
+            match piece.width {
+                Some(width) => canvas.line(&piece.points, piece.ink, width),
+                None => canvas.area(&piece.points, piece.ink, 1.0),
             }
-        );
-        if open > 0 {
-            caption += &format!("; {:.1} % of the faces have no data", 100.0 * share);
         }
-        Canvas::draw(SIZE, |canvas| {
-            for piece in &pieces {
-                match piece.width {
-                    Some(width) => canvas.line(&piece.points, piece.ink, width),
-                    None => canvas.area(&piece.points, piece.ink, 1.0),
-                }
-            }
-            let fits = fitted(title, 16.5, SIZE[0] - 32.0);
-            text(canvas, [0.5 * SIZE[0], 22.0], &fits, 15.0, true);
-            text(canvas, [MIDDLE[0], SIZE[1] - 20.0], &caption, 11.5, false);
-            // In columns of their own: the three directions may be one.
-            let legend = [("normal", BLACK), ("view", BLUE), ("mirror", RED)];
-            for (i, (name, ink)) in legend.into_iter().enumerate() {
-                let x = MIDDLE[0] + 90.0 * (i as f64 - 1.4);
-                let y = SIZE[1] - 42.0;
-                canvas.line(&[[x, y], [x + 22.0, y]], ink, 2.2);
-                canvas.text([x + 28.0, y], name, Lettering::new(12.0, Align::Start));
-            }
-            map(canvas, flat, range, theta_o)
-        })
-    }
-
-    /// Draws the map with its axes, the view, the mirror direction, and the scale of colours.
-    fn map(
-        canvas: &mut Canvas,
-        flat: &FlatSlice,
-        range: [f64; 2],
-        theta_o: f64,
-    ) -> Result<(), Error> {
-        let png: Vec<u8> = file_of(|file| flat.write_png(range, file))?;
-        canvas.image(MAP.at, [MAP.side; 2], &png);
-        MAP.frame(canvas);
-        for degrees in [-90, -60, -30, 0, 30, 60, 90] {
-            let t = 0.5 + f64::from(degrees) / 180.0;
-            let number = degrees.to_string().replace('-', "−");
-            MAP.tick(canvas, true, t, &number);
-            MAP.tick(canvas, false, t, &number);
+        let fits = fitted(title, 16.5, SIZE[0] - 32.0);
+        text(canvas, [0.5 * SIZE[0], 22.0], &fits, 15.0, true);
+        text(canvas, [MIDDLE[0], SIZE[1] - 20.0], &caption, 11.5, false);
+        // In columns of their own: the three directions may be one.
+        let legend = [("normal", BLACK), ("view", BLUE), ("mirror", RED)];
+        for (i, (name, ink)) in legend.into_iter().enumerate() {
+            let x = MIDDLE[0] + 90.0 * (i as f64 - 1.4);
+            let y = SIZE[1] - 42.0;
+            canvas.line(&[[x, y], [x + 22.0, y]], ink, 2.2);
+            canvas.text([x + 28.0, y], name, Lettering::new(12.0, Align::Start));
         }
-        MAP.label(canvas, true, "θ (°)", 0.0);
-        MAP.label(canvas, false, "φ (°)", 40.0);
-        for (theta, ink) in [(theta_o, BLUE), (-theta_o, RED), (0.0, BLACK)] {
-            let at = MAP.place([0.5 + theta.to_degrees() / 180.0, 0.5]);
-            canvas.dot(at, 4.4, [255; 3]);
-            canvas.dot(at, 3.0, ink);
+        map(canvas, flat, range, theta_o)
+    })
+}
+
+/// Draws the map with its axes, the view, the mirror direction, and the scale of colours.
+fn map(canvas: &mut Canvas, flat: &FlatSlice, range: [f64; 2], theta_o: f64) {
+    canvas.image(MAP.at, [MAP.side; 2], &flat.png(range));
+    MAP.frame(canvas);
+    for degrees in [-90, -60, -30, 0, 30, 60, 90] {
+        let t = 0.5 + f64::from(degrees) / 180.0;
+        let number = degrees.to_string().replace('-', "−");
+        MAP.tick(canvas, true, t, &number);
+        MAP.tick(canvas, false, t, &number);
+    }
+    MAP.label(canvas, true, "θ (°)", 0.0);
+    MAP.label(canvas, false, "φ (°)", 40.0);
+    for (theta, ink) in [(theta_o, BLUE), (-theta_o, RED), (0.0, BLACK)] {
+        let at = MAP.place([0.5 + theta.to_degrees() / 180.0, 0.5]);
+        canvas.dot(at, 4.4, [255; 3]);
+        canvas.dot(at, 3.0, ink);
+    }
+    let below = [MAP.at[0] + 0.5 * MAP.side, MAP.at[1] + MAP.side + 44.0];
+    let says = "ρ (sr⁻¹), one scale for all views; dots: normal, view, mirror";
+    let ticks = log_ticks(range, MAP.side);
+    bar(canvas, below, MAP.side, ramp, &ticks, says);
+    if flat.values().contains(&None) {
+        swatches(canvas, [below[0], below[1] + 62.0], &[Swatch::NO_DATA]);
+    }
+}
+
+fn face(eye: &Eye, corners: [DVec3; 4]) -> Option<Piece> {
+    let [a, b, c, d] = corners;
+    let middle = 0.25 * (a + b + c + d);
+    let normal = (c - a).cross(d - b).try_normalize()?;
+    // Both sides are shown; the light is at the eye, a little from above.
+    let light = (eye.towards + 0.6 * eye.up - 0.3 * eye.right).normalize();
+    let side = if normal.dot(eye.towards) < 0.0 {
+        -1.0
+    } else {
+        1.0
+    };
+    let bright = 0.35 + 0.65 * (side * normal).dot(light).max(0.0);
+    let ink = [236.0, 190.0, 110.0].map(|c: f64| (c * bright) as u8);
+    let flat = corners.map(|p| eye.place(p));
+    let points = (0..4).map(|i| {
+        let mut p = flat[i];
+        for other in [flat[(i + 1) % 4], flat[(i + 3) % 4]] {
+            let [x, y] = [0, 1].map(|k| flat[i][k] - other[k]);
+            // Every side reaches over its neighbours: faces that only touch let the paper
+            // shine through.
+            let far = x.hypot(y).max(1e-3);
+            p = [p[0] + 0.6 * x / far, p[1] + 0.6 * y / far];
         }
-        let below = [MAP.at[0] + 0.5 * MAP.side, MAP.at[1] + MAP.side + 44.0];
-        let says = "ρ (sr⁻¹), one scale for all views; dots: normal, view, mirror";
-        let ticks = log_ticks(range, MAP.side);
-        bar(canvas, below, MAP.side, ramp, &ticks, says)?;
-        if flat.values().contains(&None) {
-            swatches(canvas, [below[0], below[1] + 62.0], &[Swatch::NO_DATA]);
-        }
-        Ok(())
-    }
+        p
+    });
+    Some(Piece {
+        depth: middle.dot(eye.towards),
+        points: points.collect(),
+        ink,
+        width: None,
+    })
+}
 
-    fn face(eye: &Eye, corners: [DVec3; 4]) -> Option<Piece> {
-        let [a, b, c, d] = corners;
-        let middle = 0.25 * (a + b + c + d);
-        let normal = (c - a).cross(d - b).try_normalize()?;
-        // Both sides are shown; the light is at the eye, a little from above.
-        let light = (eye.towards + 0.6 * eye.up - 0.3 * eye.right).normalize();
-        let side = if normal.dot(eye.towards) < 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
-        let bright = 0.35 + 0.65 * (side * normal).dot(light).max(0.0);
-        let ink = [236.0, 190.0, 110.0].map(|c: f64| (c * bright) as u8);
-        let flat = corners.map(|p| eye.place(p));
-        let points = (0..4).map(|i| {
-            let mut p = flat[i];
-            for other in [flat[(i + 1) % 4], flat[(i + 3) % 4]] {
-                let [x, y] = [0, 1].map(|k| flat[i][k] - other[k]);
-                // Every side reaches over its neighbours: faces that only touch let the paper
-                // shine through.
-                let far = x.hypot(y).max(1e-3);
-                p = [p[0] + 0.6 * x / far, p[1] + 0.6 * y / far];
-            }
-            p
-        });
-        Some(Piece {
-            depth: middle.dot(eye.towards),
-            points: points.collect(),
-            ink,
-            width: None,
-        })
-    }
-
-    /// A line in pieces, so that the lobe can hide some of them.
-    fn line(eye: &Eye, from: DVec3, to: DVec3, ink: Ink, pieces: &mut Vec<Piece>) {
-        const PIECES: usize = 60;
-        let points = (0..=PIECES).map(|i| from.lerp(to, i as f64 / PIECES as f64));
-        pieces.extend(segments(eye, points, ink, 2.2));
-    }
-
-    /// A line through points, piece by piece.
-    fn segments(
-        eye: &Eye,
-        points: impl Iterator<Item = DVec3>,
-        ink: Ink,
-        width: f64,
-    ) -> Vec<Piece> {
-        let points: Vec<DVec3> = points.collect();
-        let piece = |ends: &[DVec3]| Piece {
-            depth: (0.5 * (ends[0] + ends[1])).dot(eye.towards),
-            points: ends.iter().map(|p| eye.place(*p)).collect(),
-            ink,
-            width: Some(width),
-        };
-        points.windows(2).map(piece).collect()
-    }
-
-    fn rim(eye: &Eye, pieces: &mut Vec<Piece>) {
-        const PIECES: usize = 180;
-        let points = (0..=PIECES).map(|i| {
-            let (s, c) = (TAU * i as f64 / PIECES as f64).sin_cos();
-            DVec3::new(c, s, 0.0)
-        });
-        pieces.extend(segments(eye, points, GREY, 1.2));
-    }
+/// A line through points, piece by piece.
+fn segments(eye: &Eye, points: impl Iterator<Item = DVec3>, ink: Ink, width: f64) -> Vec<Piece> {
+    let points: Vec<DVec3> = points.collect();
+    let piece = |ends: &[DVec3]| Piece {
+        depth: (0.5 * (ends[0] + ends[1])).dot(eye.towards),
+        points: ends.iter().map(|p| eye.place(*p)).collect(),
+        ink,
+        width: Some(width),
+    };
+    points.windows(2).map(piece).collect()
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ mod dome;
 mod functions;
 mod hemispheres;
 mod lobe;
-mod plot;
+pub(super) mod plot;
 pub(super) mod png;
 mod render;
 pub(super) mod slice;

@@ -1,13 +1,12 @@
 //! Squares with a raster, isolines and axes: the parts of plates.
 
 use super::contours::isolines;
-use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, Coords, Parametrization, ParametrizationSpec, Unit};
 use crate::registry::Entry;
 use crate::report::pictures::png::encoded;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
 pub(super) const FRAME: Ink = [110, 110, 110];
@@ -36,7 +35,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    pub(crate) fn of(entry: &Entry<ParametrizationSpec>) -> Self {
+    pub(crate) fn new(entry: &Entry<ParametrizationSpec>) -> Self {
         let form = entry.form(Symmetry::FULL);
         let [x, y, _] = form.axes() else {
             unreachable!("isotropic forms have three axes");
@@ -88,8 +87,8 @@ impl Plane {
     }
 }
 
-/// What an axis is called, with its unit.
-fn label(axis: &Axis) -> String {
+/// Name of an axis, with its unit.
+pub(in crate::report) fn label(axis: &Axis) -> String {
     match axis.unit {
         Unit::Radian => format!("{} (°)", axis.label),
         Unit::One => axis.label.into(),
@@ -118,11 +117,10 @@ impl Plot {
     }
 
     /// Square pixels, row after row from the top, all over the plot.
-    pub(crate) fn raster(&self, canvas: &mut Canvas, pixels: &[[u8; 3]]) -> Result<(), Error> {
+    pub(crate) fn raster(&self, canvas: &mut Canvas, pixels: &[[u8; 3]]) {
         let columns = pixels.len().isqrt();
-        let png = encoded(pixels, columns)?;
+        let png = encoded(pixels, columns);
         canvas.image(self.at, [self.side; 2], &png);
-        Ok(())
     }
 
     /// Lines where values at the pixels' centres are `level`.
@@ -255,8 +253,16 @@ pub(super) fn middles(side: usize) -> impl Iterator<Item = [f64; 2]> {
     (0..side * side).map(move |i| [middle(i % side), 1.0 - middle(i / side)])
 }
 
+/// Points (cos, sin) of a circle of radius 1 at `steps` equal steps, the first again at the end.
+pub(super) fn circle(steps: usize) -> impl Iterator<Item = [f64; 2]> {
+    (0..=steps).map(move |i| {
+        let (s, c) = (TAU * i as f64 / steps as f64).sin_cos();
+        [c, s]
+    })
+}
+
 /// Draws a text with its middle at `at`.
-pub(super) fn text(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64, bold: bool) {
+pub(crate) fn text(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64, bold: bool) {
     let how = Lettering::new(size, Align::Middle);
     canvas.text(at, text, Lettering { bold, ..how });
 }
@@ -275,7 +281,7 @@ mod tests {
     #[test]
     fn the_edge_of_the_horizon_is_where_formulas_put_it() {
         let edge =
-            |name: &str, phi: f64| Plane::of(&parametrization::find(name).unwrap()).edge(phi);
+            |name: &str, phi: f64| Plane::new(&parametrization::find(name).unwrap()).edge(phi);
         // In the plane of incidence the outer direction is θ_h + θ_d from the normal, and the
         // longer projection |h̄| + |k̄|; across it |h̄|² + |k̄|² = 1, and |k| = |k̄|.
         for [u, v] in edge("half-difference", 0.0) {

@@ -1,51 +1,35 @@
 //! Pixels as PNG, and back.
 
-use crate::error::Error;
+use crate::report::in_memory;
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Filter, Transformations};
-use std::io::{self, Cursor, Write};
+use std::io::{self, Cursor};
 
-/// Writes pixels, `width` to a row, as PNG: sRGB, or sRGB and opacity if `N` is 4.
-pub(in crate::report) fn write_png<const N: usize>(
-    pixels: &[[u8; N]],
-    width: usize,
-    out: &mut impl Write,
-) -> io::Result<()> {
-    let size = [width, pixels.len() / width.max(1)].map(u32::try_from);
-    let [width, height] = size.map(|s| s.map_err(io::Error::other));
-    let mut encoder = Encoder::new(out, width?, height?);
-    encoder.set_color(match N {
-        4 => ColorType::Rgba,
-        _ => ColorType::Rgb,
-    });
-    encoder.set_depth(BitDepth::Eight);
-    encoder.set_compression(Compression::Balanced);
-    encoder.set_filter(Filter::Adaptive);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(pixels.as_flattened())?;
-    Ok(writer.finish()?)
-}
-
-/// The bytes of such a file.
-///
-/// # Errors
-/// [`Error::Internal`] if it cannot be encoded, which it should be.
-pub(in crate::report) fn encoded<const N: usize>(
-    pixels: &[[u8; N]],
-    width: usize,
-) -> Result<Vec<u8>, Error> {
-    file_of(|file| write_png(pixels, width, file))
+/// Pixels, `width` to a row, as a PNG file: sRGB, or sRGB and opacity if `N` is 4.
+pub(in crate::report) fn encoded<const N: usize>(pixels: &[[u8; N]], width: usize) -> Vec<u8> {
+    file_of(|file| {
+        let size = [width, pixels.len() / width.max(1)].map(u32::try_from);
+        let [width, height] = size.map(|s| s.map_err(io::Error::other));
+        let mut encoder = Encoder::new(file, width?, height?);
+        encoder.set_color(match N {
+            4 => ColorType::Rgba,
+            _ => ColorType::Rgb,
+        });
+        encoder.set_depth(BitDepth::Eight);
+        encoder.set_compression(Compression::Balanced);
+        encoder.set_filter(Filter::Adaptive);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(pixels.as_flattened())?;
+        Ok(writer.finish()?)
+    })
 }
 
 /// The bytes of a picture that is written.
-///
-/// # Errors
-/// [`Error::Internal`] if that fails, which it should not.
-pub(in crate::report) fn file_of<T: Default + Write>(
-    write: impl FnOnce(&mut T) -> io::Result<()>,
-) -> Result<T, Error> {
-    let mut file = T::default();
-    write(&mut file).map_err(|e| Error::Internal(format!("cannot draw: {e}")))?;
-    Ok(file)
+pub(in crate::report) fn file_of(
+    write: impl FnOnce(&mut Cursor<Vec<u8>>) -> io::Result<()>,
+) -> Vec<u8> {
+    let mut file = Cursor::default();
+    in_memory(write(&mut file));
+    file.into_inner()
 }
 
 /// Pixels in R, G, B and opacity.

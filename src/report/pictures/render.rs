@@ -17,6 +17,7 @@ use crate::lighting::Lighting;
 use crate::numeric::luminance;
 use crate::parametrization::view_centered;
 use crate::report::SphereImage;
+use crate::report::pictures::slice::values;
 use crate::report::pictures::sphere::{Frame, places, world};
 use crate::sampling::Sobol;
 use glam::DVec3;
@@ -143,7 +144,7 @@ fn render(
                     omega_o: view_centered(theta_o, 0.0),
                 };
                 let seed = (pixel + part * resolution * resolution) as u64;
-                shader.pixel(&lobe, &Frame::at(*x, *y), seed, points, share, &mut sum);
+                shader.pixel(&lobe, &Frame::new(*x, *y), seed, points, share, &mut sum);
             }
             Some(sum)
         })
@@ -273,11 +274,6 @@ struct Shader<'a> {
     /// Direction towards the light in the light's frame, and cos θ_i over twice the mean density.
     towards: Vec<(Direction, f64)>,
     radiance: Vec<[f64; 3]>,
-    /// What is reflected of each light, by the first BRDF and by another.
-    reflected: [Vec<[f64; 3]>; 2],
-    values: Vec<f64>,
-    /// Where the first BRDF has data, and another.
-    presence: [Vec<Presence>; 2],
 }
 
 impl<'a> Shader<'a> {
@@ -289,9 +285,6 @@ impl<'a> Shader<'a> {
             pairs: Vec::new(),
             towards: Vec::new(),
             radiance: Vec::new(),
-            reflected: Default::default(),
-            values: Vec::new(),
-            presence: Default::default(),
         }
     }
 
@@ -306,30 +299,24 @@ impl<'a> Shader<'a> {
         to: &mut [Seen],
     ) {
         self.look(lobe, frame, seed, points);
-        self.reflect(0);
+        let first = values(self.brdfs[0], &self.pairs);
         for (i, to) in to.iter_mut().enumerate() {
             // Alone it is beside itself.
-            let other = (i + 1).min(self.brdfs.len() - 1);
-            if other > 0 {
-                self.reflect(other);
-            }
-            let beside = [0, other.min(1)];
+            let other = self.brdfs.get(i + 1).map(|brdf| values(*brdf, &self.pairs));
+            let both = first.iter().zip(other.as_ref().unwrap_or(&first));
             let mut seen = Seen::default();
             let [mut all, mut left_out] = [0.0; 2];
-            for (at, light) in self.radiance.iter().enumerate() {
-                let light = luminance(*light);
+            for (radiance, both) in self.radiance.iter().zip(both) {
+                let light = luminance(*radiance);
                 all += light;
-                if beside
-                    .iter()
-                    .all(|&b| self.presence[b][at] == Presence::Present)
-                {
-                    for (image, b) in seen.images.iter_mut().zip(beside) {
-                        for (sum, v) in image.iter_mut().zip(self.reflected[b][at]) {
-                            *sum += v;
-                        }
-                    }
-                } else {
+                let (Some(f), Some(g)) = both else {
                     left_out += light;
+                    continue;
+                };
+                for (image, f) in seen.images.iter_mut().zip([f, g]) {
+                    for c in 0..3 {
+                        image[c] += f[c] * radiance[c];
+                    }
                 }
             }
             for (to, seen) in to
@@ -372,26 +359,6 @@ impl<'a> Shader<'a> {
             self.radiance
                 .push(light.map(|v| v * weight / points as f64));
         }
-    }
-
-    /// What a BRDF makes of the light, and where it has data.
-    fn reflect(&mut self, brdf: usize) {
-        let to = brdf.min(1);
-        let brdf = self.brdfs[brdf];
-        let channels = brdf.channels();
-        let n = self.pairs.len();
-        self.values.resize(channels.count() * n, 0.0);
-        let presence = &mut self.presence[to];
-        presence.clear();
-        presence.resize(n, Presence::Missing);
-        brdf.eval_batch(&self.pairs, &mut self.values, presence);
-        let values = self.values.chunks_exact(channels.count());
-        let reflected = self.radiance.iter().zip(values).map(|(light, f)| {
-            let f = channels.rgb(f);
-            std::array::from_fn(|c| f[c] * light[c])
-        });
-        self.reflected[to].clear();
-        self.reflected[to].extend(reflected);
     }
 
     /// A direction drawn with a density that is the sum of both tables'.

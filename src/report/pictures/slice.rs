@@ -8,6 +8,7 @@
 //! `difference` (reconstruction − truth, signed), each with `Y` or linear-sRGB `R`, `G`, `B`, and
 //! `A`: 1 where there is a value, 0 outside the disk and where a table has no data.
 
+use super::plot::middles;
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{Direction, DirectionPair};
 use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, SmallVec, WritableImage};
@@ -32,22 +33,11 @@ pub fn write_slice(
     reconstruction: &dyn Brdf,
     out: &mut (impl Write + Seek),
 ) -> io::Result<()> {
-    let channels = truth.channels();
-    let [truth, reconstruction] = [truth, reconstruction].map(pixels);
-    let difference = reconstruction.iter().zip(&truth).map(minus).collect();
-    let mut list = SmallVec::new();
-    let layers = [
-        ("truth", truth),
-        ("reconstruction", reconstruction),
-        ("difference", difference),
-    ];
-    for (layer, plane) in layers {
-        push_layer(&mut list, layer, channel_names(channels), &plane);
-    }
-    write_channels([RESOLUTION; 2], list, out)
+    let names = channel_names(truth.channels());
+    write_comparison(RESOLUTION, names, [truth, reconstruction].map(pixels), out)
 }
 
-/// What the values of a picture are called in OpenEXR: colours, or luminance alone.
+/// Names of the channels of a picture in OpenEXR: colours, or luminance alone.
 pub(super) fn channel_names(channels: &Channels) -> &'static [&'static str] {
     match channels {
         Channels::Luminance | Channels::Wavelengths(_) => &["Y"],
@@ -55,13 +45,36 @@ pub(super) fn channel_names(channels: &Channels) -> &'static [&'static str] {
     }
 }
 
-/// An image of all these channels as OpenEXR.
+/// Values of a pixel, and its opacity; zeros where there is no value.
+pub(super) type Pixel = ([f64; 3], f64);
+
+/// Writes square pictures of a truth and of its reconstruction, and their difference (reconstruction − truth) where
+/// both have a value, as OpenEXR.
+pub(super) fn write_comparison(
+    side: usize,
+    names: &[&str],
+    [truth, reconstruction]: [Vec<Pixel>; 2],
+    out: &mut (impl Write + Seek),
+) -> io::Result<()> {
+    let minus = |((f, of_f), (g, of_g)): (&Pixel, &Pixel)| match of_f * of_g {
+        0.0 => Pixel::default(),
+        _ => (std::array::from_fn(|c| g[c] - f[c]), *of_f),
+    };
+    let difference: Vec<_> = truth.iter().zip(&reconstruction).map(minus).collect();
+    let mut list = Channels32::new();
+    push_layer(&mut list, "truth.", names, &truth);
+    push_layer(&mut list, "reconstruction.", names, &reconstruction);
+    push_layer(&mut list, "difference.", names, &difference);
+    write_channels(side, list, out)
+}
+
+/// A square image of all these channels as OpenEXR.
 pub(super) fn write_channels(
-    [width, height]: [usize; 2],
+    side: usize,
     list: Channels32,
     out: &mut (impl Write + Seek),
 ) -> io::Result<()> {
-    let image = Image::from_channels((width, height), AnyChannels::sort(list));
+    let image = Image::from_channels((side, side), AnyChannels::sort(list));
     image
         .write()
         .non_parallel()
@@ -69,17 +82,15 @@ pub(super) fn write_channels(
         .map_err(io::Error::other)
 }
 
-/// Values of a pixel, and its opacity.
-pub(super) type Pixel = ([f64; 3], f64);
-
-/// Adds the channels of a layer, 32 bits, row after row from the top: a channel for each name, and `A`.
+/// Adds the channels of a layer, 32 bits, row after row from the top: a channel for each name behind the prefix of the
+/// layer, and `A`.
 pub(super) fn push_layer(list: &mut Channels32, layer: &str, names: &[&str], pixels: &[Pixel]) {
     // A value past the range of f32 is shown as its largest: infinity would spread in viewers.
     let limit = f64::from(f32::MAX);
     let mut push = |name: &str, value: &dyn Fn(&Pixel) -> f64| {
         let samples = pixels.iter().map(|p| value(p).clamp(-limit, limit) as f32);
         let samples = FlatSamples::F32(samples.collect());
-        list.push(AnyChannel::new(format!("{layer}.{name}").as_str(), samples));
+        list.push(AnyChannel::new(format!("{layer}{name}").as_str(), samples));
     };
     for (c, name) in names.iter().enumerate() {
         push(name, &|(values, _)| values[c]);
@@ -87,46 +98,37 @@ pub(super) fn push_layer(list: &mut Channels32, layer: &str, names: &[&str], pix
     push("A", &|(_, alpha)| *alpha);
 }
 
-/// The difference of two pixels, where both have a value.
-fn minus(((a, of_a), (b, of_b)): (&Pixel, &Pixel)) -> Pixel {
-    match of_a * of_b {
-        0.0 => Pixel::default(),
-        _ => (std::array::from_fn(|c| a[c] - b[c]), 1.0),
-    }
+/// The values of a BRDF at pairs of directions, in R, G, B or all of its luminance, sr⁻¹; `None` without data.
+pub(super) fn values(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<Option<[f64; 3]>> {
+    let channels = brdf.channels();
+    let n = channels.count();
+    let mut values = vec![0.0; n * pairs.len()];
+    let mut presence = vec![Presence::Missing; pairs.len()];
+    brdf.eval_batch(pairs, &mut values, &mut presence);
+    let found = values.chunks_exact(n).zip(presence);
+    found
+        .map(|(v, presence)| (presence == Presence::Present).then(|| channels.rgb(v)))
+        .collect()
 }
 
 /// The values of a BRDF, row after row from the top.
 fn pixels(brdf: &dyn Brdf) -> Vec<Pixel> {
     let omega_o = Direction::from_spherical(THETA_O_DEG.to_radians(), 0.0);
-    let channels = brdf.channels();
-    let n = channels.count();
-    let mut pixels = vec![Pixel::default(); RESOLUTION * RESOLUTION];
-    let centre = |i: usize| (2.0 * i as f64 + 1.0) / RESOLUTION as f64 - 1.0;
-    let rows = pixels.par_chunks_mut(RESOLUTION).enumerate();
-    rows.for_each(|(row, pixels)| {
-        let y = -centre(row);
-        let mut columns = Vec::with_capacity(RESOLUTION);
-        let mut pairs = Vec::with_capacity(RESOLUTION);
-        for column in 0..RESOLUTION {
-            let x = centre(column);
-            let z2 = 1.0 - x * x - y * y;
-            if z2 > 0.0 {
-                let omega_i = Direction::from_unit(glam::DVec3::new(x, y, z2.sqrt()));
-                columns.push(column);
-                pairs.push(DirectionPair::new(omega_i, omega_o));
-            }
-        }
-        let mut values = vec![0.0; n * pairs.len()];
-        let mut presence = vec![Presence::Missing; pairs.len()];
-        brdf.eval_batch(&pairs, &mut values, &mut presence);
-        let found = columns.iter().zip(&presence).zip(values.chunks_exact(n));
-        for ((&column, &presence), values) in found {
-            if presence == Presence::Present {
-                pixels[column] = (channels.rgb(values), 1.0);
-            }
-        }
+    let pair = |p: [f64; 2]| {
+        let [x, y] = p.map(|t| 2.0 * t - 1.0);
+        let z2 = 1.0 - x * x - y * y;
+        let omega_i = || Direction::from_unit(glam::DVec3::new(x, y, z2.sqrt()));
+        (z2 > 0.0).then(|| DirectionPair::new(omega_i(), omega_o))
+    };
+    let places: Vec<_> = middles(RESOLUTION).map(pair).collect();
+    let rows = places.par_chunks(RESOLUTION).flat_map_iter(|row| {
+        let pairs: Vec<_> = row.iter().flatten().copied().collect();
+        let mut found = values(brdf, &pairs).into_iter();
+        let value = move |pair: &Option<_>| pair.and_then(|_| found.next()?);
+        row.iter().map(value)
     });
-    pixels
+    rows.map(|v| v.map_or_else(Pixel::default, |rgb| (rgb, 1.0)))
+        .collect()
 }
 
 #[cfg(test)]

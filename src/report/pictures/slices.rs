@@ -3,12 +3,13 @@
 
 use super::bar::{NO_DATA, Swatch, bar, log_ticks, swatches};
 use super::plot::{BELOW, LEFT, OUTSIDE, Plane, Plot, middles, text, text_upwards};
-use crate::brdf::{Brdf, Presence};
-use crate::error::Error;
+use crate::brdf::Brdf;
 use crate::numeric::luminance;
 use crate::parametrization::ParametrizationSpec;
 use crate::registry::Entry;
-use crate::report::pictures::slice::{Channels32, channel_names, push_layer, write_channels};
+use crate::report::pictures::slice::{
+    Channels32, channel_names, push_layer, values, write_channels,
+};
 use crate::report::svg::canvas::{Canvas, Ink, fitted};
 use crate::report::svg::plot::ramp;
 use rayon::prelude::*;
@@ -56,7 +57,7 @@ impl BrdfSlices {
         resolution: usize,
     ) -> Self {
         let resolution = resolution.clamp(2, 1024);
-        let planes: Vec<_> = parametrizations.iter().map(Plane::of).collect();
+        let planes: Vec<_> = parametrizations.iter().map(Plane::new).collect();
         let each = planes
             .iter()
             .flat_map(|p| phi_deg.iter().map(move |phi| (p, phi)));
@@ -100,11 +101,8 @@ impl BrdfSlices {
 
     /// A row per parametrization, a column per azimuth. Colours go by the logarithm of luminance, the
     /// same in all; so do isolines, in equal steps. Grey: below the horizon; hatched: no data.
-    ///
-    /// # Errors
-    /// [`Error::Internal`] if drawing fails, which it should not.
-    pub fn svg(&self, title: &str) -> Result<String, Error> {
-        let tone = Tone::of(&self.shown());
+    pub fn svg(&self, title: &str) -> String {
+        let tone = Tone::from_luminances(&self.shown());
         let columns = self.phi_deg.len() as f64;
         let width = 2.0 * MARGIN + NAME + columns.max(2.0) * STEP[0];
         let top = 48.0;
@@ -125,7 +123,7 @@ impl BrdfSlices {
                     let title = format!("{} = {phi}°", plane.azimuth);
                     text(canvas, [x + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
                     let pixels = &self.pixels[j * self.phi_deg.len() + i];
-                    self.raster(canvas, &plot, pixels, tone.as_ref())?;
+                    self.raster(canvas, &plot, pixels, tone.as_ref());
                     let logs: Vec<_> = pixels.iter().map(log).collect();
                     for (level, ink) in tone.iter().flat_map(Tone::isolines) {
                         plot.isolines(canvas, &logs, level.ln(), ink, 0.7);
@@ -141,21 +139,12 @@ impl BrdfSlices {
             swatches(canvas, [middle, below + 78.0], &meanings);
             match &tone {
                 Some(tone) => tone.key(canvas, [middle, below + 14.0]),
-                None => {
-                    text(canvas, [middle, below + 20.0], "all is black", 12.0, false);
-                    Ok(())
-                }
+                None => text(canvas, [middle, below + 20.0], "all is black", 12.0, false),
             }
         })
     }
 
-    fn raster(
-        &self,
-        canvas: &mut Canvas,
-        plot: &Plot,
-        pixels: &[Pixel],
-        tone: Option<&Tone>,
-    ) -> Result<(), Error> {
+    fn raster(&self, canvas: &mut Canvas, plot: &Plot, pixels: &[Pixel], tone: Option<&Tone>) {
         let colour = |(i, pixel): (usize, &Pixel)| match pixel {
             Pixel::Outside => OUTSIDE,
             Pixel::Value(rgb) => tone.map_or([0; 3], |tone| ramp(tone.place(luminance(*rgb)))),
@@ -179,7 +168,7 @@ impl BrdfSlices {
         for ((plane, phi), pixels) in planes.zip(&self.pixels) {
             // A second point would begin a layer of its own.
             let phi = phi.to_string().replace('.', "p");
-            let layer = format!("{}.phi_{phi}", plane.name);
+            let layer = format!("{}.phi_{phi}.", plane.name);
             let value = |p: &Pixel| match p {
                 Pixel::Value(rgb) => (*rgb, 1.0),
                 _ => Default::default(),
@@ -187,28 +176,18 @@ impl BrdfSlices {
             let pixels: Vec<_> = pixels.iter().map(value).collect();
             push_layer(&mut list, &layer, self.channel_names, &pixels);
         }
-        write_channels([self.resolution; 2], list, out)
+        write_channels(self.resolution, list, out)
     }
 }
 
 fn look(brdf: &dyn Brdf, plane: &Plane, phi: f64, resolution: usize) -> Vec<Pixel> {
-    let channels = brdf.channels();
-    let n = channels.count();
     let pair = |p| plane.form().inverse(&plane.coords(p, phi));
     let pairs: Vec<_> = middles(resolution).map(pair).collect();
     let inside: Vec<_> = pairs.iter().flatten().copied().collect();
-    let mut values = vec![0.0; n * inside.len()];
-    let mut presence = vec![Presence::Missing; inside.len()];
-    brdf.eval_batch(&inside, &mut values, &mut presence);
-    let mut found = values.chunks_exact(n).zip(presence);
-    let pixel = |pair: &Option<_>| {
-        if pair.is_none() {
-            return Pixel::Outside;
-        }
-        match found.next() {
-            Some((v, Presence::Present)) => Pixel::Value(channels.rgb(v)),
-            _ => Pixel::Missing,
-        }
+    let mut found = values(brdf, &inside).into_iter();
+    let pixel = |pair: &Option<_>| match pair {
+        None => Pixel::Outside,
+        Some(_) => found.next().flatten().map_or(Pixel::Missing, Pixel::Value),
     };
     pairs.iter().map(pixel).collect()
 }
@@ -233,7 +212,7 @@ struct Tone {
 
 impl Tone {
     /// From what a hundredth of the pixels is darker than to the brightest; `None` without a value above 0.
-    fn of(shown: &[f64]) -> Option<Self> {
+    fn from_luminances(shown: &[f64]) -> Option<Self> {
         let (lo, hi) = (*shown.get(shown.len() / 100)?, *shown.last()?);
         // One value has a scale as well.
         let [lo, hi] = match hi / lo > 1.001 {
@@ -268,7 +247,7 @@ impl Tone {
     }
 
     /// Draws the colours with the isolines among them.
-    fn key(&self, canvas: &mut Canvas, [middle, y]: [f64; 2]) -> Result<(), Error> {
+    fn key(&self, canvas: &mut Canvas, [middle, y]: [f64; 2]) {
         const LENGTH: f64 = 520.0;
         let apart = match self.per_decade {
             n if n >= 1.0 => format!("{n} isolines a decade"),
@@ -280,12 +259,11 @@ impl Tone {
             number(self.ends[0])
         );
         let ticks = log_ticks(self.ends, LENGTH);
-        bar(canvas, [middle, y], LENGTH, ramp, &ticks, &caption)?;
+        bar(canvas, [middle, y], LENGTH, ramp, &ticks, &caption);
         for (level, ink) in self.isolines() {
             let x = middle + LENGTH * (self.place(level) - 0.5);
             canvas.line(&[[x, y], [x, y + 14.0]], ink, 0.7);
         }
-        Ok(())
     }
 }
 
@@ -307,7 +285,7 @@ mod tests {
     #[test]
     fn levels_are_in_equal_ratios_and_brighter_is_brighter() {
         let shown: Vec<f64> = (1..=1000).map(f64::from).collect();
-        let tone = Tone::of(&shown).unwrap();
+        let tone = Tone::from_luminances(&shown).unwrap();
         let levels = &tone.levels;
         assert!((8..=24).contains(&levels.len()));
         for w in levels.windows(2) {

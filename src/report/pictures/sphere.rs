@@ -6,15 +6,13 @@
 //! each point the tangent lies in the plane of normal and view, on the side of the view, so that
 //! every view has azimuth 0.
 
+use super::plot::{circle, text};
 use crate::moments::Moments;
 use crate::numeric::luminance;
 use crate::parametrization::view_centered;
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use exr::prelude::{Image, SpecificChannels, WritableImage};
+use crate::report::pictures::slice::{Channels32, Pixel, push_layer, write_channels};
+use crate::report::svg::canvas::{Canvas, Ink};
 use glam::DVec3;
-use std::f64::consts::TAU;
-use std::fmt::Write as _;
 use std::io::{self, Seek, Write};
 
 /// The picture of a sphere that fills its square.
@@ -63,7 +61,7 @@ pub(super) struct Frame {
 
 impl Frame {
     /// At a place of the unit disk, x to the right and y up.
-    pub(crate) fn at(x: f64, y: f64) -> Self {
+    pub(crate) fn new(x: f64, y: f64) -> Self {
         let sin = x.hypot(y);
         let cos = (1.0 - sin * sin).max(0.0).sqrt();
         // In the middle every tangent is right.
@@ -108,14 +106,11 @@ impl SphereImage {
         places(self.resolution, pixel).1
     }
 
-    /// Writes a PNG: radiance over `white`, clipped at 1, in sRGB; transparent beside the sphere.
-    ///
-    /// # Errors
-    /// Whatever `out` reports.
-    pub fn write_png(&self, white: f64, out: &mut impl Write) -> io::Result<()> {
+    /// A PNG file: radiance over `white`, clipped at 1, in sRGB; transparent beside the sphere.
+    pub fn png(&self, white: f64) -> Vec<u8> {
         let pixel = |i: usize| with_alpha(self.shown(i, white), self.coverage(i));
         let pixels: Vec<_> = (0..self.pixels.len()).map(pixel).collect();
-        super::png::write_png(&pixels, self.resolution, out)
+        super::png::encoded(&pixels, self.resolution)
     }
 
     /// A pixel in sRGB: radiance over `white`, clipped at 1.
@@ -130,19 +125,18 @@ impl SphereImage {
     /// # Errors
     /// Whatever `out` reports.
     pub(crate) fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
-        let size = (self.resolution, self.resolution);
-        let limit = f64::from(f32::MAX);
-        let pixel = |p: exr::math::Vec2<usize>| {
-            let i = p.y() * self.resolution + p.x();
-            let share = self.coverage(i);
-            // Infinity would spread in viewers.
-            let pixel = self.pixels[i].unwrap_or_default();
-            let [r, g, b] = pixel.map(|v| (share * v).min(limit) as f32);
-            (r, g, b, share as f32)
+        let mut list = Channels32::new();
+        push_layer(&mut list, "", &["R", "G", "B"], &self.covered());
+        write_channels(self.resolution, list, out)
+    }
+
+    /// Radiance multiplied by the share of a pixel that the sphere covers, and that share.
+    pub(super) fn covered(&self) -> Vec<Pixel> {
+        let pixel = |(i, rgb): (usize, &Option<[f64; 3]>)| {
+            let share = rgb.map_or(0.0, |_| self.coverage(i));
+            (rgb.unwrap_or_default().map(|v| share * v), share)
         };
-        let image = Image::from_channels(size, SpecificChannels::rgba(pixel));
-        let writer = image.write().non_parallel();
-        writer.to_buffered(out).map_err(io::Error::other)
+        self.pixels.iter().enumerate().map(pixel).collect()
     }
 }
 
@@ -195,7 +189,7 @@ impl FilterEllipse {
     /// Place on the unit disk where a mirror shows light from angles θ, φ of the point's slice.
     pub fn seen(&self, theta: f64, phi: f64) -> [f64; 2] {
         let [x, y] = self.point();
-        let omega_i = Frame::at(x, y).camera(view_centered(theta, phi).vector());
+        let omega_i = Frame::new(x, y).camera(view_centered(theta, phi).vector());
         // A mirror's normal is halfway to the camera; none shows what comes from behind exactly.
         let n = (omega_i + DVec3::Z).try_normalize().unwrap_or(DVec3::X);
         [n.x, n.y]
@@ -203,87 +197,49 @@ impl FilterEllipse {
 
     /// The ellipse of one standard deviation, closed.
     pub fn outline(&self) -> Vec<[f64; 2]> {
-        const STEPS: usize = 120;
         let [tt, tp, pp] = self.covariance;
         // Cholesky's root of the covariance.
         let a = tt.max(0.0).sqrt();
         let b = if a > 0.0 { tp / a } else { 0.0 };
         let c = (pp - b * b).max(0.0).sqrt();
-        let at = |i: usize| {
-            let (s, co) = (TAU * i as f64 / STEPS as f64).sin_cos();
-            self.seen(self.mean[0] + a * co, self.mean[1] + b * co + c * s)
-        };
-        (0..=STEPS).map(at).collect()
+        let at =
+            |[co, s]: [f64; 2]| self.seen(self.mean[0] + a * co, self.mean[1] + b * co + c * s);
+        circle(120).map(at).collect()
     }
 }
 
 /// The picture with filters over it: in red each point and, dashed, all of its elevation, in blue
 /// the mean and the ellipse of one standard deviation, drawn where a mirror would show the light
 /// that comes from there. The picture is inside the file.
-///
-/// # Errors
-/// If it cannot be written as PNG.
 pub fn sphere_svg(
     title: &str,
     image: &SphereImage,
     white: f64,
     ellipses: &[FilterEllipse],
-) -> io::Result<String> {
+) -> String {
     const SIDE: f64 = 640.0;
     const TOP: f64 = 36.0;
-    let mut png = Vec::new();
-    image.write_png(white, &mut png)?;
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{SIDE}\" height=\"{h}\" \
-         viewBox=\"0 0 {SIDE} {h}\">\n\
-         <rect width=\"{SIDE}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n\
-         <text x=\"{m}\" y=\"24\" text-anchor=\"middle\" font-family=\"sans-serif\" \
-         font-size=\"16\" font-weight=\"bold\">{title}</text>\n\
-         <image x=\"0\" y=\"{TOP}\" width=\"{SIDE}\" height=\"{SIDE}\" \
-         href=\"data:image/png;base64,{png}\"/>\n",
-        h = SIDE + TOP,
-        m = 0.5 * SIDE,
-        title = escaped(title),
-        png = STANDARD.encode(&png),
-    );
+    const RED: Ink = [0xe0, 0x20, 0x10];
+    const BLUE: Ink = [0x00, 0x50, 0xe0];
+    const WHITE: Ink = [255; 3];
     let place = |[x, y]: [f64; 2]| [0.5 * SIDE * (1.0 + x), TOP + 0.5 * SIDE * (1.0 - y)];
-    // Writing to a string does not fail.
-    for e in ellipses {
-        let [x, y] = place([0.0, 0.0]);
-        let r = 0.5 * SIDE * e.theta_o.sin();
-        let _ = writeln!(
-            out,
-            "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r:.2}\" fill=\"none\" stroke=\"#E02010\" \
-             stroke-width=\"1.2\" stroke-dasharray=\"5 4\"/>"
-        );
-    }
-    for e in ellipses {
-        let points = e.outline().into_iter().map(|p| {
-            let [x, y] = place(p);
-            format!("{x:.2},{y:.2}")
-        });
-        let points = points.collect::<Vec<_>>().join(" ");
-        for (ink, width) in [("#FFFFFF", 4.0), ("#0050E0", 2.2)] {
-            let _ = writeln!(
-                out,
-                "<polygon points=\"{points}\" fill=\"none\" stroke=\"{ink}\" \
-                 stroke-width=\"{width}\" stroke-linejoin=\"round\"/>"
-            );
+    Canvas::draw([SIDE, SIDE + TOP], |canvas| {
+        text(canvas, [0.5 * SIDE, 18.0], title, 16.0, true);
+        canvas.image([0.0, TOP], [SIDE; 2], &image.png(white));
+        for e in ellipses {
+            let elevation = circle(120).map(|p| place(p.map(|v| v * e.theta_o.sin())));
+            let elevation: Vec<_> = elevation.collect();
+            canvas.dashed(&elevation, RED, 1.2, "60 45");
         }
-        let mean = place(e.seen(e.mean[0], e.mean[1]));
-        let dots = [(mean, "#0050E0", 3.5), (place(e.point()), "#E02010", 4.0)];
-        for ([x, y], ink, r) in dots {
-            let _ = writeln!(
-                out,
-                "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{r}\" fill=\"{ink}\" stroke=\"#FFFFFF\"/>"
-            );
+        for e in ellipses {
+            let outline: Vec<_> = e.outline().into_iter().map(place).collect();
+            canvas.line(&outline, WHITE, 4.0);
+            canvas.line(&outline, BLUE, 2.2);
+            let mean = e.seen(e.mean[0], e.mean[1]);
+            for (at, ink, radius) in [(mean, BLUE, 3.5), (e.point(), RED, 4.0)] {
+                canvas.dot(place(at), radius + 0.5, WHITE);
+                canvas.dot(place(at), radius - 0.5, ink);
+            }
         }
-    }
-    Ok(out + "</svg>\n")
-}
-
-fn escaped(text: &str) -> String {
-    let text: String = text.chars().filter(|c| !c.is_control()).collect();
-    let text = text.replace('&', "&amp;").replace('<', "&lt;");
-    text.replace('>', "&gt;").replace('"', "&quot;")
+    })
 }

@@ -1,13 +1,12 @@
 //! Where a reconstruction is uncertain, over the directions of the sensor.
 
 use super::bar::{Swatch, bar, swatches};
-use super::plot::{FRAME, Plot, middles, text};
-use crate::error::Error;
+use super::plot::{FRAME, Plot, circle, middles, text};
 use crate::geometry::DirectionPair;
 use crate::reconstruct::{Cover, Coverage};
 use crate::report::svg::canvas::{Canvas, Ink, fitted};
 use crate::report::svg::plot::ramp;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::FRAC_PI_2;
 
 /// Polar angles of the light, degrees.
 const THETA_I_DEG: [f64; 3] = [0.0, 30.0, 60.0];
@@ -41,16 +40,13 @@ pub(crate) struct Relative<'a> {
 /// outwards from 0° to 90°, light at 0°, 30° and 60° with azimuth 0 to the right. Colours go by the logarithm,
 /// the same in all maps. Striped where readings do not surround a pair, grey where none is near; without
 /// uncertainties that is all there is to see.
-///
-/// # Errors
-/// [`Error::Internal`] if drawing fails, which it should not.
 pub(crate) fn uncertainty_svg(
     title: &str,
     relative: Option<Relative<'_>>,
     cover: &Cover,
-) -> Result<String, Error> {
+) -> String {
     let maps = THETA_I_DEG.map(|theta| Map::new(theta.to_radians(), relative, cover));
-    let scale = relative.map(|_| Scale::of(maps.iter().flat_map(Map::known)));
+    let scale = relative.map(|_| Scale::covering(maps.iter().flat_map(Map::known)));
     let width = 2.0 * MARGIN + 3.0 * SIDE + 2.0 * GAP;
     let below = TOP + SIDE + 22.0;
     Canvas::draw([width, below + 104.0], |canvas| {
@@ -61,16 +57,15 @@ pub(crate) fn uncertainty_svg(
             let plot = Plot::new([MARGIN + i as f64 * (SIDE + GAP), TOP], SIDE);
             let above = [plot.at[0] + 0.5 * SIDE, TOP - 18.0];
             text(canvas, above, &format!("θ_i = {theta}°"), 13.0, true);
-            plot.raster(canvas, &map.colours(scale.as_ref()))?;
+            plot.raster(canvas, &map.colours(scale.as_ref()));
             rings(canvas, &plot, theta);
         }
         if let (Some(scale), Some(relative)) = (&scale, relative) {
-            scale.key(canvas, [middle, below], relative.of)?;
+            scale.key(canvas, [middle, below], relative.of);
         }
         swatches(canvas, [middle, below + 66.0], &meanings(scale.is_some()));
         let says = "rings: θ_o = 30°, 60°, 90°;  circle: the light, at azimuth 0;  dot: its mirror direction";
         text(canvas, [middle, below + 88.0], says, 11.5, false);
-        Ok(())
     })
 }
 
@@ -128,13 +123,9 @@ fn pair(theta_i: f64, point: [f64; 2]) -> Option<DirectionPair> {
 
 /// Draws rings of the polar angle, and the directions of light and mirror.
 fn rings(canvas: &mut Canvas, plot: &Plot, theta_deg: f64) {
-    const STEPS: usize = 180;
     for (ring, ink, width) in [(30.0, FRAME, 0.6), (60.0, FRAME, 0.6), (90.0, DARK, 1.3)] {
-        let at = |i: usize| {
-            let (s, c) = (TAU * i as f64 / STEPS as f64).sin_cos();
-            [c, s].map(|v| 0.5 + v * ring / 180.0)
-        };
-        let points: Vec<_> = (0..=STEPS).map(at).collect();
+        let points = circle(180).map(|p| p.map(|v| 0.5 + v * ring / 180.0));
+        let points: Vec<_> = points.collect();
         plot.line(canvas, &points, ink, width);
     }
     let away = theta_deg / 180.0;
@@ -149,7 +140,10 @@ fn rings(canvas: &mut Canvas, plot: &Plot, theta_deg: f64) {
 fn meanings(coloured: bool) -> Vec<Swatch<'static>> {
     let known = if coloured { ramp(0.4) } else { KNOWN };
     let mut all = vec![
-        Swatch::new(known, "readings on one side only").striped(STRIPE),
+        Swatch {
+            stripes: Some(STRIPE),
+            ..Swatch::new(known, "readings on one side only")
+        },
         Swatch::new(UNKNOWN, "no reading within 30°"),
     ];
     if !coloured {
@@ -166,7 +160,7 @@ struct Scale {
 
 impl Scale {
     /// A scale that shows all but a hundredth at either end, of two to six steps (two decades).
-    fn of(relative: impl Iterator<Item = f64>) -> Self {
+    fn covering(relative: impl Iterator<Item = f64>) -> Self {
         let mut shown: Vec<f64> = relative.filter(|r| *r > 0.0 && r.is_finite()).collect();
         shown.sort_by(f64::total_cmp);
         let at = |i: usize| shown.get(i).copied().unwrap_or(0.01);
@@ -189,7 +183,7 @@ impl Scale {
     }
 
     /// Draws the scale with its levels.
-    fn key(&self, canvas: &mut Canvas, at: [f64; 2], of: &str) -> Result<(), Error> {
+    fn key(&self, canvas: &mut Canvas, at: [f64; 2], of: &str) {
         let tick = |level: &f64| {
             // As many digits as the smallest level has.
             let percent = format!("{:.7}", 100.0 * level);
@@ -210,7 +204,7 @@ mod tests {
     #[test]
     fn scales_end_at_round_numbers_around_what_is_shown() {
         let ends = |of: &[f64]| {
-            let levels = Scale::of(of.iter().copied()).levels;
+            let levels = Scale::covering(of.iter().copied()).levels;
             [levels[0], levels[levels.len() - 1]]
         };
         let close =
@@ -219,13 +213,13 @@ mod tests {
         // One value has colours on both sides.
         assert!(close(ends(&[0.03]), [0.02, 0.1]));
         assert!(close(ends(&[]), [0.01, 0.05]));
-        // A black pixel is off every scale, and so is what nobody measures.
+        // A black pixel is off every scale, and so is an uncertainty of 0.
         let black = [0.02, 0.03, f64::INFINITY, 0.0];
         assert!(close(ends(&black), [0.02, 0.1]));
         let many: Vec<f64> = repeat_n(1e-7, 50).chain(repeat_n(0.03, 50)).collect();
         let [lo, hi] = ends(&many);
         assert!(close([lo, hi], [hi / 100.0, 0.05]), "{lo} {hi}");
-        let scale = Scale::of([0.01, 0.1].into_iter());
+        let scale = Scale::covering([0.01, 0.1].into_iter());
         assert_eq!([scale.place(0.0), scale.place(f64::INFINITY)], [0.0, 1.0]);
     }
 

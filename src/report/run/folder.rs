@@ -34,7 +34,7 @@ use super::rows::RowFile;
 use super::timings::{Machine, TIMINGS, remove};
 use crate::error::Error;
 use crate::experiment::{
-    Allowance, Counters, Job, Known, Record, RowKey, ScheduleKey, Stage, Work,
+    Allowance, Coordinates, Counters, Job, Known, Record, RowKey, ScheduleKey, Stage, Work,
 };
 use crate::files::{self, remove_parts, write_atomically};
 use crate::registry::named;
@@ -147,7 +147,7 @@ impl<R: Record> RunFolder<R> {
             return Err(Error::output(dir, message));
         }
         let mut file = RowFile::open(dir, R::FILE)?;
-        // Nobody else writes here now: what a crash left half written is nobody's.
+        // The lock is held: files that are half written are left of a crash.
         let folders = Below::ALL.iter().map(|below| dir.join(below.name()));
         for folder in std::iter::once(dir.to_owned()).chain(folders) {
             remove_parts(&folder);
@@ -247,10 +247,11 @@ impl<R: Record> RunFolder<R> {
     pub(crate) fn write_file(
         &mut self,
         name: &'static str,
-        body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+        bytes: impl AsRef<[u8]>,
     ) -> Result<(), Error> {
         let path = self.dir.join(name);
-        write_atomically(&path, body).map_err(|e| unwritable(&path, &e))?;
+        write_atomically(&path, |out| out.write_all(bytes.as_ref()))
+            .map_err(|e| unwritable(&path, &e))?;
         self.wrote(&path, Stage::Report);
         self.files.insert(name.to_owned());
         Ok(())
@@ -285,22 +286,22 @@ impl<R: Record> RunFolder<R> {
         Ok(())
     }
 
-    /// Writes a picture, unless it is there: its name tells what it shows.
+    /// Writes a picture, unless it is there: its name stands for its contents.
     ///
     /// # Errors
     /// [`Error::Output`].
-    pub(crate) fn write_picture(
+    pub(crate) fn write_picture<T: AsRef<[u8]>>(
         &mut self,
         name: &str,
-        body: impl FnOnce() -> Result<Vec<u8>, Error>,
+        body: impl FnOnce() -> T,
     ) -> Result<(), Error> {
         if self.has(Below::Pictures, name) {
             let name = format!("{}/{name}", Below::Pictures.name());
             self.files.insert(name);
             return Ok(());
         }
-        let bytes = body()?;
-        self.write_below(Below::Pictures, name, |out| out.write_all(&bytes))
+        let bytes = body();
+        self.write_below(Below::Pictures, name, |out| out.write_all(bytes.as_ref()))
     }
 
     /// Takes over the files below another folder that are not here.
@@ -483,12 +484,16 @@ pub fn slice_name(job: &Job<'_>) -> String {
     shortened(name, LONGEST) + ".exr"
 }
 
+/// Coordinates as part of a file name.
+pub(crate) fn coordinates_stem(coordinates: &Coordinates) -> String {
+    let warps = coordinates.spec.warps.iter();
+    let warps = warps.map(|(axis, warp)| format!("_{axis}-{}", warp.name()));
+    coordinates.name().to_owned() + &warps.collect::<String>()
+}
+
 /// The file name, without extension, of a schedule; different for different schedules of a plan.
 pub fn schedule_stem(key: &ScheduleKey<'_>) -> String {
-    let mut stem = key.coordinates.name().to_owned();
-    for (axis, warp) in &key.coordinates.spec.warps {
-        stem.push_str(&format!("_{axis}-{}", warp.name()));
-    }
+    let stem = coordinates_stem(key.coordinates);
     let s = key.symmetry;
     let symmetry: String = [(s.isotropic, 'i'), (s.reciprocal, 'r'), (s.bilateral, 'b')]
         .into_iter()

@@ -5,6 +5,8 @@ mod manifest;
 mod rows;
 mod timings;
 
+#[cfg(feature = "pictures")]
+pub(super) use folder::coordinates_stem;
 pub use folder::{
     Below, CONFIG, CORRELATIONS, FITS, PARQUET, PROFILES, RANKING, RELATIONS, REPORT, RESULTS,
     RunFolder, SUMMARY, TIMES, file_stem, read_rows, schedule_stem, slice_name,

@@ -73,7 +73,7 @@ impl RowFile {
         Ok(rows)
     }
 
-    /// The records of a file that nobody writes.
+    /// The records of a file that is not being written.
     pub(crate) fn read_from<R: Record>(path: &Path) -> Result<Vec<R>, Error> {
         let file = files::open(path);
         let file = file.map_err(|e| Error::data(path, format!("cannot read this file: {e}")))?;

@@ -187,7 +187,7 @@ fn ends(axis: &Axis, values: impl Iterator<Item = f64>, horizontal: bool) -> [f6
         return [lo, hi];
     }
     match axis.scale {
-        // Labels could not tell the ends apart without a dozen digits; the data is constant.
+        // Labels of the two ends would differ only in the twelfth digit; the data is constant.
         Scale::Linear if hi - lo <= 1e-4 * largest || largest < 1e-290 => {
             let middle = 0.5 * lo + 0.5 * hi;
             let half = if largest < 1e-290 { 1.0 } else { 0.1 * largest };
@@ -234,15 +234,11 @@ fn number(value: f64, step: f64, largest: f64) -> String {
         let decimals = (-digit(step)).clamp(0, 15) as usize;
         format!("{value:.decimals$}")
     } else {
-        // The same power of ten for all of an axis.
+        // One power of ten for all labels of an axis.
         let exponent = digit(largest);
         let decimals = (exponent - digit(step)).clamp(0, 15) as usize;
         let mantissa = value / 10f64.powi(exponent);
-        match format!("{mantissa:.decimals$}").as_str() {
-            "1" => format!("10{}", raised(exponent)),
-            "-1" => format!("-10{}", raised(exponent)),
-            m => format!("{m}·10{}", raised(exponent)),
-        }
+        product(&format!("{mantissa:.decimals$}"), exponent)
     };
     text.replace('-', "−")
 }
@@ -254,9 +250,15 @@ fn power(mantissa: u8, decade: i32, plain: bool) -> String {
         let value = f64::from(mantissa) * 10f64.powi(decade);
         return format!("{value:.decimals$}");
     }
+    product(&mantissa.to_string(), decade)
+}
+
+/// A number times a power of ten, without a factor of 1.
+fn product(mantissa: &str, exponent: i32) -> String {
     match mantissa {
-        1 => format!("10{}", raised(decade)),
-        m => format!("{m}·10{}", raised(decade)),
+        "1" => format!("10{}", raised(exponent)),
+        "-1" => format!("-10{}", raised(exponent)),
+        m => format!("{m}·10{}", raised(exponent)),
     }
 }
 

@@ -1,6 +1,5 @@
 //! A canvas for diagrams: lines, dots, areas and texts at positions in pixels.
 
-use crate::error::Error;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use std::fmt::Write;
@@ -81,56 +80,26 @@ pub(in crate::report) struct Canvas {
 struct Stroke {
     ink: Ink,
     width: i64,
-    dashes: Dashes,
-}
-
-/// Dashes of a line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::report) enum Dashes {
-    /// One stroke.
-    None,
-    /// Dashes.
-    Long,
-    /// Dots.
-    Dots,
-    /// A dash and a dot in turn.
-    Both,
-}
-
-impl Dashes {
-    /// Lengths of strokes and gaps, units; round ends make strokes longer by a width.
-    fn pattern(self) -> &'static str {
-        match self {
-            Self::None => "",
-            Self::Long => " stroke-dasharray=\"60 45\"",
-            Self::Dots => " stroke-dasharray=\"1 38\"",
-            Self::Both => " stroke-dasharray=\"70 40 1 40\"",
-        }
-    }
+    /// Lengths of its strokes and gaps; empty of one stroke.
+    dashes: &'static str,
 }
 
 impl Canvas {
     /// A white picture of a size in pixels with what `body` draws, as an SVG text.
-    ///
-    /// # Errors
-    /// Errors of `body`.
-    pub(crate) fn draw(
-        size: [f64; 2],
-        body: impl FnOnce(&mut Canvas) -> Result<(), Error>,
-    ) -> Result<String, Error> {
+    pub(crate) fn draw(size: [f64; 2], body: impl FnOnce(&mut Canvas)) -> String {
         let [width, height] = size.map(|s| s.clamp(1.0, 1e5).ceil());
         let mut canvas = Canvas::default();
-        body(&mut canvas)?;
+        body(&mut canvas);
         let (drawn, images, texts) = (canvas.drawn, canvas.images, subscripts(&canvas.texts));
         let (w, h) = (width * UNITS, height * UNITS);
         // The paper has a class, so that a page may take it away.
-        Ok(format!(
+        format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {w} {h}\" stroke-linejoin=\"round\" stroke-linecap=\"round\" \
              font-family=\"sans-serif\" text-anchor=\"middle\">\n\
              <rect class=\"paper\" width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n\
              {images}{drawn}{texts}</svg>\n"
-        ))
+        )
     }
 
     /// A PNG below everything that is drawn, stretched to a size from its upper left corner.
@@ -146,7 +115,7 @@ impl Canvas {
 
     /// A line through points.
     pub(crate) fn line(&mut self, points: &[[f64; 2]], ink: Ink, width: f64) {
-        self.dashed(points, ink, width, Dashes::None);
+        self.dashed(points, ink, width, "");
     }
 
     /// A thin line around a box, from its upper left corner to its lower right one.
@@ -158,8 +127,14 @@ impl Canvas {
         );
     }
 
-    /// A line of dashes through points.
-    pub(crate) fn dashed(&mut self, points: &[[f64; 2]], ink: Ink, width: f64, dashes: Dashes) {
+    /// A line through points whose strokes and gaps have lengths of their own, units; empty: one stroke.
+    pub(crate) fn dashed(
+        &mut self,
+        points: &[[f64; 2]],
+        ink: Ink,
+        width: f64,
+        dashes: &'static str,
+    ) {
         if points.len() < 2 {
             return;
         }
@@ -173,7 +148,11 @@ impl Canvas {
             // A tag for each of hundreds of isolines would be most of a file.
             self.drawn.truncate(self.drawn.len() - END.len());
         } else {
-            let (ink, width, dashes) = (hex(ink), stroke.width, dashes.pattern());
+            let (ink, width) = (hex(ink), stroke.width);
+            let dashes = match dashes {
+                "" => String::new(),
+                lengths => format!(" stroke-dasharray=\"{lengths}\""),
+            };
             self.drawn += &format!(
                 "<path fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\"{dashes} d=\""
             );
@@ -191,7 +170,7 @@ impl Canvas {
     }
 
     /// What `body` draws, with a text that is shown where the pointer rests on it.
-    pub(crate) fn told(&mut self, text: &str, body: impl FnOnce(&mut Self)) {
+    pub(crate) fn tooltip(&mut self, text: &str, body: impl FnOnce(&mut Self)) {
         let keep = |c: &char| *c == '\n' || !c.is_control();
         let text: String = text.chars().filter(keep).collect();
         self.tag(format_args!("<g><title>{}</title>", escaped(&text)));
@@ -207,6 +186,11 @@ impl Canvas {
             (radius * UNITS).round(),
             hex(ink)
         ));
+    }
+
+    /// A filled box, from its upper left corner to its lower right one.
+    pub(crate) fn block(&mut self, [x0, y0]: [f64; 2], [x1, y1]: [f64; 2], ink: Ink) {
+        self.area(&[[x0, y0], [x1, y0], [x1, y1], [x0, y1]], ink, 1.0);
     }
 
     /// A filled polygon.

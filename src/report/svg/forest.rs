@@ -1,8 +1,7 @@
 //! Ratios with their intervals, one below the other.
 
-use super::canvas::{Align, Canvas, Dashes, Lettering, all_fitted, fitted, text_width};
+use super::canvas::{Align, Canvas, Lettering, all_fitted, fitted, text_width};
 use super::{FAINT, FRAME, GRID, LABEL, LEGEND, MARGIN, axis, palette};
-use crate::error::Error;
 use crate::report::svg::plot::{Axis, Forest};
 use axis::Ruler;
 
@@ -14,10 +13,7 @@ const WIDEST: f64 = 420.0;
 
 /// Draws groups of ratios on a logarithmic axis, each below its name, with a line at 1 and the band of
 /// no difference.
-///
-/// # Errors
-/// [`Error::Internal`] if drawing fails, which it should not.
-pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
+pub fn forest_svg(forest: &Forest) -> String {
     let lines = || forest.groups.iter().flat_map(|g| &g.lines);
     let ends = lines().flat_map(|l| {
         let interval = l.interval.into_iter().flatten();
@@ -49,7 +45,7 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
             top += (1.4 + group.lines.len() as f64) * LINE;
             let across = |at: f64| [[at, start], [at, top]];
             if let (Some(a), Some(b)) = (place(1.0 / forest.band), place(forest.band)) {
-                canvas.area(&[[a, start], [b, start], [b, top], [a, top]], GRID, 1.0);
+                canvas.block([a, start], [b, top], GRID);
             }
             for (t, _) in &x.labelled {
                 canvas.line(&across(left + t * WIDTH), GRID, 0.8);
@@ -87,11 +83,11 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
             for line in &of.lines {
                 let to_end = Lettering::new(LEGEND, Align::End);
                 canvas.text([left - 10.0, y], &line.name, to_end);
-                let told = format!("{name}\n{} {}", line.name, line.note);
-                canvas.told(&told, |canvas| {
+                let values = format!("{name}\n{} {}", line.name, line.note);
+                canvas.tooltip(&values, |canvas| {
                     let ends = line.interval.map(|i| i.map(place));
                     if let Some([Some(a), Some(b)]) = ends {
-                        let dashes = of.mark.dashes().unwrap_or(Dashes::None);
+                        let dashes = of.mark.dashes().unwrap_or_default();
                         canvas.dashed(&[[a, y], [b, y]], ink, 1.7, dashes);
                         for end in [a, b] {
                             canvas.line(&[[end, y - 3.0], [end, y + 3.0]], ink, 1.2);
@@ -106,6 +102,5 @@ pub fn forest_svg(forest: &Forest) -> Result<String, Error> {
             }
             y += 0.4 * LINE;
         }
-        Ok(())
     })
 }

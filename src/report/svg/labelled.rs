@@ -2,7 +2,6 @@
 
 use super::canvas::{Align, Canvas, Lettering, all_fitted, text_width};
 use super::{LEGEND, MARGIN, Sheet, palette};
-use crate::error::Error;
 use crate::report::svg::plot::{Mark, Panel, Series};
 
 /// Width and height of the frame: the diagram can be read on a narrow screen, and two stand side by
@@ -15,12 +14,9 @@ const GAP: f64 = 14.0;
 /// Largest width of a name, pixels.
 const WIDEST: f64 = 180.0;
 
-/// Draws one panel, with dots on its points, which tell their values, and the names of its lines
+/// Draws one panel, with dots on its points, whose tooltips are their values, and the names of its lines
 /// right of them, if they have any.
-///
-/// # Errors
-/// [`Error::Internal`] if drawing fails, which it should not.
-pub fn labelled(panel: &Panel) -> Result<String, Error> {
+pub fn labelled(panel: &Panel) -> String {
     let mut bare = panel.clone();
     for series in &mut bare.series {
         series.name.clear();
@@ -47,7 +43,7 @@ pub fn labelled(panel: &Panel) -> Result<String, Error> {
             let ink = palette(series.color, sheet.colors);
             let mut end = None;
             for &point in &series.points {
-                let (Some(at), Some(y)) = (sheet.at(placed, point), point.1) else {
+                let (Some(at), Some(y)) = (sheet.position(placed, point), point.1) else {
                     continue;
                 };
                 let values = format!(
@@ -58,7 +54,7 @@ pub fn labelled(panel: &Panel) -> Result<String, Error> {
                     panel.y.label,
                     short(y)
                 );
-                canvas.told(&values, |canvas| canvas.dot(at, 3.2, ink));
+                canvas.tooltip(&values, |canvas| canvas.dot(at, 3.2, ink));
                 end = Some(at);
             }
             let end = end.filter(|_| !name.is_empty());
@@ -74,7 +70,6 @@ pub fn labelled(panel: &Panel) -> Result<String, Error> {
             canvas.line(&[end, bend, [at[0] - 3.0, height]], ink, 0.4);
             canvas.text(at, &name, Lettering::new(LEGEND, Align::Start));
         }
-        Ok(())
     })
 }
 

@@ -11,9 +11,9 @@ mod tests;
 pub use forest::forest_svg;
 pub use labelled::labelled;
 
-use crate::error::Error;
+use crate::report::each_once;
 use axis::Ruler;
-use canvas::{Align, Canvas, Dashes, Ink, Lettering, all_fitted, fitted, text_width};
+use canvas::{Align, Canvas, Ink, Lettering, all_fitted, fitted, text_width};
 use plot::{Mark, Panel, Series, palette};
 
 const MARGIN: f64 = 16.0;
@@ -33,15 +33,9 @@ const FAINT: Ink = [130, 130, 130];
 ///
 /// Names of series stand below the panels: once if every panel has the same ones, else below each.
 /// Equal panels give equal bytes.
-///
-/// # Errors
-/// [`Error::Internal`] if drawing fails, which it should not.
-pub fn svg(title: &str, panels: &[Panel], columns: usize) -> Result<String, Error> {
+pub fn svg(title: &str, panels: &[Panel], columns: usize) -> String {
     let sheet = Sheet::new(title, panels, columns);
-    Canvas::draw(sheet.size, |canvas| {
-        sheet.draw(canvas);
-        Ok(())
-    })
+    Canvas::draw(sheet.size, |canvas| sheet.draw(canvas))
 }
 
 /// Layout of a sheet.
@@ -207,7 +201,7 @@ impl<'a> Sheet<'a> {
         let how = Lettering::new(PANEL_TITLE, Align::Middle);
         let title = fitted(&panel.title, 1.08 * PANEL_TITLE, w + placed.left);
         canvas.text([x0 + 0.5 * w, y0 - PANEL_TITLE], &title, how.bold());
-        let drawn = |s: &Series| s.points.iter().any(|&p| self.at(placed, p).is_some());
+        let drawn = |s: &Series| s.points.iter().any(|&p| self.position(placed, p).is_some());
         if !panel.series.iter().any(drawn) {
             let middle = [x0 + 0.5 * w, y0 + 0.5 * h];
             canvas.text(middle, "no data", how.ink(FAINT));
@@ -215,7 +209,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// Position of a point, pixels; may be outside the frame; `None` if an axis cannot show it.
-    fn at(&self, placed: &Placed<'_>, (x, y): (f64, Option<f64>)) -> Option<[f64; 2]> {
+    fn position(&self, placed: &Placed<'_>, (x, y): (f64, Option<f64>)) -> Option<[f64; 2]> {
         let [x, y] = [placed.x.place(x)?, placed.y.place(y?)?];
         Some([
             placed.at[0] + x * self.plot[0],
@@ -231,7 +225,11 @@ impl<'a> Sheet<'a> {
         ];
         let inside =
             |p: [f64; 2]| (0..2).all(|i| p[i] >= frame[i][0] - 0.5 && p[i] <= frame[i][1] + 0.5);
-        let points: Vec<_> = series.points.iter().map(|&p| self.at(placed, p)).collect();
+        let points: Vec<_> = series
+            .points
+            .iter()
+            .map(|&p| self.position(placed, p))
+            .collect();
         if series.mark == Mark::Points {
             let radius = if points.len() > 150 { 1.6 } else { 2.6 };
             for p in points.into_iter().flatten().filter(|&p| inside(p)) {
@@ -239,12 +237,9 @@ impl<'a> Sheet<'a> {
             }
             return;
         }
-        let dashes = match series.mark.dashes() {
-            Some(dashes) => dashes,
-            None => {
-                let corners: Vec<_> = points.into_iter().flatten().collect();
-                return canvas.area(&corners, ink, 0.16);
-            }
+        let Some(dashes) = series.mark.dashes() else {
+            let corners: Vec<_> = points.into_iter().flatten().collect();
+            return canvas.area(&corners, ink, 0.16);
         };
         for run in points.split(Option::is_none) {
             let run: Vec<_> = run.iter().flatten().copied().collect();
@@ -271,20 +266,21 @@ impl<'a> Sheet<'a> {
 }
 
 impl Mark {
-    /// Dashes of the line through points; `None` of marks without one.
-    fn dashes(self) -> Option<Dashes> {
+    /// Lengths of the strokes and gaps of the line through points, tenths of a pixel; round ends make strokes longer by
+    /// a width. Empty: one stroke; `None` of marks without a line.
+    fn dashes(self) -> Option<&'static str> {
         match self {
-            Self::Line => Some(Dashes::None),
-            Self::Dashed => Some(Dashes::Long),
-            Self::Dotted => Some(Dashes::Dots),
-            Self::DashDotted => Some(Dashes::Both),
+            Self::Line => Some(""),
+            Self::Dashed => Some("60 45"),
+            Self::Dotted => Some("1 38"),
+            Self::DashDotted => Some("70 40 1 40"),
             Self::Points | Self::Area => None,
         }
     }
 }
 
-/// The parts of a line inside a frame, without points too close to their neighbours to be told
-/// apart.
+/// The parts of a line inside a frame, without points too close to their neighbours to be
+/// distinguished.
 fn clipped(points: &[[f64; 2]], frame: [[f64; 2]; 2]) -> Vec<Vec<[f64; 2]>> {
     const APART: f64 = 0.1;
     let mut parts: Vec<Vec<[f64; 2]>> = Vec::new();
@@ -329,41 +325,26 @@ fn clipped(points: &[[f64; 2]], frame: [[f64; 2]; 2]) -> Vec<Vec<[f64; 2]>> {
     parts
 }
 
-/// A series in a legend.
-#[derive(Clone, Debug, PartialEq)]
-struct LegendEntry<'a> {
-    name: &'a str,
-    color: usize,
-    mark: Mark,
-}
+/// Name, colour and mark of a series in a legend.
+type Entry<'a> = (&'a str, usize, Mark);
 
-/// The names of a panel's series, each once.
-fn entries(panel: &Panel) -> Vec<LegendEntry<'_>> {
-    let mut entries = Vec::new();
-    for series in panel.series.iter().filter(|s| !s.name.is_empty()) {
-        let entry = LegendEntry {
-            name: &series.name,
-            color: series.color,
-            mark: series.mark,
-        };
-        if !entries.contains(&entry) {
-            entries.push(entry);
-        }
-    }
-    entries
+/// The named series of a panel, each once.
+fn entries(panel: &Panel) -> Vec<Entry<'_>> {
+    let named = panel.series.iter().filter(|s| !s.name.is_empty());
+    each_once(named.map(|s| (s.name.as_str(), s.color, s.mark)))
 }
 
 /// Names in columns, read downwards.
 struct Legend<'a> {
-    entries: Vec<LegendEntry<'a>>,
+    entries: Vec<Entry<'a>>,
     lines: usize,
     /// Width of a column.
     column: f64,
 }
 
 impl<'a> Legend<'a> {
-    fn new(entries: Vec<LegendEntry<'a>>, width: f64) -> Self {
-        let widest = entries.iter().map(|e| text_width(e.name, LEGEND));
+    fn new(entries: Vec<Entry<'a>>, width: f64) -> Self {
+        let widest = entries.iter().map(|e| text_width(e.0, LEGEND));
         let column = (KEY + 6.0 + widest.fold(0.0, f64::max) + 18.0).min(width);
         let columns = ((width + 18.0) / column).floor().max(1.0) as usize;
         Self {
@@ -378,15 +359,15 @@ impl<'a> Legend<'a> {
     }
 
     fn draw(&self, canvas: &mut Canvas, sheet: &Sheet<'_>, at: [f64; 2]) {
-        let names: Vec<&str> = self.entries.iter().map(|e| e.name).collect();
+        let names: Vec<&str> = self.entries.iter().map(|e| e.0).collect();
         let names = all_fitted(&names, LEGEND, self.column - KEY - 6.0);
-        for (i, entry) in self.entries.iter().enumerate() {
+        for (i, (_, color, mark)) in self.entries.iter().enumerate() {
             let x = at[0] + (i / self.lines) as f64 * self.column;
             let y = at[1] + ((i % self.lines) as f64 + 0.5) * LEGEND_LINE;
-            let ink = palette(entry.color, sheet.colors);
+            let ink = palette(*color, sheet.colors);
             let key = [[x, y], [x + KEY, y]];
             // A little wider than in the plot: short strokes look alike.
-            match entry.mark.dashes() {
+            match mark.dashes() {
                 Some(dashes) => canvas.dashed(&key, ink, sheet.stroke() + 0.5, dashes),
                 None => canvas.dot([x + 0.5 * KEY, y], 2.8, ink),
             }

@@ -162,7 +162,7 @@ pub struct ForestLine {
     pub note: String,
 }
 
-/// Colours that the colour-blind can tell apart, in sRGB (Okabe and Ito, without yellow, which is
+/// Colours that are distinct for the colour-blind, in sRGB (Okabe and Ito, without yellow, which is
 /// hard to see on white).
 pub(super) const CYCLE: [[u8; 3]; 7] = [
     [0x00, 0x72, 0xb2],

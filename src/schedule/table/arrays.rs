@@ -343,9 +343,9 @@ fn columns(bytes: &[u8]) -> Result<Vec<Array>, String> {
         let mut content = Vec::new();
         // Beyond its end: there its check sum is compared.
         let read = file.take(size + 1).read_to_end(&mut content);
-        read.map_err(|e| told(name, &e))?;
+        read.map_err(|e| unreadable(name, &e))?;
         if content.len() as u64 > size {
-            return Err(told(
+            return Err(unreadable(
                 name,
                 &format!("it is longer than the {size} bytes that are promised"),
             ));
@@ -353,7 +353,7 @@ fn columns(bytes: &[u8]) -> Result<Vec<Array>, String> {
         if columns.iter().any(|c| c.name == name) {
             return Err(format!("the array {:?} is there twice", excerpt(name)));
         }
-        let (shape, values) = npy::read(&content).map_err(|e| told(name, &e))?;
+        let (shape, values) = npy::read(&content).map_err(|e| unreadable(name, &e))?;
         columns.push(Array {
             name: name.into(),
             shape,
@@ -363,7 +363,7 @@ fn columns(bytes: &[u8]) -> Result<Vec<Array>, String> {
     Ok(columns)
 }
 
-fn told(name: &str, e: &dyn std::fmt::Display) -> String {
+fn unreadable(name: &str, e: &dyn std::fmt::Display) -> String {
     let e = reason(e.to_string());
     format!("the array {:?} cannot be read: {e}", excerpt(name))
 }

@@ -24,7 +24,7 @@ impl Cells {
 
     /// The cells of a line, without the spaces around them and without quotes; `None` if a quote is
     /// not closed, after which there is no next line.
-    pub(super) fn of(&mut self, line: &str) -> Option<impl ExactSizeIterator<Item = &str>> {
+    pub(super) fn split(&mut self, line: &str) -> Option<impl ExactSizeIterator<Item = &str>> {
         // Room for every cell and for one more, without which the parser would stop to ask.
         let separators = line.bytes().filter(|b| *b == self.separator).count();
         self.bytes.resize(line.len() + 1, 0);

@@ -164,7 +164,7 @@ impl Type {
     }
 }
 
-/// The header. It is not nested, but for types of several fields, which nobody reads.
+/// The header. It is not nested, but for types of several fields, which are not read.
 struct Head<'a> {
     descr: &'a str,
     is_fortran: bool,

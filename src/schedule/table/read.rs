@@ -1,6 +1,6 @@
 //! Reading of tables.
 //!
-//! Tables come from here, from a program of somebody else, or out of a spreadsheet: a byte-order
+//! Tables come from here, from other programs, or out of a spreadsheet: a byte-order
 //! mark, CRLF, blank lines, spaces, quotes, semicolons or tabs between cells, and with either a comma
 //! in place of the decimal point are all taken as they are.
 
@@ -144,12 +144,12 @@ impl Table {
     /// An error about a fact.
     pub(crate) fn fact_error(&self, key: &str, message: impl Into<String>) -> FileError {
         let line = self.fact_lines.iter().find(|(k, _)| k == key);
-        FileError::at(&self.name, line.map_or(1, |(_, line)| *line), message)
+        FileError::on_line(&self.name, line.map_or(1, |(_, line)| *line), message)
     }
 
     /// An error about a row.
     pub(crate) fn row_error(&self, row: usize, message: impl Into<String>) -> FileError {
-        FileError::at(&self.name, self.lines[row], message)
+        FileError::on_line(&self.name, self.lines[row], message)
     }
 
     /// The name of a column in the file, as messages repeat it.
@@ -212,7 +212,7 @@ impl Table {
     }
 
     fn error(&self, line: usize, message: impl Into<String>) -> FileError {
-        FileError::at(&self.name, line, message)
+        FileError::on_line(&self.name, line, message)
     }
 
     /// Checks the rows against the facts; of a part of them there is no hash. Of the last row digits
@@ -332,7 +332,7 @@ impl Table {
                 self.read_fact(comment, line)?;
                 continue;
             }
-            // The same through a spreadsheet, which quotes what has a separator in it.
+            // A comment written by a spreadsheet, which quotes cells that contain a separator.
             if let Some(comment) = content.strip_prefix("\"#") {
                 let comment = comment.trim_end_matches([',', ';', '\t']);
                 let comment = comment.strip_suffix('"').unwrap_or(comment);
@@ -343,19 +343,19 @@ impl Table {
             if content.chars().all(|c| matches!(c, ',' | ';' | '\t' | ' ')) {
                 continue;
             }
-            let unclosed = || FileError::at(&name, line, "a quote is not closed").cut_if(true);
+            let unclosed = || FileError::on_line(&name, line, "a quote is not closed").cut_if(true);
             let Some(cells) = &mut cells else {
                 let found = [b';', b'\t', b',']
                     .into_iter()
                     .find(|s| content.as_bytes().contains(s));
                 let cells = cells.insert(Cells::new(found.unwrap_or(b',')));
-                let columns = cells.of(content).ok_or_else(unclosed)?;
+                let columns = cells.split(content).ok_or_else(unclosed)?;
                 let columns = columns.map(String::from).collect();
                 name_columns(self, columns, line)?;
                 continue;
             };
             let comma = cells.separator != b',';
-            let cells = cells.of(content).ok_or_else(unclosed)?;
+            let cells = cells.split(content).ok_or_else(unclosed)?;
             let (found, expected) = (cells.len(), self.columns.len());
             if found != expected {
                 let message = format!("{found} cells where there are {expected} columns");
@@ -388,7 +388,7 @@ impl Table {
 
     fn parse(&self, cell: &str, column: usize, line: usize) -> Result<f64, FileError> {
         match cell.parse::<f64>() {
-            // Programs that know no empty cell write NaN.
+            // Programs without empty cells write NaN.
             Ok(value) if value.is_finite() || value.is_nan() => Ok(value),
             _ => {
                 let (column, cell) = (self.label(column), excerpt(cell));

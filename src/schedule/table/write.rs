@@ -27,13 +27,13 @@ impl From<Option<f64>> for Cell {
     }
 }
 
-/// What a column says, and its number of a `T`.
+/// Name of a column, and its number of a `T`.
 pub(crate) type Part<T> = (&'static str, fn(&T) -> f64);
 
 /// A column of a table that is written.
 pub(crate) struct Column<'a> {
     pub name: String,
-    /// What it says.
+    /// The meaning of its values.
     pub meaning: String,
     /// The cell of a row.
     pub cell: Box<dyn Fn(usize) -> Cell + 'a>,
@@ -82,9 +82,6 @@ impl Sheet<'_> {
     }
 
     /// Writes the table; its hash becomes the fact `hash_key`.
-    ///
-    /// # Errors
-    /// Whatever `out` reports.
     pub(crate) fn write(
         mut self,
         format: ScheduleFormat,

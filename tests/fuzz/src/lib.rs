@@ -2,7 +2,7 @@
 //!
 //! * No panic, and no overflow.
 //! * An answer within a second of work.
-//! * No more memory than the file bears out: `Target::allowed`.
+//! * No more memory than the file bears out: `Target::memory`.
 //! * A refusal is a sentence: one line, of bounded length, that names the file.
 //! * What is accepted is finite.
 //!
@@ -30,7 +30,7 @@ use gonio::schedule::{AngleUnit, Assume, Azimuth, Conventions, Quantity, Schedul
 use std::error::Error;
 use std::f64::consts::PI;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::OnceLock;
 use std::time::Instant;
 use tempfile::TempDir;
@@ -80,13 +80,13 @@ const ROWS: usize = 100;
 
 impl Target {
     fn new(
-        name: String,
+        name: impl Into<String>,
         file: &str,
         seeds: impl Fn() -> Vec<Vec<u8>> + Send + Sync + 'static,
         read: impl Fn(&Path) -> Result<(), Refusal> + Send + Sync + 'static,
     ) -> Self {
         Self {
-            name,
+            name: name.into(),
             file: file.into(),
             seeds: Box::new(seeds),
             made: OnceLock::new(),
@@ -100,32 +100,19 @@ impl Target {
     /// Inputs to begin with: files of the project's own writers, and those of the corpus.
     pub fn seeds(&self) -> &[Vec<u8>] {
         self.made.get_or_init(|| {
-            let files = seeds::files(&self.corpus()).into_iter();
+            let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
+            let files = seeds::files(&corpus.join(&self.name)).into_iter();
             let files = files.filter_map(|file| fs::read(file).ok());
             (self.seeds)().into_iter().chain(files).collect()
         })
     }
 
-    /// The folder of its corpus.
-    pub fn corpus(&self) -> PathBuf {
-        let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
-        corpus.join(&self.name)
-    }
-
     /// The file that an input stands for.
     pub fn made_of(&self, input: &[u8]) -> Vec<u8> {
         // Recipes of the corpus are no seeds of recipes.
-        let seeds = self
-            .seeds()
-            .iter()
-            .filter(|seed| seed.first() != Some(&MARK));
-        let seeds: Vec<&[u8]> = seeds.map(Vec::as_slice).collect();
+        let seeds = self.seeds().iter().map(Vec::as_slice);
+        let seeds: Vec<_> = seeds.filter(|seed| seed.first() != Some(&MARK)).collect();
         recipe::file(input, &seeds, self.seal)
-    }
-
-    /// Bytes that reading a file of so many bytes may take.
-    fn allowed(&self, length: usize) -> usize {
-        self.memory[0] + self.memory[1] * length
     }
 
     /// Reads what an input stands for; true if it was accepted.
@@ -150,21 +137,15 @@ impl Target {
             let result = (self.read)(&path);
             let elapsed = cpu_time() - start;
             let taken = meter::peak() - held;
-            let allowed = self.allowed(file.len());
+            let (length, [any, each]) = (file.len(), self.memory);
+            let allowed = any + each * length;
             assert!(
                 taken <= allowed,
-                "{taken} bytes were held for a file of {}; allowed: {allowed}",
-                file.len()
+                "{taken} bytes were held for a file of {length}; allowed: {allowed}"
             );
             fastest = fastest.min(elapsed);
             if fastest <= self.seconds {
-                return match result {
-                    Ok(()) => true,
-                    Err(refusal) => {
-                        refusal.check(&path);
-                        false
-                    }
-                };
+                return result.map_err(|refusal| refusal.check(&path)).is_ok();
             }
         }
         panic!("it took {fastest:.1} s; allowed: {}", self.seconds);
@@ -195,11 +176,13 @@ impl Refusal {
     fn check(&self, path: &Path) {
         let place = path.display().to_string();
         assert!(self.0[0].contains(&place), "no place: {:?}", self.0);
-        for text in &self.0 {
-            assert!(!text.is_empty() && text.len() < SENTENCE, "{text:?}");
-            assert!(!text.contains(char::is_control), "{text:?}");
-        }
+        self.0.iter().for_each(|text| check_sentence(text));
     }
+}
+
+fn check_sentence(text: &str) {
+    let fits = !text.is_empty() && text.len() < SENTENCE;
+    assert!(fits && !text.contains(char::is_control), "{text:?}");
 }
 
 /// Every target.
@@ -208,8 +191,8 @@ pub fn all() -> Vec<Target> {
     for format in formats::all() {
         let name = |what: &str| format!("{what}-{}", format.name);
         let file = format!("input.{}", format.extension());
-        if let Some(read) = format.read_table {
-            let seeds = move || format.write_table.map_or(Vec::new(), seeds::of_table);
+        if let Some(read) = format.table.read {
+            let seeds = move || format.table.write.map_or(Vec::new(), seeds::of_table);
             let read = move |path: &Path| table(&*read(path.to_owned()));
             // A table is held as it is in the file, and its planes are read one after the other.
             all.push(Target {
@@ -218,11 +201,8 @@ pub fn all() -> Vec<Target> {
             });
         }
         if format.read_schedule.is_some() {
-            let seeds = move || {
-                format
-                    .write_schedule
-                    .map_or(Vec::new(), seeds::of_schedules)
-            };
+            let write = format.write_schedule;
+            let seeds = move || write.map_or(Vec::new(), seeds::of_schedules);
             all.push(Target {
                 seal: seeds::seal_schedule,
                 ..Target::new(name("schedule"), &file, seeds, schedule)
@@ -246,17 +226,18 @@ pub fn all() -> Vec<Target> {
     all.push(Target {
         memory: [4 * ANY, ROWS],
         seconds: 10.0 * SECONDS,
-        ..Target::new("config".into(), "input.toml", seeds::configs, config)
+        ..Target::new("config", "input.toml", seeds::configs, config)
     });
+    let instruments = seeds::instruments;
     all.push(Target::new(
-        "instrument".into(),
+        "instrument",
         "input.toml",
-        seeds::instruments,
+        instruments,
         instrument,
     ));
     all.push(Target {
         seal: seeds::seal_prior,
-        ..Target::new("prior".into(), "input.gonio", seeds::prior, |path| {
+        ..Target::new("prior", "input.gonio", seeds::prior, |path| {
             let named = |e| std::io::Error::other(format!("{}: {e}", path.display()));
             // As its users do, who name the file.
             Prior::read(path).map(drop).map_err(named)?;
@@ -267,7 +248,7 @@ pub fn all() -> Vec<Target> {
     all.push(Target {
         memory: [ANY, 5 * UNPACKED_A_BYTE as usize],
         ..Target::new(
-            "surface-height-map".into(),
+            "surface-height-map",
             "input.map",
             seeds::height_maps,
             height_map,
@@ -276,15 +257,10 @@ pub fn all() -> Vec<Target> {
     all.push(records::<Row>("acquisition"));
     all.push(records::<MaterialProfiles>("moments"));
     all.push(records::<MaterialRelations>("relations"));
-    all.push(Target::new(
-        "manifest".into(),
-        "manifest.json",
-        Vec::new,
-        |path| {
-            MadeFrom::read(path.parent().expect("a folder"));
-            Ok(())
-        },
-    ));
+    all.push(Target::new("manifest", "manifest.json", Vec::new, |path| {
+        MadeFrom::read(path.parent().expect("a folder"));
+        Ok(())
+    }));
     all
 }
 
@@ -296,13 +272,10 @@ pub fn find(name: &str) -> Option<Target> {
 /// Pairs all over both hemispheres, with the normal, the horizon, mirror and retro directions.
 fn pairs() -> Vec<DirectionPair> {
     let mut pairs = Vec::new();
-    for i in 0..12 {
-        for j in 0..12 {
-            for phi in [0.0, 1.0, PI, -2.0] {
-                let [i, o] = [i, j].map(|n| f64::from(n) * 0.1428);
-                pairs.push(DirectionPair::from_spherical(i, 0.3, o, 0.3 + phi));
-            }
-        }
+    for k in 0..144 {
+        let [i, o] = [k / 12, k % 12].map(|n| f64::from(n) * 0.1428);
+        let turned = |phi| DirectionPair::from_spherical(i, 0.3, o, 0.3 + phi);
+        pairs.extend([0.0, 1.0, PI, -2.0].map(turned));
     }
     pairs
 }
@@ -363,10 +336,8 @@ fn check_schedule(schedule: &Schedule) {
     assert!(!schedule.poses.is_empty());
     for pose in &schedule.poses {
         for d in [pose.pair.omega_i, pose.pair.omega_o] {
-            assert!(
-                (d.vector().length() - 1.0).abs() < 1e-9 && d.cos_theta() > 0.0,
-                "{pose:?}"
-            );
+            let off = (d.vector().length() - 1.0).abs();
+            assert!(off < 1e-9 && d.cos_theta() > 0.0, "{pose:?}");
         }
         assert!(pose.coords.iter().all(|c| c.is_finite()), "{pose:?}");
     }
@@ -378,12 +349,9 @@ fn schedule(path: &Path) -> Result<(), Refusal> {
     let file = read(&text, &path.display().to_string(), &assumed(path))?;
     check_schedule(&file.schedule);
     let poses = file.schedule.poses.len();
-    assert!(file.order.iter().all(|&pose| (pose as usize) < poses));
-    assert!(
-        file.unreachable
-            .iter()
-            .all(|&(pose, _)| (pose as usize) < poses)
-    );
+    let unreachable = file.unreachable.iter().map(|(pose, _)| pose);
+    let mut all = file.order.iter().chain(unreachable);
+    assert!(all.all(|&pose| (pose as usize) < poses));
     assert!(file.positions.iter().flatten().all(|at| at.is_finite()));
     Ok(())
 }
@@ -391,10 +359,7 @@ fn schedule(path: &Path) -> Result<(), Refusal> {
 fn readings(path: &Path) -> Result<(), Refusal> {
     let read = load_readings(path, &assumed(path))?;
     for text in read.notes.iter().chain(&read.warnings) {
-        assert!(
-            !text.contains(char::is_control) && text.len() < SENTENCE,
-            "{text:?}"
-        );
+        check_sentence(text);
     }
     let all = &read.measurement;
     check_schedule(&all.schedule);
@@ -416,15 +381,11 @@ fn readings(path: &Path) -> Result<(), Refusal> {
 fn environment(spec: &dyn gonio::lighting::LightingSpec) -> Result<(), Refusal> {
     spec.check()?;
     let light = spec.build()?;
-    for i in 0..20 {
-        for j in 0..20 {
-            let omega = Direction::from_spherical(0.16534 * f64::from(i), 0.331 * f64::from(j));
-            let radiance = light.radiance(omega);
-            assert!(
-                radiance.iter().all(|v| v.is_finite() && *v >= 0.0),
-                "{radiance:?}"
-            );
-        }
+    for k in 0..400 {
+        let [i, j] = [k / 20, k % 20].map(f64::from);
+        let radiance = light.radiance(Direction::from_spherical(0.16534 * i, 0.331 * j));
+        let is_good = radiance.iter().all(|v| v.is_finite() && *v >= 0.0);
+        assert!(is_good, "{radiance:?}");
     }
     Ok(())
 }
@@ -438,25 +399,20 @@ fn height_map(path: &Path) -> Result<(), Refusal> {
     let field = spec.build(0)?;
     assert!(field.size().iter().all(|n| (2..=8192).contains(n)));
     assert!(field.heights().all(f64::is_finite));
-    for remark in spec.remarks(&field) {
-        assert!(!remark.contains(char::is_control) && remark.len() < SENTENCE);
-    }
+    spec.remarks(&field)
+        .iter()
+        .for_each(|remark| check_sentence(remark));
     Ok(())
 }
 
 fn config(path: &Path) -> Result<(), Refusal> {
-    let source = Source::read(path)?;
-    let plan = AnyPlan::read(&source);
-    if let Err(e) = &plan {
+    match AnyPlan::read(&Source::read(path)?) {
         // A file that the config names is the place of what is wrong with it.
-        if matches!(e, gonio::Error::Data { .. })
-            && !e.to_string().contains(&*path.to_string_lossy())
-        {
-            return Ok(());
+        Err(e @ gonio::Error::Data { .. }) if !e.to_string().contains(&*path.to_string_lossy()) => {
+            Ok(())
         }
+        plan => Ok(plan.map(drop)?),
     }
-    plan?;
-    Ok(())
 }
 
 fn instrument(path: &Path) -> Result<(), Refusal> {

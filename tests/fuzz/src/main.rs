@@ -29,9 +29,8 @@ fn main() -> ExitCode {
             true
         }
         ["--seeds", dir] => {
-            all()
-                .iter()
-                .for_each(|target| write_seeds(target, Path::new(dir)));
+            let dir = Path::new(dir);
+            all().iter().for_each(|target| write_seeds(target, dir));
             true
         }
         ["--make", name, input] => {
@@ -49,12 +48,8 @@ fn main() -> ExitCode {
         }
         // One target, in a process of its own: what it holds is counted.
         ["--alone", seed, name, seconds, input] => {
-            alone(
-                &named(name),
-                hexadecimal(seed),
-                number(seconds),
-                Path::new(input),
-            );
+            let (seed, seconds) = (hexadecimal(seed), number(seconds));
+            alone(&named(name), seed, seconds, Path::new(input));
             true
         }
         ["--from", seed, seconds, names @ ..] => {
@@ -134,10 +129,8 @@ fn alone(target: &Target, from: u64, seconds: f64, input: &Path) {
     // Manifests have no reader that refuses, and the corpus may be all there is.
     assert!(known == 0 || read > 0, "none of {known} seeds is accepted");
     let name = blake3::hash(target.name.as_bytes());
-    let seed = name
-        .as_bytes()
-        .first_chunk()
-        .map_or(1, |b| u64::from_le_bytes(*b));
+    let seed = name.as_bytes().first_chunk();
+    let seed = seed.map_or(1, |b| u64::from_le_bytes(*b));
     let mut random = Random((seed ^ from) | 1);
     let (start, mut tried, mut accepted) = (Instant::now(), 0, 0);
     while start.elapsed().as_secs_f64() < seconds {

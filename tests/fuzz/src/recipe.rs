@@ -51,24 +51,29 @@ enum Number {
     Any(i64),
     Real(f64),
     Power(u8),
-    One(Odd),
+    /// One of [`ODD`], as a share of them.
+    One(u32),
 }
 
-#[derive(Arbitrary, Debug)]
-enum Odd {
-    Zero,
-    MinusZero,
-    Minus,
-    One,
-    Nan,
-    Infinity,
-    Beyond,
-    Least,
-    Largest,
-    Billion,
-    Quarter,
-    Turn,
-    Digits,
+/// Numbers as texts write them, and as headers of bytes hold them.
+const ODD: [(&str, i64); 13] = [
+    ("0", 0),
+    ("-0", 0),
+    ("-1", -1),
+    ("1", 1),
+    ("nan", f64::NAN.to_bits() as i64),
+    ("inf", f64::INFINITY.to_bits() as i64),
+    ("1e400", i32::MAX as i64 + 1),
+    ("5e-324", i64::MIN),
+    ("1.7976931348623157e308", i64::MAX),
+    ("1000000000", 1_000_000_000),
+    ("90", 90),
+    ("360", 360),
+    ("9999999999999999999999999999999999999999", i32::MAX as i64),
+];
+
+fn odd(of: u32) -> (&'static str, i64) {
+    ODD[((u64::from(of) * ODD.len() as u64) >> 32) as usize]
 }
 
 #[derive(Arbitrary, Debug)]
@@ -112,22 +117,7 @@ impl Number {
             Number::Any(n) => n.to_string(),
             Number::Real(x) => x.to_string(),
             Number::Power(n) => format!("{:e}", 2f64.powi(i32::from(*n) - 128)),
-            Number::One(odd) => match odd {
-                Odd::Zero => "0",
-                Odd::MinusZero => "-0",
-                Odd::Minus => "-1",
-                Odd::One => "1",
-                Odd::Nan => "nan",
-                Odd::Infinity => "inf",
-                Odd::Beyond => "1e400",
-                Odd::Least => "5e-324",
-                Odd::Largest => "1.7976931348623157e308",
-                Odd::Billion => "1000000000",
-                Odd::Quarter => "90",
-                Odd::Turn => "360",
-                Odd::Digits => "9999999999999999999999999999999999999999",
-            }
-            .into(),
+            Number::One(of) => odd(*of).0.into(),
         }
     }
 
@@ -136,20 +126,7 @@ impl Number {
             Number::Any(n) => *n,
             Number::Real(x) => *x as i64,
             Number::Power(n) => 1 << (n % 64),
-            Number::One(odd) => match odd {
-                Odd::Zero | Odd::MinusZero => 0,
-                Odd::Minus => -1,
-                Odd::One => 1,
-                Odd::Nan => f64::NAN.to_bits() as i64,
-                Odd::Infinity => f64::INFINITY.to_bits() as i64,
-                Odd::Beyond => i64::from(i32::MAX) + 1,
-                Odd::Least => i64::MIN,
-                Odd::Largest => i64::MAX,
-                Odd::Billion => 1_000_000_000,
-                Odd::Quarter => 90,
-                Odd::Turn => 360,
-                Odd::Digits => i64::from(i32::MAX),
-            },
+            Number::One(of) => odd(*of).1,
         }
     }
 }
@@ -282,39 +259,27 @@ impl Dress {
         if text.len() > MOST {
             return;
         }
-        let lines = |of: &dyn Fn(&str) -> String| {
-            let lines: Vec<String> = text.lines().map(of).collect();
-            lines.join("\n") + "\n"
-        };
+        // The lines of cells are changed.
         let cells = |of: &dyn Fn(&str) -> String| {
-            lines(&|line| match line.starts_with('#') {
-                true => line.into(),
-                false => of(line),
-            })
+            let line = |line: &str| match line.starts_with('#') {
+                true => line.to_owned() + "\n",
+                false => of(line) + "\n",
+            };
+            text.lines().map(line).collect::<String>().into_bytes()
         };
         let new = match self {
             Dress::Crlf => text.replace('\n', "\r\n").into_bytes(),
             Dress::Mark => [b"\xef\xbb\xbf", text.as_bytes()].concat(),
-            Dress::Utf16 => text
-                .encode_utf16()
-                .flat_map(|unit| unit.to_le_bytes())
-                .collect(),
+            Dress::Utf16 => text.encode_utf16().flat_map(u16::to_le_bytes).collect(),
             Dress::Latin1 => [text.as_bytes(), b"# 45\xb0\n"].concat(),
-            Dress::Semicolons => {
-                cells(&|line| line.replace(',', ";").replace('.', ",")).into_bytes()
-            }
-            Dress::Tabs => cells(&|line| line.replace(',', "\t")).into_bytes(),
-            Dress::Blanks => {
-                cells(&|line| format!(" {} \t", line.replace(',', " , "))).into_bytes()
-            }
-            Dress::Quoted => {
-                cells(&|line| format!("\"{}\"", line.replace(',', "\",\""))).into_bytes()
-            }
+            Dress::Semicolons => cells(&|line| line.replace(',', ";").replace('.', ",")),
+            Dress::Tabs => cells(&|line| line.replace(',', "\t")),
+            Dress::Blanks => cells(&|line| format!(" {} \t", line.replace(',', " , "))),
+            Dress::Quoted => cells(&|line| format!("\"{}\"", line.replace(',', "\",\""))),
             Dress::NoComments => {
                 let kept = text.lines().filter(|line| !line.starts_with('#'));
-                kept.flat_map(|line| [line, "\n"])
-                    .collect::<String>()
-                    .into_bytes()
+                let kept: String = kept.flat_map(|line| [line, "\n"]).collect();
+                kept.into_bytes()
             }
             Dress::NoEnd => text.trim_end().as_bytes().to_vec(),
             Dress::Zeros(n) => [text.as_bytes(), &vec![0; usize::from(*n)]].concat(),

@@ -43,10 +43,13 @@ fn texts(dirs: &[&str], ending: &str) -> Vec<Vec<u8>> {
         .collect()
 }
 
+fn member<T: ?Sized>(family: Vec<Entry<T>>, kind: &str, keys: &str) -> Box<T> {
+    let entry = family.iter().find(|e| e.kind == kind).expect(kind);
+    registry::read_text(entry, keys).expect(kind)
+}
+
 fn ggx(channels: Channels) -> Box<dyn Brdf> {
-    let all = experiment::materials();
-    let ggx = all.iter().find(|e| e.kind == "ggx").expect("ggx");
-    let spec = registry::read_text(ggx, "alpha = 0.4").expect("a material");
+    let spec = member(experiment::materials(), "ggx", "alpha = 0.4");
     spec.build(channels).expect("a material")
 }
 
@@ -55,12 +58,9 @@ fn schedules() -> Vec<Schedule> {
         Arc::new(Form::<HalfDifference>::new(Symmetry::FULL)),
         Arc::new(Form::<Spherical>::new(Symmetry::NONE)),
     ];
-    let random = schedule::all().into_iter().find(|e| e.kind == "random");
-    let random = registry::read_text(&random.expect("random"), "").expect("a sample set");
-    let sets: [&dyn SampleSet; 2] = [&Grid::default(), &*random];
-    let all = forms
-        .iter()
-        .flat_map(|form| sets.map(|set| set.plan(form, 20, 1)));
+    let sets = ["grid", "random"].map(|kind| member(schedule::all(), kind, ""));
+    let planned = |form| sets.iter().map(move |set| set.plan(form, 20, 1));
+    let all = forms.iter().flat_map(planned);
     all.map(|schedule| schedule.expect("20 poses")).collect()
 }
 
@@ -94,13 +94,8 @@ pub fn of_readings(write: WriteReadings) -> Vec<Vec<u8>> {
             ..plain.clone()
         };
         for measurement in [plain, detailed] {
-            let mut text = Vec::new();
-            let written = write(
-                &measurement,
-                &About::default(),
-                Sequence::Generated,
-                &mut text,
-            );
+            let (about, order, mut text) = (About::default(), Sequence::Generated, Vec::new());
+            let written = write(&measurement, &about, order, &mut text);
             // Some formats have no place for wavelengths, and say so.
             match written {
                 Ok(()) => texts.push(text),
@@ -160,20 +155,15 @@ pub fn height_maps() -> Vec<Vec<u8>> {
     let mut encoder = png::Encoder::new(file, SIZE[0], SIZE[1]);
     encoder.set_color(png::ColorType::Grayscale);
     encoder.set_depth(png::BitDepth::Sixteen);
-    let places = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
-    let samples: Vec<u8> = places
-        .flat_map(|(x, y)| height(x, y).to_be_bytes())
-        .collect();
+    let row = |y: u32| (0..SIZE[0]).map(move |x| height(x, y));
+    let samples = (0..SIZE[1]).flat_map(|y| row(y).flat_map(u16::to_be_bytes));
+    let samples: Vec<u8> = samples.collect();
     let mut writer = encoder.write_header().expect("a picture");
     writer.write_image_data(&samples).expect("a picture");
     writer.finish().expect("a picture");
-    let row = |y: u32| (0..SIZE[0]).map(move |x| height(x, y).to_string());
-    let lines = (0..SIZE[1]).map(|y| row(y).collect::<Vec<_>>().join(",") + "\n");
-    fs::write(
-        &paths[2],
-        "# heights\n".to_owned() + &lines.collect::<String>(),
-    )
-    .expect("a file");
+    let cells = |y| row(y).map(|z| z.to_string()).collect::<Vec<_>>();
+    let lines: String = (0..SIZE[1]).map(|y| cells(y).join(",") + "\n").collect();
+    fs::write(&paths[2], format!("# heights\n{lines}")).expect("a file");
     paths.map(|path| fs::read(path).expect("a map")).into()
 }
 
@@ -199,18 +189,12 @@ pub fn configs() -> Vec<Vec<u8>> {
     let relations =
         format!("experiment = \"relations\"\n[relations]\nviews_deg = [30]\n{MATERIAL}");
     all.extend(members(experiment::materials(), SMALL, "[[material]]"));
-    all.extend(members(
-        parametrization::all(),
-        &acquisition,
-        "[[parametrization]]",
-    ));
+    let forms = parametrization::all();
+    all.extend(members(forms, &acquisition, "[[parametrization]]"));
     all.extend(members(schedule::all(), &acquisition, "[[sample_set]]"));
     all.extend(members(acquisition::all(), &acquisition, "[[sample_set]]"));
-    all.extend(members(
-        reconstruct::all(),
-        &acquisition,
-        "[[reconstruction]]",
-    ));
+    let methods = reconstruct::all();
+    all.extend(members(methods, &acquisition, "[[reconstruction]]"));
     all.extend(members(moments::all(), &moments, "[moments.estimator]"));
     all.extend(members(lighting::all(), &relations, "[[lighting]]"));
     all.extend(instruments().into_iter().map(|text| {
@@ -227,9 +211,7 @@ pub fn configs() -> Vec<Vec<u8>> {
 /// Files of instruments.
 pub fn instruments() -> Vec<Vec<u8>> {
     let presets = instrument::presets().into_iter();
-    presets
-        .map(|preset| preset.text.as_bytes().to_vec())
-        .collect()
+    presets.map(|preset| preset.text.into()).collect()
 }
 
 struct Keep<R>(Vec<R>);
@@ -247,10 +229,8 @@ fn records<E: Experiment>(plan: &E) -> Vec<u8> {
     let mut keep = Keep(Vec::new());
     plan.run(&Extent::default(), &Known::default(), &mut keep)
         .expect("a run");
-    let lines = keep
-        .0
-        .iter()
-        .map(|r| serde_json::to_string(r).expect("a record") + "\n");
+    let line = |r| serde_json::to_string(r).expect("a record") + "\n";
+    let lines = keep.0.iter().map(line);
     lines.collect::<String>().into_bytes()
 }
 
@@ -315,28 +295,15 @@ pub fn seal_prior(file: &mut Vec<u8>) {
     };
     about.insert("blake3".into(), "".into());
     // As the program writes it: keys in their order, numbers as they are.
-    let order = [
-        "gonio_prior",
-        "blake3",
-        "nodes",
-        "functions",
-        "scale",
-        "share",
-        "centres",
-        "materials",
-    ];
+    let order = "gonio_prior blake3 nodes functions scale share centres materials";
     let mut write = |hash: &str| {
         about.insert("blake3".into(), hash.into());
-        let parts = order
-            .iter()
-            .filter_map(|key| Some(format!("\"{key}\":{}", about.get(*key)?)));
+        let part = |key| Some(format!("\"{key}\":{}", about.get(key)?));
+        let parts = order.split(' ').filter_map(part);
         format!("{{{}}}", parts.collect::<Vec<_>>().join(","))
     };
     let body = file.get(end + 1..).unwrap_or_default().to_vec();
-    let hash = blake3::Hasher::new()
-        .update(write("").as_bytes())
-        .update(&body)
-        .finalize();
+    let hash = blake3::hash(&[write("").as_bytes(), &body].concat());
     *file = [write(&hash.to_hex()).as_bytes(), b"\n", &body].concat();
 }
 

@@ -54,6 +54,12 @@ fn equations_are_judged_as_the_algebra_says() {
     ] {
         assert_eq!(verdict(claims, id), Verdict::HoldsPartly, "{id}");
     }
+    // At quarter turns alone a hybrid slice is one of half/difference coordinates.
+    for (azimuth, is_slice) in [(0, true), (30, false), (60, false), (90, true)] {
+        let name = format!("spread_of_phi_d_at_{azimuth}deg_deg");
+        let spread = number(claims, "slices-correspond", &name);
+        assert_eq!(is_slice, spread < 0.5, "{azimuth}: {spread}");
+    }
     // Half of all pairs; 20 000 of them have a standard error of 0.0035.
     let share = number(claims, "theta-k", "share_on_the_other_branch");
     assert!((share - 0.5).abs() < 0.01, "{share}");

@@ -8,15 +8,14 @@ use std::f64::consts::PI;
 
 fn measured(
     name: &str,
+    scale: Scale,
     weight: Weight,
     f: impl Fn(&DirectionPair) -> f64 + Send + Sync,
 ) -> (Distortion, Gradients) {
-    let form = find(name).unwrap().form(Symmetry::FULL);
+    let form = crate::common::form(name, Symmetry::FULL);
     let brdf = made(Symmetry::FULL, move |pair| Some([f(pair)]));
-    (
-        View::new(&brdf, Scale::Value, &*form, weight).distortion(),
-        View::new(&brdf, Scale::Value, &*form, weight).gradients(),
-    )
+    let view = View::new(&brdf, scale, &*form, weight);
+    (view.distortion(), view.gradients())
 }
 
 /// Every share of a function that one axis explains wholly.
@@ -42,10 +41,10 @@ fn the_test_functions_lie_along_the_axes_they_are_made_of() {
         let s = |p: &DirectionPair| 1.0 - p.half().truncate().length();
         let f = |p: &DirectionPair| 1.0 - p.half_and_back().0.length();
         for name in ["hybrid", "orthographic", "stark"] {
-            aligned(&measured(name, weight, s), 0);
+            aligned(&measured(name, Scale::Value, weight, s), 0);
         }
         for name in ["hybrid", "half-difference", "stark"] {
-            aligned(&measured(name, weight, f), 1);
+            aligned(&measured(name, Scale::Value, weight, f), 1);
         }
     }
 }
@@ -55,7 +54,7 @@ fn the_grazing_function_is_a_sum_where_k_lies_in_the_tangent_plane() {
     // G = 1 − h_z² + k_z² and k_z = 0 at 90°, which leaves |h_bar|² + |k|².
     let g = |p: &DirectionPair| 1.0 - p.omega_i.cos_theta() * p.omega_o.cos_theta();
     for name in ["hybrid", "orthographic", "stark"] {
-        let (found, _) = measured(name, Weight::Coordinates, g);
+        let (found, _) = measured(name, Scale::Value, Weight::Coordinates, g);
         let shares: Vec<f64> = found
             .slices
             .iter()
@@ -69,21 +68,16 @@ fn the_grazing_function_is_a_sum_where_k_lies_in_the_tangent_plane() {
 #[test]
 fn what_changes_with_the_azimuth_is_not_explained_by_two_axes() {
     // Every θ_i, θ_o and azimuth is physical: independent factors.
-    let turn = |p: &DirectionPair| {
-        let cos = |d: gonio::geometry::Direction| d.phi().cos();
-        2.0 + cos(p.omega_i)
-    };
-    let form = crate::common::form("spherical", Symmetry::FULL);
     // The form holds the sensor at azimuth 0.
-    let brdf = made(Symmetry::FULL, move |pair| Some([turn(pair)]));
-    let found = View::new(&brdf, Scale::Value, &*form, Weight::Coordinates).distortion();
+    let turn = |p: &DirectionPair| 2.0 + p.omega_i.phi().cos();
+    let weight = Weight::Coordinates;
+    let (found, gradients) = measured("spherical", Scale::Value, weight, turn);
     let shares = found.shares.unwrap();
     assert!(shares.both < 1e-20, "{shares:?}");
     assert!(found.slices.iter().all(|s| s.shares.is_none()));
     assert_eq!(found.physical, 1.0);
     // ∫ sin² over [0, π], in units of the axis: π²/2.
     let half = 0.5 * PI * PI;
-    let gradients = View::new(&brdf, Scale::Value, &*form, Weight::Coordinates).gradients();
     let energy = gradients.all.energy();
     assert!((energy[2] / half - 1.0).abs() < 0.01, "{energy:?}");
     assert!(energy[0] < 1e-17 && energy[1] < 1e-17);
@@ -116,12 +110,8 @@ fn shares_of_a_separable_logarithm_add_up() {
         let (h, k) = p.half_and_back();
         (3.0 * h.truncate().length_squared() - 2.0 * k.length_squared()).exp() - 1e-3
     };
-    let form = crate::common::form("stark", Symmetry::FULL);
-    let brdf = made(Symmetry::FULL, move |pair| Some([f(pair)]));
-    let found = View::new(&brdf, Scale::Log, &*form, Weight::SolidAngle).distortion();
-    let gradient = View::new(&brdf, Scale::Log, &*form, Weight::SolidAngle)
-        .gradients()
-        .all;
+    let (found, gradients) = measured("stark", Scale::Log, Weight::SolidAngle, f);
+    let gradient = gradients.all;
     assert!((found.shares.unwrap().additive - 1.0).abs() < 1e-9);
     // Linear along both axes: slopes 3 and 2, and none along the azimuth.
     for (got, want) in gradient.energy().into_iter().zip([9.0, 4.0, 0.0]) {
@@ -140,7 +130,7 @@ fn the_lattice_is_physical_where_the_form_is() {
         ("orthographic", 0.583),
         ("hybrid", 0.698),
     ] {
-        let (found, _) = measured(name, Weight::Coordinates, one);
+        let (found, _) = measured(name, Scale::Value, Weight::Coordinates, one);
         // Cells of a 64th and a 16th along the edge.
         assert!(
             (found.physical - share).abs() < 0.004,
@@ -178,7 +168,7 @@ fn slices_of_a_wave_deviate_as_its_cosine_does() {
     // cos 2φ on [0, π]: variance 1/2 over all azimuths, average 0, at 0°, 60°, 120°, 180°
     // cos² of 1, 1/4, 1/4, 1.
     let wave = |p: &DirectionPair| 2.0 + (2.0 * p.omega_i.phi()).cos();
-    let (found, _) = measured("spherical", Weight::Coordinates, wave);
+    let (found, _) = measured("spherical", Scale::Value, Weight::Coordinates, wave);
     for (slice, want) in found.slices.iter().zip([2.0, 0.5, 0.5, 2.0]) {
         let got = slice.deviation.unwrap();
         // Rounding of a sum of 65 536 terms.

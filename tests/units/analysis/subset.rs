@@ -1,6 +1,6 @@
 //! Sets whose measure is known, and pairs that must be in them.
 
-use crate::common::ISOTROPIC;
+use crate::common::{ISOTROPIC, model};
 use gonio::analysis::{Estimate, Subset};
 use gonio::brdf::{Channels, Lambert, Spectrum};
 use gonio::geometry::{DirectionPair, Symmetry};
@@ -9,6 +9,18 @@ use std::f64::consts::{PI, TAU};
 
 fn read(name: &str, symmetry: Symmetry, text: &str) -> Subset {
     Subset::read(find(name).unwrap().form(symmetry), text).unwrap()
+}
+
+/// A box of pairs of full symmetry.
+fn full(name: &str, text: &str) -> Subset {
+    read(name, Symmetry::FULL, text)
+}
+
+/// Asserts that an estimate is a number within four of its errors, and as much as that is off.
+#[track_caller]
+fn assert_near(found: Estimate, want: f64, off: f64) {
+    let miss = (found.value - want).abs();
+    assert!(miss < 4.0 * found.error + off, "{found:?} {want}");
 }
 
 #[test]
@@ -47,18 +59,10 @@ fn spherical_boxes_have_closed_measures() {
             (measure.value / (images * want) - 1.0).abs() < 1e-9,
             "{measure:?}"
         );
-        let counted = subset.monte_carlo(7);
-        assert!(
-            (counted.value - measure.value).abs() < 4.0 * counted.error,
-            "{counted:?}"
-        );
+        assert_near(subset.monte_carlo(7), measure.value, 0.0);
     }
     // A box that is its own image counts once for each image it lacks.
-    let square = read(
-        "spherical",
-        Symmetry::FULL,
-        "theta_i=10..30, theta_o=10..30",
-    );
+    let square = full("spherical", "theta_i=10..30, theta_o=10..30");
     let want = (TAU * (a.cos() - b.cos())).powi(2);
     assert!((square.quadrature().value / want - 1.0).abs() < 1e-6);
 }
@@ -77,24 +81,16 @@ fn counting_agrees_with_the_jacobian() {
         ("stark", "alpha=0.3..0.8, delta=0..60"),
     ];
     for (name, text) in boxes {
-        let subset = read(name, Symmetry::FULL, text);
+        let subset = full(name, text);
         let [exact, counted] = [subset.quadrature(), subset.monte_carlo(5)];
-        let miss = (exact.value - counted.value).abs();
-        assert!(
-            miss < 4.0 * counted.error + exact.error,
-            "{name}: {exact:?} {counted:?}"
-        );
+        assert_near(counted, exact.value, exact.error);
         assert!(counted.error < 0.02 * counted.value);
     }
 }
 
 #[test]
 fn an_image_holds_the_pairs_and_the_own_one_is_the_box() {
-    let subset = read(
-        "hybrid",
-        Symmetry::FULL,
-        "h_bar=0.1..0.4, k=0.3..0.6, delta=20..50",
-    );
+    let subset = full("hybrid", "h_bar=0.1..0.4, k=0.3..0.6, delta=20..50");
     let measure = subset.quadrature();
     // Other pairs of the box, unlike those that images are found from.
     let members = subset.members(5000, 99);
@@ -131,11 +127,7 @@ fn an_image_holds_the_pairs_and_the_own_one_is_the_box() {
 
 #[test]
 fn a_pole_is_no_part_of_an_azimuth() {
-    let subset = read(
-        "hybrid",
-        Symmetry::FULL,
-        "h_bar=0..0.2, k=0..0.7, delta=30..60",
-    );
+    let subset = full("hybrid", "h_bar=0..0.2, k=0..0.7, delta=30..60");
     let image = subset
         .image(
             &crate::common::form("stark", Symmetry::FULL),
@@ -152,7 +144,7 @@ fn a_pole_is_no_part_of_an_azimuth() {
 #[test]
 fn the_angles_of_a_spherical_box_are_its_own() {
     let text = "theta_i=10..30, theta_o=40..75, delta_phi=20..50";
-    let needs = read("spherical", Symmetry::FULL, text).needs().unwrap();
+    let needs = full("spherical", text).needs().unwrap();
     for (got, want) in [
         (needs.theta_i, [10.0_f64, 30.0]),
         (needs.theta_o, [40.0, 75.0]),
@@ -163,9 +155,8 @@ fn the_angles_of_a_spherical_box_are_its_own() {
         }
     }
     // Nothing above the horizon: both directions 60° from a half vector that is 60° off the normal.
-    let empty = read(
+    let empty = full(
         "half-difference",
-        Symmetry::FULL,
         "theta_h=60..70, theta_d=60..70, phi_d=0..10",
     );
     assert_eq!(empty.needs(), None);
@@ -176,21 +167,14 @@ fn the_angles_of_a_spherical_box_are_its_own() {
 fn the_energy_of_a_matte_surface_is_known() {
     // ∫∫ a/π cos cos = π a over everything; over elevations below 30° of either, sin⁴ 30° of it.
     let lambert = Lambert::new(Spectrum::Grey(0.6), Channels::Luminance);
-    let whole = read("half-difference", Symmetry::FULL, "").energy(&lambert);
+    let whole = full("half-difference", "").energy(&lambert);
     assert!((whole.value / (0.6 * PI) - 1.0).abs() < 2e-3, "{whole:?}");
-    let part = read("spherical", Symmetry::FULL, "theta_i=0..30, theta_o=0..30").energy(&lambert);
+    let part = full("spherical", "theta_i=0..30, theta_o=0..30").energy(&lambert);
     let want = 0.6 * PI / 16.0;
-    assert!(
-        (part.value - want).abs() < 4.0 * part.error + 1e-6,
-        "{part:?} {want}"
-    );
+    assert_near(part, want, 1e-6);
     assert!(part.error < 1e-3 * want);
-    let share = read("hybrid", Symmetry::FULL, "k=0..0.5")
-        .energy_share(&lambert)
-        .unwrap();
-    let rest = read("hybrid", Symmetry::FULL, "k=0.5..1")
-        .energy_share(&lambert)
-        .unwrap();
+    let share = full("hybrid", "k=0..0.5").energy_share(&lambert).unwrap();
+    let rest = full("hybrid", "k=0.5..1").energy_share(&lambert).unwrap();
     let sum = share.value + rest.value;
     assert!(
         (sum - 1.0).abs() < 4.0 * share.error.hypot(rest.error) + 1e-3,
@@ -201,7 +185,7 @@ fn the_energy_of_a_matte_surface_is_known() {
 #[test]
 fn counting_is_told_where_quadrature_is_coarse() {
     // At the horizon: a measure from four times as many pairs as decides.
-    let subset = read("stark", Symmetry::FULL, "alpha=0.95..1");
+    let subset = full("stark", "alpha=0.95..1");
     let counts: Vec<f64> = (20..24)
         .map(|seed| subset.monte_carlo(seed).value)
         .collect();
@@ -212,23 +196,16 @@ fn counting_is_told_where_quadrature_is_coarse() {
         measure.is_counted() && best.error < 0.02 * want,
         "{measure:?}"
     );
-    assert!(
-        (best.value - want).abs() < 4.0 * best.error,
-        "{measure:?} {want}"
-    );
+    assert_near(best, want, 0.0);
     // Counts of nothing are no proof, and smooth integrands are for quadrature.
-    let tiny = read(
-        "spherical",
-        Symmetry::FULL,
-        "theta_i=10..10.01, theta_o=20..20.01",
-    );
+    let tiny = full("spherical", "theta_i=10..10.01, theta_o=20..20.01");
     let measure = tiny.measure(1);
     assert!(
         !measure.is_counted() && measure.counted.error > 0.0,
         "{measure:?}"
     );
     // Every pair is every pair.
-    let share = read("stark", Symmetry::FULL, "").measure(1).share();
+    let share = full("stark", "").measure(1).share();
     assert!(share.value <= 1.0 && share.value > 1.0 - 1e-5, "{share:?}");
 }
 
@@ -252,14 +229,9 @@ fn boxes_that_make_no_sense_are_refused() {
 
 #[test]
 fn the_energy_of_a_sharp_lobe_is_found() {
-    let ggx = |alpha: f64| {
-        let all = gonio::brdf::all();
-        let entry = all.iter().find(|e| e.kind == "ggx").unwrap();
-        let spec = gonio::registry::read_text(entry, &format!("alpha = {alpha}")).unwrap();
-        spec.build(Channels::Luminance).unwrap()
-    };
+    let ggx = |alpha: f64| model("ggx", &format!("alpha = {alpha}"));
     // All of it, and not 8 % more.
-    let share = |text: &str| read("spherical", Symmetry::FULL, text).energy_share(&*ggx(0.003));
+    let share = |text: &str| full("spherical", text).energy_share(&*ggx(0.003));
     let all = share("").unwrap();
     assert!((all.value - 1.0).abs() < 1e-12, "{all:?}");
     // What is reflected stays within a degree of the mirror direction.
@@ -270,9 +242,9 @@ fn the_energy_of_a_sharp_lobe_is_found() {
     assert!(beside.value < 0.02, "{beside:?}");
     // A wide lobe is resolved by a box's own points as well: they are others.
     let wide = ggx(0.4);
-    let subset = read("hybrid", Symmetry::FULL, "h_bar=0.1..0.5, k=0.2..0.7");
+    let subset = full("hybrid", "h_bar=0.1..0.5, k=0.2..0.7");
     let found = subset.energy_share(&*wide).unwrap();
-    let whole = read("half-difference", Symmetry::FULL, "").energy(&*wide);
+    let whole = full("half-difference", "").energy(&*wide);
     let own = subset.energy(&*wide);
     let error = (own.error / own.value).hypot(whole.error / whole.value);
     let own = own.value / whole.value;
@@ -282,11 +254,7 @@ fn the_energy_of_a_sharp_lobe_is_found() {
     );
     assert!(found.error < 0.02 * found.value);
     // So is a box that few of the others fall into.
-    let small = read(
-        "hybrid",
-        Symmetry::FULL,
-        "h_bar=0.3..0.31, k=0.3..0.31, delta=40..45",
-    );
+    let small = full("hybrid", "h_bar=0.3..0.31, k=0.3..0.31, delta=40..45");
     assert!(small.energy_share(&*wide).unwrap().resolved());
     let black = Lambert::new(Spectrum::Grey(0.0), Channels::Luminance);
     assert_eq!(subset.energy_share(&black), None);

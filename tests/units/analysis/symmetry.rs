@@ -1,10 +1,7 @@
 //! BRDFs that miss one symmetry by a known amount.
 
-use crate::common::made;
-use gonio::analysis::{
-    Deviation, Deviations, SYMMETRY_TOLERANCE, deviations, savings, symmetry_pairs,
-};
-use gonio::brdf::Channels;
+use crate::common::{made, model, symmetries};
+use gonio::analysis::{Deviations, SYMMETRY_TOLERANCE, deviations, savings, symmetry_pairs};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization;
 use gonio::sampling::Sobol;
@@ -17,38 +14,36 @@ fn found(f: impl Fn(&DirectionPair) -> Option<f64> + Send + Sync) -> Deviations 
 const E: f64 = 0.2;
 
 /// f = 1 ± e, and T exchanges the signs: every difference is 2e.
-fn check_signs(found: Deviation) {
-    let want = 2.0 * E / (1.0 + E * E).sqrt();
-    assert!((found.relative - want).abs() < 1e-12, "{found:?}");
-    assert!((found.pairwise - 2.0 * E).abs() < 1e-12, "{found:?}");
-    let log = ((1.0 + E) / (1.0 - E)).ln();
-    assert!((found.max_log - log).abs() < 1e-12, "{found:?}");
-    assert!(!found.holds(SYMMETRY_TOLERANCE) && found.holds(0.4));
-}
-
 #[test]
-fn an_error_of_reciprocity_is_its_closed_form() {
-    let found = found(|p| {
-        let sign = (p.omega_i.cos_theta() - p.omega_o.cos_theta()).signum();
-        Some(1.0 + E * sign)
-    });
-    check_signs(found.reciprocity);
-    let symmetry = found.holding(SYMMETRY_TOLERANCE);
-    assert!(symmetry.isotropic && symmetry.bilateral && !symmetry.reciprocal);
-}
-
-#[test]
-fn an_error_of_bilateral_symmetry_is_its_closed_form() {
+fn errors_of_reciprocity_and_of_bilateral_symmetry_are_their_closed_form() {
+    let steeper = |p: &DirectionPair| p.omega_i.cos_theta() - p.omega_o.cos_theta();
     // sin phi_d changes sign with the exchange too; the product with the difference of the
     // cosines, which does so as well, is reciprocal.
-    let found = found(|p| {
-        let (i, o) = (p.omega_i.vector(), p.omega_o.vector());
-        let sign = (i.cross(o).z * (i.z - o.z)).signum();
-        Some(1.0 + E * sign)
-    });
-    check_signs(found.bilateral);
-    let symmetry = found.holding(SYMMETRY_TOLERANCE);
-    assert!(symmetry.isotropic && symmetry.reciprocal && !symmetry.bilateral);
+    let turned = |p: &DirectionPair| p.omega_i.vector().cross(p.omega_o.vector()).z * steeper(p);
+    let [one, other] = [
+        found(|p| Some(1.0 + E * steeper(p).signum())),
+        found(|p| Some(1.0 + E * turned(p).signum())),
+    ];
+    for (name, found) in [
+        ("reciprocity", one.reciprocity),
+        ("bilateral", other.bilateral),
+    ] {
+        let want = 2.0 * E / (1.0 + E * E).sqrt();
+        assert!((found.relative - want).abs() < 1e-12, "{name}: {found:?}");
+        assert!(
+            (found.pairwise - 2.0 * E).abs() < 1e-12,
+            "{name}: {found:?}"
+        );
+        let log = ((1.0 + E) / (1.0 - E)).ln();
+        assert!((found.max_log - log).abs() < 1e-12, "{name}: {found:?}");
+        assert!(
+            !found.holds(SYMMETRY_TOLERANCE) && found.holds(0.4),
+            "{name}"
+        );
+    }
+    let [one, other] = [one, other].map(|found| found.holding(SYMMETRY_TOLERANCE));
+    assert!(one.isotropic && one.bilateral && !one.reciprocal);
+    assert!(other.isotropic && other.reciprocal && !other.bilateral);
 }
 
 #[test]
@@ -103,42 +98,22 @@ fn data_on_one_side_only_is_counted() {
     assert_eq!(lit.bilateral.max_log, f64::INFINITY);
 }
 
+/// Turns are whole steps of a table, so that it shows what was measured.
 #[test]
-fn models_have_what_they_declare() {
-    for (kind, text, want) in [
-        ("ggx", "alpha = 0.05", Symmetry::FULL),
-        ("ward", "alpha = [0.05, 0.2]", Symmetry::ORTHOTROPIC),
-        (
-            "tabulated",
-            "of = { kind = \"ggx\", alpha = 0.1 }",
-            Symmetry::FULL,
-        ),
-        (
-            "tabulated",
-            "format = \"utia\"\nof = { kind = \"ggx\", alpha = 0.4 }",
-            // Its turns are whole steps of the table, so that it shows what was measured.
-            Symmetry::FULL,
-        ),
+fn tables_have_the_symmetries_of_what_they_are_made_of() {
+    for keys in [
+        "of = { kind = \"ggx\", alpha = 0.1 }",
+        "format = \"utia\"\nof = { kind = \"ggx\", alpha = 0.4 }",
     ] {
-        let entries = gonio::brdf::all();
-        let entry = entries.iter().find(|e| e.kind == kind).unwrap();
-        let spec = gonio::registry::read_text(entry, text).unwrap();
-        let brdf = spec.build(Channels::Luminance).unwrap();
-        let found = deviations(&*brdf, &symmetry_pairs());
-        println!("{kind} {text}: {found:?}");
-        assert_eq!(found.holding(1e-9), want, "{kind} {text}: {found:?}");
+        let found = deviations(&*model("tabulated", keys), &symmetry_pairs());
+        assert_eq!(found.holding(1e-9), Symmetry::FULL, "{keys}: {found:?}");
     }
 }
 
 /// The share of the unfolded box that represents itself, counted point by point.
 #[test]
 fn savings_are_the_share_of_the_box_that_is_left() {
-    for bits in 0..8 {
-        let symmetry = Symmetry {
-            isotropic: bits & 1 != 0,
-            reciprocal: bits & 2 != 0,
-            bilateral: bits & 4 != 0,
-        };
+    for symmetry in symmetries() {
         let unfolded = Symmetry {
             isotropic: symmetry.isotropic,
             ..Symmetry::NONE
@@ -166,21 +141,4 @@ fn savings_are_the_share_of_the_box_that_is_left() {
             assert_eq!(saving.folds.is_empty(), saving.copies == 1, "{saving:?}");
         }
     }
-    let folds = |symmetry, name: &str| {
-        let mut all = savings(symmetry).into_iter();
-        let saving = all.find(|s| s.parametrization == name).unwrap();
-        (saving.dimensions, saving.copies, saving.folds.join(", "))
-    };
-    assert_eq!(
-        folds(Symmetry::FULL, "half-difference"),
-        (3, 4, "phi_d 360° to 90°".into())
-    );
-    assert_eq!(
-        folds(Symmetry::FULL, "spherical"),
-        (3, 4, "delta_phi 360° to 180°, theta_i ≥ theta_o".into())
-    );
-    assert_eq!(
-        folds(Symmetry::ORTHOTROPIC, "hybrid"),
-        (4, 8, "phi_h 360° to 90°, phi_k 360° to 180°".into())
-    );
 }

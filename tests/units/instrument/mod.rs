@@ -1,4 +1,3 @@
-mod ideal;
 #[cfg(feature = "experiments")]
 mod motion;
 #[cfg(feature = "experiments")]

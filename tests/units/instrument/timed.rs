@@ -1,16 +1,17 @@
 //! When visits take place: stops, sweeps and calibrations.
 
+use crate::common::{form, near, planned, product};
 use gonio::geometry::Symmetry;
 use gonio::instrument::{
     AxisMotion, Machine, Motion, Scan, Stop, TimingSpec, Travel, presets, read,
 };
 use gonio::sampling::Random;
-use gonio::schedule::{RandomSet, SampleSet, Schedule, Visit};
+use gonio::schedule::{Schedule, Visit};
 
 /// A schedule of `n` poses whose lights change with every `lights`-th.
 fn schedule(n: usize, lights: usize) -> Schedule {
-    let form = crate::common::form("half-difference", Symmetry::NONE);
-    let mut schedule = RandomSet {}.plan(&form, n, 1).unwrap();
+    let form = form("half-difference", Symmetry::NONE);
+    let mut schedule = (*planned(&form, "random", n, 1)).clone();
     for i in 0..n {
         schedule.poses[i].pair.omega_i = schedule.poses[i - i % lights].pair.omega_i;
     }
@@ -66,11 +67,8 @@ fn motion(setting: &Setting) -> Motion {
 fn rows(rows: usize, columns: usize, d: f64) -> Vec<Stop> {
     let stop = |i: usize| {
         let (row, column) = (i / columns, i % columns);
-        let column = if row % 2 == 0 {
-            column
-        } else {
-            columns - 1 - column
-        };
+        let back = row % 2 == 1;
+        let column = if back { columns - 1 - column } else { column };
         (i as u32, [d * column as f64, 0.2 * row as f64, 0.1, 0.0])
     };
     (0..rows * columns).map(stop).collect()
@@ -87,6 +85,11 @@ fn wandering(n: usize) -> Vec<Stop> {
 
 fn total(visits: &[Visit]) -> f64 {
     visits.iter().map(|v| v.seconds).sum()
+}
+
+/// When a visit begins, s after the latest calibration.
+fn begins(v: &Visit) -> f64 {
+    v.since_calibration_seconds - 0.5 * v.exposure_seconds - v.move_seconds
 }
 
 #[test]
@@ -114,15 +117,16 @@ fn stop_and_go_adds_up() {
         assert_eq!(visit.move_seconds, moves);
         assert_eq!(visit.exposure_seconds, 0.25);
         let middle = begins + moves + 0.125;
-        assert!((visit.at_seconds - middle).abs() < 1e-9);
-        assert!((visit.since_calibration_seconds - (middle - calibrated)).abs() < 1e-9);
+        near(visit.at_seconds, middle, 1e-9, i);
+        let found = visit.since_calibration_seconds;
+        near(found, middle - calibrated, 1e-9, i);
         now = begins + moves + 0.25 + OVERHEAD;
         here = stop.1;
     }
     assert!(tiles > 2, "{tiles}");
-    assert!((total(&visits) - now).abs() < 1e-9);
-    let last = visits[n - 1];
-    assert!((last.at_seconds + 0.125 + OVERHEAD - total(&visits)).abs() < 1e-9);
+    near(total(&visits), now, 1e-9, "total");
+    let end = visits[n - 1].at_seconds + 0.125 + OVERHEAD;
+    near(end, total(&visits), 1e-9, "end");
 }
 
 #[test]
@@ -138,10 +142,8 @@ fn blocks_share_their_light() {
     let back: Vec<Stop> = path.into_iter().rev().collect();
     let visits = motion(&STOP).timed(&schedule, Vec::new(), &back);
     for (visit, stop) in visits.iter().zip(&back) {
-        assert_eq!(
-            visit.block as usize,
-            (n - 1) / lights - stop.0 as usize / lights
-        );
+        let number = (n - 1) / lights - stop.0 as usize / lights;
+        assert_eq!(visit.block as usize, number);
     }
 }
 
@@ -151,19 +153,16 @@ fn tiles_are_read_as_often_as_the_time_asks() {
     let schedule = schedule(n, n);
     let path = wandering(n);
     let tiles = |every_minutes: f64| {
-        let visits = motion(&Setting {
+        let setting = Setting {
             every_minutes,
             ..STOP
-        })
-        .timed(&schedule, Vec::new(), &path);
+        };
+        let visits = motion(&setting).timed(&schedule, Vec::new(), &path);
         let extra = visits.iter().filter(|v| {
             let rest = v.move_seconds + v.exposure_seconds + OVERHEAD;
             v.seconds - rest > 0.5 * TILE
         });
-        let longest = visits
-            .iter()
-            .map(|v| v.since_calibration_seconds - 0.5 * v.exposure_seconds - v.move_seconds);
-        let longest = longest.fold(0.0, f64::max);
+        let longest = visits.iter().map(begins).fold(0.0, f64::max);
         assert!(every_minutes == 0.0 || longest <= 60.0 * every_minutes * (1.0 + 1e-12));
         (extra.count(), total(&visits))
     };
@@ -179,7 +178,7 @@ fn tiles_are_read_as_often_as_the_time_asks() {
             (least..=most).contains(&count),
             "{count} of {least}..{most}"
         );
-        assert!((seconds - bare - TILE * count as f64).abs() < 1e-8);
+        near(seconds - bare, TILE * count as f64, 1e-8, every);
     }
     // Shorter than any visit: before every one.
     assert_eq!(tiles(1e-6).0, n);
@@ -203,7 +202,7 @@ fn a_long_sweep_takes_the_time_of_one_move() {
         wraps: false,
     }]);
     let whole = one.seconds(&[0.0; 4], &[2.0, 0.0, 0.0, 0.0]);
-    assert!((total(&visits) - first - whole).abs() < 1e-12);
+    near(total(&visits) - first, whole, 1e-12, "one move");
     // Exposures or the rate of readings set the pace where they are slower than the axis; the
     // ramps are as long as the pace asks.
     for (exposure, rate, pace) in [
@@ -219,9 +218,9 @@ fn a_long_sweep_takes_the_time_of_one_move() {
         let visits = motion(&fly).timed(&schedule, Vec::new(), &path);
         let seconds = total(&visits) - visits[0].seconds;
         let ramps = 0.05 / pace / 1.0;
-        assert!((seconds - 40.0 * pace - ramps).abs() < 1e-12, "{seconds}");
+        near(seconds, 40.0 * pace + ramps, 1e-12, pace);
         for v in &visits[1..] {
-            assert!((v.seconds - v.move_seconds - exposure).abs() < 1e-12);
+            near(v.seconds - v.move_seconds, exposure, 1e-12, pace);
             assert!(v.move_seconds >= 0.0);
         }
     }
@@ -229,40 +228,38 @@ fn a_long_sweep_takes_the_time_of_one_move() {
 
 #[test]
 fn flying_is_never_slower_than_stopping() {
-    for every_minutes in [0.0, 0.5, 3.0] {
-        for exposure in [0.0, 0.01, 0.25, 3.0] {
-            for rate in [None, Some(1000.0), Some(2.0), Some(0.2)] {
-                for d in [1e-4, 0.01, 0.3] {
-                    let path = rows(12, 9, d);
-                    let schedule = schedule(path.len(), 1);
-                    let setting = Setting {
-                        scan: Scan::Fly,
-                        rate,
-                        exposure,
-                        every_minutes,
-                    };
-                    let flown = motion(&setting).timed(&schedule, Vec::new(), &path);
-                    let stopped = motion(&Setting {
-                        scan: Scan::Stop,
-                        ..setting
-                    });
-                    let stopped = stopped.timed(&schedule, Vec::new(), &path);
-                    let (fly, stop) = (total(&flown), total(&stopped));
-                    assert!(fly <= stop + 1e-9, "{fly} {stop}");
-                    if rate.is_none_or(|rate| rate > 10.0) && every_minutes != 0.5 {
-                        // Of nine visits at least one in two neither settles nor idles.
-                        assert!(fly < stop - 0.3 * 0.5 * path.len() as f64, "{fly} {stop}");
-                    }
-                    let mut now = 0.0;
-                    for (visit, stop) in flown.iter().zip(&path) {
-                        assert_eq!((visit.pose, visit.positions), *stop);
-                        let idle = visit.at_seconds - now;
-                        let range = 0.5 * exposure - 1e-9..visit.seconds + 1e-9;
-                        assert!(range.contains(&idle), "{visit:?}");
-                        now += visit.seconds;
-                    }
-                }
-            }
+    let settings = product([0.0, 0.1, 0.5, 3.0], [0.0, 0.01, 0.25, 3.0]);
+    let paths = product(
+        [None, Some(1000.0), Some(2.0), Some(0.2)],
+        [1e-4, 0.01, 0.3],
+    );
+    for ((every_minutes, exposure), (rate, d)) in product(settings, paths) {
+        let path = rows(12, 9, d);
+        let schedule = schedule(path.len(), 1);
+        let timed = |scan| {
+            let setting = Setting {
+                scan,
+                rate,
+                exposure,
+                every_minutes,
+            };
+            motion(&setting).timed(&schedule, Vec::new(), &path)
+        };
+        let (flown, stopped) = (timed(Scan::Fly), timed(Scan::Stop));
+        let (fly, stop) = (total(&flown), total(&stopped));
+        assert!(fly <= stop + 1e-9, "{fly} {stop}");
+        if rate.is_none_or(|rate| rate > 10.0) && ![0.1, 0.5].contains(&every_minutes) {
+            // Of nine visits at least one in two neither settles nor idles.
+            assert!(fly < stop - 0.3 * 0.5 * path.len() as f64, "{fly} {stop}");
+        }
+        let mut now = 0.0;
+        for (visit, stop) in flown.iter().zip(&path) {
+            assert_eq!((visit.pose, visit.positions), *stop);
+            let range = 0.5 * exposure - 1e-9..visit.seconds + 1e-9;
+            assert!(range.contains(&(visit.at_seconds - now)), "{visit:?}");
+            // No visit of a sweep begins when a calibration is due.
+            assert!(every_minutes == 0.0 || begins(visit) <= 60.0 * every_minutes + 1e-9);
+            now += visit.seconds;
         }
     }
 }
@@ -285,27 +282,7 @@ fn without_sweeps_flying_is_stopping() {
     let mut zigzag = rows(1, n, 0.05);
     zigzag.chunks_exact_mut(2).for_each(|pair| pair.swap(0, 1));
     for path in [wandering(n), zigzag] {
-        assert_eq!(
-            flown.timed(&schedule, Vec::new(), &path),
-            stopped.timed(&schedule, Vec::new(), &path)
-        );
-    }
-}
-
-#[test]
-fn no_visit_of_a_sweep_begins_when_a_calibration_is_due() {
-    let path = rows(3, 200, 0.01);
-    let schedule = schedule(path.len(), 1);
-    for every_minutes in [0.001, 0.1, 0.5] {
-        let setting = Setting {
-            scan: Scan::Fly,
-            every_minutes,
-            ..STOP
-        };
-        let visits = motion(&setting).timed(&schedule, Vec::new(), &path);
-        for v in &visits {
-            let begins = v.since_calibration_seconds - 0.5 * v.exposure_seconds - v.move_seconds;
-            assert!(begins <= 60.0 * every_minutes + 1e-9, "{v:?}");
-        }
+        let [a, b] = [&flown, &stopped].map(|m| m.timed(&schedule, Vec::new(), &path));
+        assert_eq!(a, b);
     }
 }

@@ -1,9 +1,9 @@
+use crate::common::{form, near, planned};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{AxisMotion, Order, Travel};
 use gonio::numeric::wrap_angle;
 use gonio::sampling::Random;
-use gonio::schedule::{Positions, RandomSet, SampleSet};
-use std::f64::consts::{PI, TAU};
+use gonio::schedule::Positions;
 
 const REST: Positions = [0.0; 4];
 
@@ -18,25 +18,37 @@ fn travel(wraps: &[bool]) -> Travel {
 }
 
 fn seconds(travel: &Travel, positions: &[Positions], tour: &[u32]) -> f64 {
-    let mut here = &REST;
-    let mut sum = 0.0;
-    for &i in tour {
-        sum += travel.seconds(here, &positions[i as usize]);
-        here = &positions[i as usize];
-    }
-    sum
+    let stops = tour.iter().map(|i| &positions[*i as usize]);
+    let from = std::iter::once(&REST).chain(stops.clone());
+    from.zip(stops).map(|(a, b)| travel.seconds(a, b)).sum()
 }
 
-fn assert_permutation(tour: &[u32], n: usize) {
-    let mut sorted = tour.to_vec();
+/// The tour of an order, in which every position is once.
+fn tour(order: Order, travel: &Travel, positions: &[Positions]) -> Vec<u32> {
+    let tour = order.tour(travel, &REST, positions);
+    let mut sorted = tour.clone();
     sorted.sort_unstable();
-    assert!(sorted.into_iter().eq(0..n as u32));
+    assert!(sorted.into_iter().eq(0..positions.len() as u32));
+    tour
+}
+
+/// How long each order travels.
+fn all_orders(travel: &Travel, positions: &[Positions]) -> [f64; 4] {
+    Order::ALL.map(|order| seconds(travel, positions, &tour(order, travel, positions)))
+}
+
+/// Sets of `n` random positions: of three axes and of four.
+fn sets(n: usize, seed: u64) -> [(Travel, Vec<Positions>); 2] {
+    [
+        (travel(&THREE), random(n, seed, three)),
+        (travel(&FOUR), random(n, seed, four)),
+    ]
 }
 
 /// Positions of random pairs that are uniform in half/difference coordinates.
 fn random(n: usize, seed: u64, place: fn(&DirectionPair) -> Positions) -> Vec<Positions> {
-    let form = crate::common::form("half-difference", Symmetry::NONE);
-    let schedule = RandomSet {}.plan(&form, n, seed).unwrap();
+    let form = form("half-difference", Symmetry::NONE);
+    let schedule = planned(&form, "random", n, seed);
     schedule.poses.iter().map(|p| place(&p.pair)).collect()
 }
 
@@ -58,43 +70,24 @@ const FOUR: [bool; 4] = [false, true, false, true];
 
 #[test]
 fn the_best_order_quarters_the_travel() {
-    type Place = fn(&DirectionPair) -> Positions;
-    let sets: [(&[bool], Place); 2] = [(&THREE, three), (&FOUR, four)];
-    for (wraps, place) in sets {
-        let travel = travel(wraps);
-        for seed in 1..=3 {
-            let positions = random(1024, seed, place);
-            let [random, rows, nearest, best] = Order::ALL.map(|order| {
-                let tour = order.tour(&travel, &REST, &positions);
-                assert_permutation(&tour, positions.len());
-                seconds(&travel, &positions, &tour)
-            });
-            assert!(best <= 0.25 * random, "{seed}: {best} of {random}");
-            assert!(best <= nearest && nearest <= rows && rows <= random);
-        }
+    for (travel, positions) in (1..=3).flat_map(|seed| sets(1024, seed)) {
+        let [random, rows, nearest, best] = all_orders(&travel, &positions);
+        assert!(best <= 0.25 * random, "{best} of {random}");
+        assert!(best <= nearest && nearest <= rows && rows <= random);
     }
 }
 
 #[test]
 fn more_work_never_travels_longer() {
     for n in [2, 3, 4, 5, 9, 17, 40, 150] {
-        for seed in 0..12 {
-            for (wraps, positions) in [
-                (&THREE[..], random(n, seed, three)),
-                (&FOUR[..], random(n, seed, four)),
-            ] {
-                let travel = travel(wraps);
-                let [random, rows, nearest, best] = Order::ALL.map(|order| {
-                    let tour = order.tour(&travel, &REST, &positions);
-                    assert_permutation(&tour, n);
-                    assert_eq!(tour, order.tour(&travel, &REST, &positions));
-                    seconds(&travel, &positions, &tour)
-                });
-                assert!(best <= nearest * (1.0 + 1e-12), "{n} {seed}");
-                assert!(best <= rows.min(random) * (1.0 + 1e-12), "{n} {seed}");
-                // The nearest neighbour can be unlucky with few poses, not with many.
-                assert!(n < 40 || nearest <= random, "{n} {seed}");
-            }
+        for (travel, positions) in (0..12).flat_map(|seed| sets(n, seed)) {
+            let again = |order| tour(order, &travel, &positions);
+            assert_eq!(Order::ALL.map(again), Order::ALL.map(again));
+            let [random, rows, nearest, best] = all_orders(&travel, &positions);
+            assert!(best <= nearest * (1.0 + 1e-12), "{n}");
+            assert!(best <= rows.min(random) * (1.0 + 1e-12), "{n}");
+            // The nearest neighbour can be unlucky with few poses, not with many.
+            assert!(n < 40 || nearest <= random, "{n}");
         }
     }
 }
@@ -119,20 +112,17 @@ fn shortest(travel: &Travel, positions: &[Positions]) -> f64 {
 fn small_sets_are_solved_nearly_exactly() {
     let (mut exact, mut all) = (0, 0);
     for n in 1..=8 {
-        for seed in 0..10 {
-            for (wraps, positions) in [
-                (&THREE[..], random(n, seed, three)),
-                (&FOUR[..], random(n, seed, four)),
-            ] {
-                let travel = travel(wraps);
-                let best = shortest(&travel, &positions);
-                let tour = Order::TwoOpt.tour(&travel, &REST, &positions);
-                let found = seconds(&travel, &positions, &tour);
-                assert!(found >= best * (1.0 - 1e-12));
-                assert!(found <= 1.03 * best, "{n} {seed}: {found} {best}");
-                exact += usize::from(found <= best * (1.0 + 1e-12));
-                all += 1;
-            }
+        for (travel, positions) in (0..10).flat_map(|seed| sets(n, seed)) {
+            let best = shortest(&travel, &positions);
+            let found = seconds(
+                &travel,
+                &positions,
+                &tour(Order::TwoOpt, &travel, &positions),
+            );
+            assert!(found >= best * (1.0 - 1e-12));
+            assert!(found <= 1.03 * best, "{n}: {found} {best}");
+            exact += usize::from(found <= best * (1.0 + 1e-12));
+            all += 1;
         }
     }
     // With so few poses almost every path of no detour is the shortest.
@@ -176,26 +166,6 @@ fn points_on_a_line_are_visited_from_end_to_end() {
 }
 
 #[test]
-fn a_ring_is_gone_round_once() {
-    let n = 200;
-    let travel = travel(&[false, true]);
-    let step = TAU / n as f64;
-    let positions: Vec<Positions> = shuffled(n, 2)
-        .into_iter()
-        .map(|i| [0.3, wrap_angle(step * i as f64 - PI), 0.0, 0.0])
-        .collect();
-    for order in [Order::NearestNeighbour, Order::TwoOpt] {
-        let tour = order.tour(&travel, &REST, &positions);
-        let found = seconds(&travel, &positions, &tour);
-        // To the ring, then every step but one.
-        let to = travel.seconds(&REST, &[0.3, 0.0, 0.0, 0.0]);
-        let one = travel.seconds(&REST, &[0.0, step, 0.0, 0.0]);
-        let best = to + (n - 1) as f64 * one;
-        assert!((found - best).abs() < 1e-9 * best, "{found} {best}");
-    }
-}
-
-#[test]
 fn rows_run_back_and_forth() {
     // A lattice finer than the rows: every position is shared, so that every row is a sweep.
     let (rows, columns) = (12, 30);
@@ -205,30 +175,25 @@ fn rows_run_back_and_forth() {
         wraps: false,
     };
     let travel = Travel::new(&[AxisMotion { speed: 0.5, ..slow }, slow]);
-    let positions: Vec<Positions> = shuffled(rows * columns, 7)
-        .into_iter()
-        .map(|i| {
-            let (row, column) = (i / columns, i % columns);
-            [0.03 * column as f64, 0.02 * row as f64, 0.0, 0.0]
-        })
-        .collect();
+    let place = |i: usize| {
+        let (row, column) = (i / columns, i % columns);
+        [0.03 * column as f64, 0.02 * row as f64, 0.0, 0.0]
+    };
+    let places = shuffled(rows * columns, 7).into_iter();
+    let positions: Vec<Positions> = places.map(place).collect();
     let tour = Order::Sorted.tour(&travel, &REST, &positions);
     for (k, &i) in tour.iter().enumerate() {
         let (row, column) = (k / columns, k % columns);
-        let column = if row % 2 == 0 {
-            column
-        } else {
-            columns - 1 - column
-        };
+        let back = row % 2 == 1;
+        let column = if back { columns - 1 - column } else { column };
         let [x, y, ..] = positions[i as usize];
-        assert!((x - 0.03 * column as f64).abs() < 1e-12);
-        assert!((y - 0.02 * row as f64).abs() < 1e-12);
+        near(x, 0.03 * column as f64, 1e-12, k);
+        near(y, 0.02 * row as f64, 1e-12, k);
     }
     // Positions of their own are cut into rows of 5°, and within one the quick axis runs one way,
     // the other way in the next.
-    let positions: Vec<Positions> = (random(500, 1, three).iter())
-        .map(|p| [p[0], p[1], 0.0, 0.0])
-        .collect();
+    let mut positions = random(500, 1, three);
+    positions.iter_mut().for_each(|p| p[2] = 0.0);
     let tour = Order::Sorted.tour(&travel, &REST, &positions);
     let low = positions.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
     let row = |i: u32| ((positions[i as usize][1] - low) / 5_f64.to_radians()) as i32;
@@ -250,21 +215,19 @@ fn clusters_and_duplicates_are_visited_one_after_the_other() {
     let centres = random(20, 1, three);
     // Forty poses in each, some the same, some a rounding apart, within a thousandth of a rad.
     let noise = Random::new(6);
-    let positions: Vec<Positions> = (0..800)
-        .map(|i| {
-            let [x] = noise.point(i as u64);
-            let mut p = centres[i % 20];
-            match i % 3 {
-                0 => {}
-                1 => p[0] += 1e-15 * x,
-                _ => p[1] += 1e-3 * x,
-            }
-            p
-        })
-        .collect();
+    let place = |i: usize| {
+        let [x] = noise.point(i as u64);
+        let mut p = centres[i % 20];
+        match i % 3 {
+            0 => {}
+            1 => p[0] += 1e-15 * x,
+            _ => p[1] += 1e-3 * x,
+        }
+        p
+    };
+    let positions: Vec<Positions> = (0..800).map(place).collect();
     for order in [Order::NearestNeighbour, Order::TwoOpt] {
-        let tour = order.tour(&travel, &REST, &positions);
-        assert_permutation(&tour, positions.len());
+        let tour = tour(order, &travel, &positions);
         let leaves = tour.windows(2).filter(|w| w[0] % 20 != w[1] % 20).count();
         assert_eq!(leaves, 19, "{}", order.name());
     }

@@ -45,7 +45,7 @@ fn drawn(pairs: &[(f64, f64, LogNormal)]) -> [f64; 3] {
 fn errors_are_as_large_on_average_as_is_expected() {
     for variance in [1e-3, 0.5] {
         let pairs = pairs(variance);
-        let expected = Expected::of(pairs.iter().copied());
+        let expected = Expected::from_pairs(pairs.iter().copied());
         let (nrmse, log_relative) = (expected.nrmse.unwrap(), expected.log_relative.unwrap());
         let [most, least, log] = drawn(&pairs);
         let rounding = 0.005;
@@ -64,10 +64,13 @@ fn of_the_black_only_the_logarithm_is_known() {
         variance: 0.04,
         shared: 0.01,
     };
-    let expected = Expected::of(std::iter::once((1.0, 0.5, black)));
+    let expected = Expected::from_pairs(std::iter::once((1.0, 0.5, black)));
     let log = (2.0 * 0.04 / PI).sqrt();
     assert_eq!(expected.nrmse, None);
     assert!((expected.log_relative.unwrap() - log).abs() < 1e-15);
     assert!((expected.shared[1].unwrap() - 0.5 * log).abs() < 1e-15);
-    assert_eq!(Expected::of(std::iter::empty()), Expected::default());
+    assert_eq!(
+        Expected::from_pairs(std::iter::empty()),
+        Expected::default()
+    );
 }

@@ -1,435 +1,356 @@
-#[cfg(feature = "pictures")]
-mod html {
+use crate::common::{self, says, table};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use gonio::experiment::{Findings, Plan, Row, Source};
+use gonio::report::{MaterialPictures, Picture, study_html as html, study_text};
+use gonio::statistics::BAND;
+use sha2::{Digest, Sha256};
+use std::collections::{BTreeMap, BTreeSet};
 
-    use base64::Engine;
-    use base64::engine::general_purpose::STANDARD;
-    use gonio::experiment::{Findings, Plan, Quantities, Row, Source};
-    use gonio::report::{MaterialPictures, Picture, study_html as html, study_text};
-    use gonio::statistics::BAND;
-    use sha2::{Digest, Sha256};
-    use std::collections::{BTreeMap, BTreeSet};
+const HOSTILE: &str = "<script>alert(1)</script>\"'&";
 
-    const HOSTILE: &str = "<script>alert(1)</script>\"'&";
-
-    const CONFIG: &str = r#"
+const CONFIG: &str = r#"
 question = "Which of <b>them</b>?"
 experiment = "study"
 budgets = [100, 400]
-
-[[material]]
-kind = "ggx"
-alpha = 0.3
-name = "one"
-
-[[parametrization]]
-kind = "half-difference"
-
-[[parametrization]]
-kind = "hybrid"
-
-[[sample_set]]
-kind = "grid"
-
-[[reconstruction]]
-kind = "cubic"
+material = [{ kind = "ggx", alpha = 0.3, name = "one" }]
+parametrization = [{ kind = "half-difference" }, { kind = "hybrid" }]
+sample_set = [{ kind = "grid" }]
+reconstruction = [{ kind = "cubic" }]
 "#;
 
-    /// A row of a material that errs `error`, sampled in a parametrization with a warp.
-    fn row(m: usize, [parametrization, warp]: [&str; 2], budget: usize, error: f64) -> Row {
-        Row {
-            material: format!("{m} {HOSTILE}"),
-            truth: "neither".into(),
-            parametrization: parametrization.into(),
-            warp: warp.into(),
-            sample_set: "grid".into(),
-            instrument: "ideal".into(),
-            reconstruction: "cubic".into(),
-            coordinates: "own".into(),
-            allowed: format!("{budget} poses"),
-            budget,
-            readings: budget,
-            seed: 1,
-            measure: "cosine".into(),
-            quantities: errors(error),
-            reachable: 1.0,
-            instrument_seconds: Some(60.0 * budget as f64),
-            pairs: 100,
-            plan_seconds: Some(0.1),
-            measure_seconds: Some(0.1),
-            reconstruct_seconds: Some(0.1),
-            evaluate_seconds: Some(0.1),
-            ..Row::default()
+/// A row of a material of a number that errs `error`, sampled in a parametrization with a warp.
+fn row(m: usize, choice: [&str; 2], budget: usize, error: f64) -> Row {
+    common::row(&format!("{m} {HOSTILE}"), choice, budget, error)
+}
+
+/// Errors of hybrid over those of half-difference are `ratio` on every material, about.
+fn rows(materials: usize, ratio: f64, truth: &str) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for m in 0..materials {
+        for (c, parametrization) in ["half-difference", "hybrid"].into_iter().enumerate() {
+            for budget in [100, 400] {
+                let scatter = 1.0 + 1e-4 * ((m * m + c) as f64).sin();
+                let error = 0.1 * (m + 1) as f64 / budget as f64 * scatter;
+                let mut row = row(m, [parametrization, "none"], budget, error);
+                row.truth = truth.into();
+                if c == 1 {
+                    row.quantities.set("nrmse", Some(ratio * error));
+                }
+                rows.push(row);
+            }
         }
     }
+    rows
+}
 
-    /// The errors that reports compare, all alike.
-    fn errors(error: f64) -> Quantities {
-        let mut errors = Quantities::default();
-        for name in ["nrmse", "log_relative"] {
-            errors.set(name, Some(error));
+/// Half-difference and hybrid, as they are and warped; `ratio` of each, but for scatter.
+fn warped(materials: usize, ratios: [f64; 4]) -> Vec<Row> {
+    let choices = [
+        ["half-difference", "none"],
+        ["half-difference", "theta_h:square-root"],
+        ["hybrid", "none"],
+        ["hybrid", "h_bar:square-root"],
+    ];
+    let mut rows = Vec::new();
+    for m in 0..materials {
+        for (choice, ratio) in choices.into_iter().zip(ratios) {
+            let error = 0.1 * (m + 1) as f64 * ratio * (1.0 + 1e-4 * (m as f64).sin());
+            rows.push(row(m, choice, 100, error));
         }
-        errors
     }
+    rows
+}
 
-    /// Errors of hybrid over those of half-difference are `ratio` on every material, about.
-    fn rows(materials: usize, ratio: f64, truth: &str) -> Vec<Row> {
-        let mut rows = Vec::new();
-        for m in 0..materials {
-            for (c, parametrization) in ["half-difference", "hybrid"].into_iter().enumerate() {
-                for budget in [100, 400] {
-                    let scatter = 1.0 + 1e-4 * ((m * m + c) as f64).sin();
-                    let error = 0.1 * (m + 1) as f64 / budget as f64 * scatter;
+/// What is found in rows.
+fn findings(rows: &[Row]) -> Findings {
+    Findings::new(&rows.iter().collect::<Vec<_>>(), BAND)
+}
+
+fn report(rows: &[Row]) -> String {
+    let plan = Plan::read(&Source::new("study.toml", CONFIG)).unwrap();
+    let facts = serde_json::json!({
+        "gonio": "1.2.3",
+        "inputs": [{ "path": HOSTILE, "blake3": "abc" }],
+    });
+    let svg = "<?xml version=\"1.0\"?><svg xmlns=\"http://www.w3.org/2000/svg\">\
+               <image href=\"data:image/png;base64,iVBORw==\"/></svg>";
+    let picture = Picture {
+        caption: HOSTILE.into(),
+        svg: svg.into(),
+    };
+    let own = rows.first().map(|r| MaterialPictures {
+        material: r.material.clone(),
+        pictures: vec![picture.clone()],
+    });
+    let (all, found) = (rows.iter().collect::<Vec<_>>(), findings(rows));
+    html(&plan, &all, &found, &facts, &[picture], own.as_slice())
+}
+
+/// The diagrams of a report.
+fn charts(report: &str) -> impl Iterator<Item = &str> {
+    let charts = report.split("<figure class=\"chart\">").skip(1);
+    charts.map(|chart| chart.split("</figure>").next().unwrap())
+}
+
+/// The text between the tags of the verdict.
+fn verdict(report: &str) -> &str {
+    let start = report.find("class=\"verdict\"").unwrap();
+    let rest = &report[start..];
+    &rest[..rest.find("</div>").unwrap()]
+}
+
+/// Names of the lines of a diagram with their colours.
+fn looks(chart: &str) -> impl Iterator<Item = [&str; 2]> {
+    chart.split("<g><title>").skip(1).map(|told| {
+        let name = told.split(['\n', '<']).next().unwrap();
+        let circle = told.split("<circle").nth(1).unwrap();
+        let color = circle.split("fill=\"").nth(1).unwrap();
+        [name, color.split('"').next().unwrap()]
+    })
+}
+
+#[test]
+fn a_parametrization_has_one_colour() {
+    let mut rows = warped(8, [4.0, 1.0, 6.0, 2.0]);
+    for m in 0..8 {
+        rows.push(row(m, ["spherical", "none"], 100, 0.3 * (m + 1) as f64));
+        // Alone on a material, which must not change colours.
+        rows.push(row(9, ["hybrid", "none"], 100, 0.3));
+    }
+    for mut row in rows.clone() {
+        row.readings = 400;
+        row.budget = 400;
+        row.allowed = "400 poses".into();
+        rows.push(row);
+    }
+    let text = report(&rows);
+    let mut colors: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for [name, color] in charts(&text).flat_map(looks) {
+        let own = name.split([' ', ',']).next().unwrap();
+        colors.entry(own).or_default().insert(color);
+    }
+    assert!(
+        colors
+            .keys()
+            .eq(&["half-difference", "hybrid", "spherical"])
+    );
+    assert!(colors.values().all(|c| c.len() == 1), "{colors:?}");
+    let all: BTreeSet<_> = colors.values().flatten().collect();
+    assert_eq!(all.len(), 3);
+}
+
+#[test]
+fn a_curve_keeps_its_reconstruction() {
+    // Cubic is best at 100, linear at 400 by more: over both budgets that is best. No line is of both.
+    let mut rows = Vec::new();
+    for m in 0..6 {
+        for (name, errors) in [("cubic", [1.0, 0.9]), ("linear", [1.1, 0.2])] {
+            for (budget, error) in [100, 400].into_iter().zip(errors) {
+                for parametrization in ["half-difference", "hybrid"] {
                     let mut row = row(m, [parametrization, "none"], budget, error);
-                    row.truth = truth.into();
-                    if c == 1 {
-                        row.quantities.set("nrmse", Some(ratio * error));
-                    }
+                    row.reconstruction = name.into();
                     rows.push(row);
                 }
             }
         }
-        rows
     }
-
-    /// Half-difference and hybrid, as they are and warped; `ratio` of each, but for scatter.
-    fn warped(materials: usize, ratios: [f64; 4]) -> Vec<Row> {
-        let choices = [
-            ["half-difference", "none"],
-            ["half-difference", "theta_h:square-root"],
-            ["hybrid", "none"],
-            ["hybrid", "h_bar:square-root"],
-        ];
-        let mut rows = Vec::new();
-        for m in 0..materials {
-            for (choice, ratio) in choices.into_iter().zip(ratios) {
-                let error = 0.1 * (m + 1) as f64 * ratio * (1.0 + 1e-4 * (m as f64).sin());
-                rows.push(row(m, choice, 100, error));
-            }
+    let text = report(&rows);
+    let mut linear_charts = 0;
+    for chart in charts(&text) {
+        let has = |error: &str| chart.contains(&format!("\nnrmse {error}</title>"));
+        let [cubic, linear] = [["1.00", "0.900"], ["1.10", "0.200"]];
+        for (name, [first, last]) in [("cubic", cubic), ("linear", linear)] {
+            assert_eq!(has(first), has(last), "{chart}");
+            let by_name = format!("by {name}");
+            assert!(!has(first) || chart.contains(&by_name), "{chart}");
         }
-        rows
+        linear_charts += usize::from(has(linear[0]));
     }
+    // Against readings and the instrument, and of six materials.
+    assert_eq!(linear_charts, 2 + 6);
+    let said = study_text(&findings(&rows));
+    assert!(said.contains("hybrid, linear") && !said.contains("hybrid, cubic"));
+}
 
-    fn report(rows: &[Row]) -> String {
-        let plan = Plan::read(&Source::new("study.toml", CONFIG)).unwrap();
-        let rows: Vec<&Row> = rows.iter().collect();
-        let findings = Findings::new(&rows, BAND);
-        let facts = serde_json::json!({
-            "gonio": "1.2.3",
-            "inputs": [{ "path": HOSTILE, "blake3": "abc" }],
-        });
-        let svg = "<?xml version=\"1.0\"?><svg xmlns=\"http://www.w3.org/2000/svg\">\
-                   <image href=\"data:image/png;base64,iVBORw==\"/></svg>";
-        let picture = Picture {
-            caption: HOSTILE.into(),
-            svg: svg.into(),
-        };
-        let own = rows.first().map(|r| MaterialPictures {
-            material: r.material.clone(),
-            pictures: vec![picture.clone()],
-        });
-        let own: Vec<_> = own.into_iter().collect();
-        html(&plan, &rows, &findings, &facts, &[picture], &own).unwrap()
+#[test]
+fn undecided_is_said_with_its_p() {
+    // Better on half of the materials, worse on the others.
+    let mut rows = rows(12, 1.0, "neither");
+    for (i, row) in rows.iter_mut().enumerate() {
+        let factor = 1.0 + 0.3 * (i as f64).sin();
+        let error = row.value("nrmse").map(|e| e * factor);
+        row.quantities.set("nrmse", error);
     }
-
-    /// The text between the tags of the verdict.
-    fn verdict(report: &str) -> &str {
-        let start = report.find("class=\"verdict\"").unwrap();
-        let rest = &report[start..];
-        &rest[..rest.find("</div>").unwrap()]
+    let text = report(&rows);
+    let said = verdict(&text);
+    assert!(said.contains("is undecided whether") && said.contains("is not below 0.05"));
+    let shown: Vec<&str> = text.split("undecided").skip(1).collect();
+    assert!(shown.len() > 4);
+    for rest in shown {
+        let near: String = rest.chars().take(90).collect();
+        assert!(near.starts_with(", p ") || near.contains("(p "), "{near}");
     }
+    let said = study_text(&findings(&rows));
+    assert!(said.contains(", p ") && said.contains("adjusted by Holm over the 2 budgets"));
+}
 
-    #[test]
-    fn every_picture_has_a_text() {
-        let text = report(&rows(7, 1.5, "neither"));
-        let pictures: Vec<&str> = ["<svg ", "<img "]
-            .into_iter()
-            .flat_map(|tag| text.split(tag).skip(1))
-            .map(|rest| rest.split('>').next().unwrap())
-            .collect();
-        assert!(pictures.len() > 6);
-        for tag in pictures {
-            let label = tag.starts_with("role=\"img\" aria-label=\"") || tag.starts_with("alt=\"");
-            assert!(label && !tag.split('"').nth(1).unwrap().is_empty(), "{tag}");
-        }
-    }
-
-    /// Names of the lines of a diagram with their colours.
-    fn looks(chart: &str) -> Vec<(String, String)> {
-        let value = |tag: &str, key: &str| {
-            let rest = tag.split(&format!("{key}=\"")).nth(1)?;
-            Some(rest.split('"').next().unwrap().to_owned())
-        };
-        let mut found = Vec::new();
-        for told in chart.split("<g><title>").skip(1) {
-            let name = told.split(['\n', '<']).next().unwrap().to_owned();
-            let circle = told.split("<circle").nth(1).unwrap();
-            let color = value(circle, "fill").unwrap();
-            found.push((name, color));
-        }
-        found
-    }
-
-    #[test]
-    fn a_parametrization_has_one_colour() {
-        let mut rows = warped(8, [4.0, 1.0, 6.0, 2.0]);
-        for m in 0..8 {
-            rows.push(row(m, ["spherical", "none"], 100, 0.3 * (m + 1) as f64));
-            // Alone on a material, which must not change colours.
-            rows.push(row(9, ["hybrid", "none"], 100, 0.3));
-        }
-        for mut row in rows.clone() {
-            row.readings = 400;
-            row.budget = 400;
-            row.allowed = "400 poses".into();
-            rows.push(row);
-        }
-        let text = report(&rows);
-        let mut colors: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-        for chart in text.split("<figure class=\"chart\">").skip(1) {
-            for (name, color) in looks(chart.split("</figure>").next().unwrap()) {
-                let own = name.split([' ', ',']).next().unwrap().to_owned();
-                colors.entry(own).or_default().insert(color);
-            }
-        }
-        let names: Vec<&str> = colors.keys().map(String::as_str).collect();
-        assert_eq!(names, ["half-difference", "hybrid", "spherical"]);
-        assert!(colors.values().all(|c| c.len() == 1), "{colors:?}");
-        let all: BTreeSet<_> = colors.values().flatten().collect();
-        assert_eq!(all.len(), 3);
-    }
-
-    #[test]
-    fn a_curve_keeps_its_reconstruction() {
-        // Cubic is best at 100, linear at 400 by more: over both budgets that is best. No line is of both.
-        let mut rows = Vec::new();
-        for m in 0..6 {
-            for (name, errors) in [("cubic", [1.0, 0.9]), ("linear", [1.1, 0.2])] {
-                for (budget, error) in [100, 400].into_iter().zip(errors) {
-                    for parametrization in ["half-difference", "hybrid"] {
-                        let mut row = row(m, [parametrization, "none"], budget, error);
-                        row.reconstruction = name.into();
-                        rows.push(row);
-                    }
-                }
-            }
-        }
-        let text = report(&rows);
-        let mut linear_charts = 0;
-        for chart in text.split("<figure class=\"chart\">").skip(1) {
-            let chart = chart.split("</figure>").next().unwrap();
-            let has = |error: &str| chart.contains(&format!("\nnrmse {error}</title>"));
-            let [cubic, linear] = [["1.00", "0.900"], ["1.10", "0.200"]];
-            for (name, [first, last]) in [("cubic", cubic), ("linear", linear)] {
-                assert_eq!(has(first), has(last), "{chart}");
-                assert!(
-                    !has(first) || chart.contains(&format!("by {name}")),
-                    "{chart}"
-                );
-            }
-            linear_charts += usize::from(has(linear[0]));
-        }
-        // Against readings and the instrument, and of six materials.
-        assert_eq!(linear_charts, 2 + 6);
-        let rows: Vec<&Row> = rows.iter().collect();
-        let said = study_text(&Findings::new(&rows, BAND));
-        assert!(said.contains("hybrid, linear") && !said.contains("hybrid, cubic"));
-    }
-
-    #[test]
-    fn undecided_is_said_with_its_p() {
-        // Better on half of the materials, worse on the others.
-        let mut rows = rows(12, 1.0, "neither");
-        for (i, row) in rows.iter_mut().enumerate() {
-            let error = row
-                .value("nrmse")
-                .map(|e| e * (1.0 + 0.3 * (i as f64).sin()));
-            row.quantities.set("nrmse", error);
-        }
-        let text = report(&rows);
-        let said = verdict(&text);
-        assert!(said.contains("is undecided whether") && said.contains("is not below 0.05"));
-        let shown: Vec<&str> = text.split("undecided").skip(1).collect();
-        assert!(shown.len() > 4);
-        for rest in shown {
-            let near: String = rest.chars().take(90).collect();
-            assert!(near.starts_with(", p ") || near.contains("(p "), "{near}");
-        }
-        let rows: Vec<&Row> = rows.iter().collect();
-        let said = study_text(&Findings::new(&rows, BAND));
-        assert!(said.contains(", p ") && said.contains("adjusted by Holm over the 2 budgets"));
-    }
-
-    #[test]
-    fn the_verdict_is_what_was_found() {
-        let text = report(&rows(12, 1.5, "half-difference table"));
-        let worse = verdict(&text);
-        assert!(worse.contains(
-            "unwarped hybrid errs 1.50 times (95 % 1.50–1.50) as much as unwarped half-difference"
-        ));
-        assert!(
-            worse.contains("worse on 12 of 12 materials, better on 0"),
-            "{worse}"
-        );
-        // The bias is told beside it.
-        assert!(text.contains("it favours a grid in the same coordinates with the same warp"));
-        let better = report(&rows(12, 0.8, "theta_h"));
-        assert!(verdict(&better).contains("better on 12 of 12 materials, worse on 0"));
-        let same = report(&rows(12, 1.0, "neither"));
-        let same = verdict(&same);
-        assert!(same.contains(
-            "there is no difference between unwarped hybrid and unwarped half-difference"
-        ));
-        assert!(same.contains("within the band of 1.0 %"), "{same}");
-        let few = report(&rows(4, 1.5, "neither"));
-        assert!(verdict(&few).contains("undecided, as 4 materials are too few to tell"));
-        let one = report(&rows(1, 1.5, "neither"));
-        assert!(verdict(&one).contains("undecided, as 1 material is too few to tell"));
-        assert!(verdict(&one).contains("mean over 1 material,"));
-    }
-
-    #[test]
-    fn every_truth_is_asked_for_the_pair_of_the_headline() {
-        // On the first eight the warped are best, on the other eight the unwarped, by less.
-        let mut rows = warped(8, [4.0, 1.0, 6.0, 2.0]);
-        for mut row in warped(16, [1.0, 2.0, 1.1, 3.0]).split_off(32) {
-            row.truth = "theta_h".into();
-            rows.push(row);
-        }
-        assert_eq!(rows.len(), 64);
-        let text = report(&rows);
-        let pair = "as much as half-difference theta_h:square-root";
-        let head = "hybrid h_bar:square-root errs 1.73 times";
-        assert!(
-            verdict(&text).contains(head) && verdict(&text).contains(pair),
-            "{}",
-            verdict(&text)
-        );
-        let alone: Vec<&str> = text.split("On these alone, by cubic, ").skip(1).collect();
-        assert_eq!(alone.len(), 2);
-        for (alone, ratio) in alone.iter().zip(["2.00", "1.50"]) {
-            let head = format!("hybrid h_bar:square-root errs {ratio} times");
-            assert!(alone.starts_with(&head) && alone.contains(pair), "{alone}");
-        }
-        // Where the pair has no errors that is said, and no other takes its place.
-        for row in rows
-            .iter_mut()
-            .filter(|r| r.truth == "theta_h" && r.warp == "h_bar:square-root")
-        {
-            row.quantities.set("nrmse", None);
-        }
-        let text = report(&rows);
-        assert_eq!(text.matches("On these alone, by cubic, ").count(), 1);
-        assert!(text.contains(
-        "On these alone hybrid h_bar:square-root and half-difference theta_h:square-root cannot be compared"
-    ));
-    }
-
-    /// `count` warps of hybrid, each worse than the one before it.
-    fn many(materials: usize, count: usize) -> Vec<Row> {
-        let names: Vec<String> = (0..count).map(|c| format!("h_bar:{c}")).collect();
-        let mut rows = Vec::new();
-        for m in 0..materials {
-            for (c, name) in names.iter().enumerate() {
-                let scatter = 1.0 + 0.3 * ((m * m * (c + 1)) as f64).sin();
-                let error = 0.1 * (1.0 + 0.01 * c as f64) * scatter;
-                rows.push(row(m, ["hybrid", name], 100, error));
-            }
-        }
-        rows
-    }
-
-    #[test]
-    fn too_few_materials_for_many_choices_are_not_alike() {
-        // 2 / 2⁸ · 39 = 0.30, 2 / 2⁸ · 5 = 0.04.
-        let text = report(&many(8, 40));
-        let note = "8 materials are too few to tell so many choices apart";
-        assert_eq!(text.matches(note).count(), 2, "once a metric");
-        assert!(text.contains("would have p 0.30"));
-        assert!(!text.contains("near\"") && !text.contains("</b> ≈"));
-        let text = report(&many(8, 6));
-        assert!(!text.contains("too few to tell so many"));
-        assert!(text.contains("near\"") && text.contains("</b> ≈"));
-    }
-
-    #[test]
-    fn a_report_of_nothing_is_a_page() {
-        let text = report(&[]);
-        assert!(text.contains("There are no results.") && text.ends_with("</html>"));
-    }
-
-    /// What a page has to run.
-    fn script(page: &str) -> String {
-        let (_, rest) = page.split_once("<script>").unwrap();
-        rest.split_once("</script>").unwrap().0.to_owned()
-    }
-
-    #[test]
-    fn lines_are_ranked_over_the_budgets_all_have() {
-        // "a" is best at 100, and the only one that is spared the others; "b" is best at 400 and 1600.
-        let mut rows = Vec::new();
-        for m in 0..6 {
-            let mut add = |name, budget, error| rows.push(row(m, ["hybrid", name], budget, error));
-            for (budget, errors) in [(100, [1.2, 1.0, 1.1]), (400, [1.0, 9.0, 0.9])] {
-                add("h_bar:late_", budget, errors[0]);
-                if budget == 100 {
-                    add("h_bar:spared_", budget, errors[1]);
-                }
-                add("h_bar:good_", budget, errors[2]);
-            }
-        }
-        let order = |rows: &[Row]| {
-            let page = report(rows);
-            let (_, table) = page.split_once("id=\"ranking-0\"").unwrap();
-            let mut names = ["spared_", "good_", "late_"];
-            names.sort_by_key(|name| table.find(name).unwrap());
-            names
-        };
-        assert_eq!(order(&rows), ["spared_", "good_", "late_"]);
-        // At 400 it counts for nothing, as not all have it.
-        for row in rows
-            .iter_mut()
-            .filter(|r| r.budget == 400 && r.warp == "h_bar:late_")
-        {
-            row.quantities.set("nrmse", Some(1e-6));
-        }
-        assert_eq!(order(&rows), ["spared_", "good_", "late_"]);
-        // Ties: the order of the rows.
-        rows.iter_mut()
-            .for_each(|r| r.quantities.set("nrmse", Some(0.5)));
-        assert_eq!(order(&rows), ["late_", "spared_", "good_"]);
-    }
-
-    #[test]
-    fn names_are_text_and_never_markup() {
-        let text = report(&rows(7, 1.5, HOSTILE));
-        let script = &script(&report(&rows(7, 1.5, "neither")));
-        assert!(!text.contains("<b>them"));
-        // One script, the same whatever the names are.
-        assert_eq!(text.matches("<script").count(), 1);
-        assert!(text.contains(&format!("<script>{script}</script>")));
-        assert!(text.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
-        // Quotes end attributes.
-        assert!(!text.contains("alt=\"<") && !text.contains("</script>\""));
-        let text = text.replace(script, "");
-        for tag in text.split('<').skip(1).filter_map(|t| t.split_once('>')) {
-            assert_eq!(tag.0.matches('"').count() % 2, 0, "{}", tag.0);
-        }
-        assert!(text.contains("data:image/png;base64,iVBORw=="));
-        assert!(!text.contains("<?xml"));
-    }
-
-    #[test]
-    fn the_policy_names_the_script_and_nothing_else_to_run() {
-        let text = report(&rows(7, 1.5, "neither"));
-        let script = script(&text);
-        let policy = text.split("http-equiv=\"Content-Security-Policy\" content=\"");
-        let policy = policy.last().unwrap().split('"').next().unwrap();
-        let hash = STANDARD.encode(Sha256::digest(&script));
-        let allowed = policy.split("script-src").nth(1).unwrap();
-        assert_eq!(allowed.trim(), format!("'sha256-{hash}'"));
-        assert!(policy.starts_with("default-src 'none'") && !script.contains("</"));
+#[test]
+fn the_verdict_is_what_was_found() {
+    let worse = report(&rows(12, 1.5, "half-difference table"));
+    // The bias is told beside it.
+    assert!(worse.contains("it favours a grid in the same coordinates with the same warp"));
+    says(
+        verdict(&worse),
+        "unwarped hybrid errs 1.50 times (95 % 1.50–1.50) as much as unwarped half-difference … \
+         worse on 12 of 12 materials, better on 0",
+    );
+    for [materials, ratio, truth, parts] in table(
+        "12 | 0.8 | theta_h | better on 12 of 12 materials, worse on 0
+         12 | 1 | neither | there is no difference between unwarped hybrid and unwarped half-difference … within the band of 1.0 %
+         4 | 1.5 | neither | undecided, as 4 materials are too few to tell
+         1 | 1.5 | neither | undecided, as 1 material is too few to tell
+         1 | 1.5 | neither | mean over 1 material,",
+    ) {
+        let rows = rows(materials.parse().unwrap(), ratio.parse().unwrap(), truth);
+        says(verdict(&report(&rows)), parts);
     }
 }
 
-#[cfg(feature = "parquet")]
-mod parquet;
+#[test]
+fn every_truth_is_asked_for_the_pair_of_the_headline() {
+    // On the first eight the warped are best, on the other eight the unwarped, by less.
+    let mut rows = warped(8, [4.0, 1.0, 6.0, 2.0]);
+    for mut row in warped(16, [1.0, 2.0, 1.1, 3.0]).split_off(32) {
+        row.truth = "theta_h".into();
+        rows.push(row);
+    }
+    assert_eq!(rows.len(), 64);
+    let text = report(&rows);
+    let pair = "as much as half-difference theta_h:square-root";
+    let head = "hybrid h_bar:square-root errs 1.73 times";
+    says(verdict(&text), &format!("{head} … {pair}"));
+    let alone: Vec<&str> = text.split("On these alone, by cubic, ").skip(1).collect();
+    assert_eq!(alone.len(), 2);
+    for (alone, ratio) in alone.iter().zip(["2.00", "1.50"]) {
+        let head = format!("hybrid h_bar:square-root errs {ratio} times");
+        assert!(alone.starts_with(&head) && alone.contains(pair), "{alone}");
+    }
+    // Where the pair has no errors that is said, and no other takes its place.
+    for row in rows
+        .iter_mut()
+        .filter(|r| r.truth == "theta_h" && r.warp == "h_bar:square-root")
+    {
+        row.quantities.set("nrmse", None);
+    }
+    let text = report(&rows);
+    assert_eq!(text.matches("On these alone, by cubic, ").count(), 1);
+    assert!(text.contains(
+    "On these alone hybrid h_bar:square-root and half-difference theta_h:square-root cannot be compared"
+));
+}
+
+/// `count` warps of hybrid, each worse than the one before it.
+fn many(materials: usize, count: usize) -> Vec<Row> {
+    let names: Vec<String> = (0..count).map(|c| format!("h_bar:{c}")).collect();
+    let mut rows = Vec::new();
+    for m in 0..materials {
+        for (c, name) in names.iter().enumerate() {
+            let scatter = 1.0 + 0.3 * ((m * m * (c + 1)) as f64).sin();
+            let error = 0.1 * (1.0 + 0.01 * c as f64) * scatter;
+            rows.push(row(m, ["hybrid", name], 100, error));
+        }
+    }
+    rows
+}
+
+#[test]
+fn too_few_materials_for_many_choices_are_not_alike() {
+    // 2 / 2⁸ · 39 = 0.30, 2 / 2⁸ · 5 = 0.04.
+    let text = report(&many(8, 40));
+    let note = "8 materials are too few to tell so many choices apart";
+    assert_eq!(text.matches(note).count(), 2, "once a metric");
+    assert!(text.contains("would have p 0.30"));
+    assert!(!text.contains("near\"") && !text.contains("</b> ≈"));
+    let text = report(&many(8, 6));
+    assert!(!text.contains("too few to tell so many"));
+    assert!(text.contains("near\"") && text.contains("</b> ≈"));
+}
+
+#[test]
+fn a_report_of_nothing_is_a_page() {
+    let text = report(&[]);
+    assert!(text.contains("There are no results.") && text.ends_with("</html>"));
+}
+
+#[test]
+fn lines_are_ranked_over_the_budgets_all_have() {
+    // "a" is best at 100, and the only one that is spared the others; "b" is best at 400 and 1600.
+    let mut rows = Vec::new();
+    for m in 0..6 {
+        let mut add = |name, budget, error| rows.push(row(m, ["hybrid", name], budget, error));
+        for (budget, errors) in [(100, [1.2, 1.0, 1.1]), (400, [1.0, 9.0, 0.9])] {
+            add("h_bar:late_", budget, errors[0]);
+            if budget == 100 {
+                add("h_bar:spared_", budget, errors[1]);
+            }
+            add("h_bar:good_", budget, errors[2]);
+        }
+    }
+    let order = |rows: &[Row]| {
+        let page = report(rows);
+        let (_, table) = page.split_once("id=\"ranking-0\"").unwrap();
+        let mut names = ["spared_", "good_", "late_"];
+        names.sort_by_key(|name| table.find(name).unwrap());
+        names
+    };
+    assert_eq!(order(&rows), ["spared_", "good_", "late_"]);
+    // At 400 it counts for nothing, as not all have it.
+    for row in rows
+        .iter_mut()
+        .filter(|r| r.budget == 400 && r.warp == "h_bar:late_")
+    {
+        row.quantities.set("nrmse", Some(1e-6));
+    }
+    assert_eq!(order(&rows), ["spared_", "good_", "late_"]);
+    // Ties: the order of the rows.
+    rows.iter_mut()
+        .for_each(|r| r.quantities.set("nrmse", Some(0.5)));
+    assert_eq!(order(&rows), ["late_", "spared_", "good_"]);
+}
+
+#[test]
+fn names_are_text_and_never_markup() {
+    let text = report(&rows(7, 1.5, HOSTILE));
+    let plain = report(&rows(7, 1.5, "neither"));
+    let (_, script) = plain.split_once("<script>").unwrap();
+    let (script, _) = script.split_once("</script>").unwrap();
+    // The policy names the script and nothing else to run.
+    let policy = plain.split("http-equiv=\"Content-Security-Policy\" content=\"");
+    let policy = policy.last().unwrap().split('"').next().unwrap();
+    let hash = STANDARD.encode(Sha256::digest(script));
+    let allowed = policy.split("script-src").nth(1).unwrap();
+    assert_eq!(allowed.trim(), format!("'sha256-{hash}'"));
+    assert!(policy.starts_with("default-src 'none'") && !script.contains("</"));
+    assert!(!text.contains("<b>them"));
+    // Every picture has a text.
+    let pictures = ["<svg ", "<img "].into_iter();
+    let mut pictures = pictures.flat_map(|tag| text.split(tag).skip(1)).peekable();
+    assert!(pictures.peek().is_some());
+    for tag in pictures {
+        let label = tag.starts_with("role=\"img\" aria-label=\"") || tag.starts_with("alt=\"");
+        assert!(label && !tag.split('"').nth(1).unwrap().is_empty(), "{tag}");
+    }
+    // One script, the same whatever the names are.
+    assert_eq!(text.matches("<script").count(), 1);
+    assert!(text.contains(&format!("<script>{script}</script>")));
+    assert!(text.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
+    // Quotes end attributes.
+    assert!(!text.contains("alt=\"<") && !text.contains("</script>\""));
+    let text = text.replace(script, "");
+    for tag in text.split('<').skip(1).filter_map(|t| t.split_once('>')) {
+        assert_eq!(tag.0.matches('"').count() % 2, 0, "{}", tag.0);
+    }
+    assert!(text.contains("data:image/png;base64,iVBORw=="));
+    assert!(!text.contains("<?xml"));
+}

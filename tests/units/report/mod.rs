@@ -1,8 +1,10 @@
+#[cfg(feature = "pictures")]
 mod acquisition;
-mod analysis;
 mod columns;
 #[cfg(feature = "pictures")]
 mod moments;
+#[cfg(feature = "parquet")]
+mod parquet;
 #[cfg(feature = "pictures")]
 mod pictures;
 #[cfg(feature = "pictures")]

@@ -1,4 +1,6 @@
 use gonio::statistics::{Shares, variance_shares};
+use nalgebra::DVector;
+use std::collections::BTreeSet;
 
 /// All combinations of these numbers of levels, with values of theirs.
 fn balanced(counts: &[usize], value: impl Fn(&[usize]) -> f64) -> Vec<(Vec<usize>, f64)> {
@@ -38,90 +40,106 @@ fn assert_shares(found: &Shares, mains: &[f64], pairs: &[f64], rest: f64, tolera
     assert!((found.entangled - (1.0 - told)).abs() < 10.0 * tolerance);
 }
 
-#[test]
-fn closed_forms_of_balanced_data() {
-    // Signs ±1 of two-level factors and of their products are orthogonal: a part c of the value
-    // has variance c². Factor 1 has the levels −1, 0, 1 of variance 2/3.
-    let sign = |level: usize| [-1.0, 1.0][level];
-    let rows = balanced(&[2, 3, 2], |l| {
-        let (a, b, c) = (sign(l[0]), l[1] as f64 - 1.0, sign(l[2]));
-        7.0 + 3.0 * a + 2.0 * b + a * b + 0.5 * a * c + 0.25 * a * b * c
-    });
-    let parts = [9.0, 8.0 / 3.0, 0.0, 2.0 / 3.0, 0.25, 0.0, 1.0 / 24.0];
-    let total: f64 = parts.iter().sum();
-    let e = parts.map(|p| p / total);
-    let found = shares(&rows).unwrap();
-    assert_shares(&found, &e[..3], &e[3..6], e[6], 1e-14);
-    assert!((found.variance / total - 1.0).abs() < 1e-14);
-    let order: Vec<_> = found.pairs.iter().map(|p| (p.0, p.1)).collect();
-    assert_eq!(order, [(0, 1), (0, 2), (1, 2)]);
-    // Rows repeated with scatter: ± d beside each value adds d² to the rest.
-    let twice: Vec<_> = rows
-        .iter()
-        .flat_map(|(l, v)| [(l.clone(), v - 1.0), (l.clone(), v + 1.0)])
-        .collect();
-    let e = parts.map(|p| p / (total + 1.0));
-    let rest = e[6] + 1.0 / (total + 1.0);
-    assert_shares(&shares(&twice).unwrap(), &e[..3], &e[3..6], rest, 1e-14);
-}
-
-#[test]
-fn shares_of_balanced_data_add_up() {
-    // Without a closed form: any values at all, large and with a large mean.
-    let rows = balanced(&[24, 4, 2, 8, 3], |l| {
-        let mix = l.iter().fold(1, |m, l| (m * 37 + l * l + 11 * l) % 10_007);
-        1000.0 + f64::from(mix as u32).sin() + l[0] as f64
-    });
-    let found = shares(&rows).unwrap();
-    assert!(found.entangled.abs() < 1e-10, "{}", found.entangled);
-    // A main effect is the variance of the means of its levels (the law of total variance).
-    for (factor, levels) in [24, 4, 2, 8, 3].into_iter().enumerate() {
-        let of = |level| {
-            let mine = rows.iter().filter(|(l, _)| l[factor] == level);
-            mine.map(|(_, v)| v).sum::<f64>() * levels as f64 / rows.len() as f64
-        };
-        let means: Vec<f64> = (0..levels).map(of).collect();
-        let mean = means.iter().sum::<f64>() / levels as f64;
-        let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / levels as f64;
-        let share = variance / found.variance;
-        assert!((found.mains[factor] - share).abs() < 1e-10);
+/// The residual sum of squares of a least-squares fit by the means of the levels of some factors, or of their combinations.
+fn left(rows: &[(Vec<usize>, f64)], terms: &[Vec<usize>]) -> f64 {
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    let off = |mut column: DVector<f64>, basis: &[DVector<f64>]| {
+        // Once more for what rounding has left.
+        for b in basis.iter().chain(basis) {
+            column.axpy(-b.dot(&column), b, 1.0);
+        }
+        column
+    };
+    for term in terms {
+        let of = |(levels, _): &(Vec<usize>, f64)| term.iter().map(|f| levels[*f]).collect();
+        let cells: Vec<Vec<usize>> = rows.iter().map(of).collect();
+        for cell in cells.iter().collect::<BTreeSet<_>>() {
+            let is = cells.iter().map(|c| f64::from(u8::from(c == cell)));
+            let column = off(DVector::from_iterator(rows.len(), is), &basis);
+            if column.norm() > 1e-6 {
+                basis.push(column.normalize());
+            }
+        }
     }
+    let values = DVector::from_iterator(rows.len(), rows.iter().map(|(_, v)| *v));
+    off(values, &basis).norm_squared()
+}
+
+/// Asserts that each term has the share of the residual that it takes off that of the others: a factor of those without
+/// it, a pair of all.
+fn assert_least_squares(rows: &[(Vec<usize>, f64)]) {
+    let factors = rows[0].0.len();
+    let pairs = (0..factors).flat_map(|b| (0..b).map(move |a| vec![a, b]));
+    let terms: Vec<_> = (0..factors).map(|f| vec![f]).chain(pairs).collect();
+    let (total, rest) = (left(rows, &[vec![]]), left(rows, &terms));
+    let share = |term: &Vec<usize>| {
+        let mut others = terms.clone();
+        others.retain(|t| {
+            if term.len() == 1 {
+                !t.contains(&term[0])
+            } else {
+                t != term
+            }
+        });
+        others.push(vec![]);
+        let without = left(rows, &others);
+        others.push(term.clone());
+        (without - left(rows, &others)) / total
+    };
+    let found = shares(rows).unwrap();
+    let named = found.pairs.iter().map(|p| vec![p.0, p.1]);
+    assert!(terms[factors..].iter().cloned().eq(named), "{found:?}");
+    assert!((found.variance * rows.len() as f64 / total - 1.0).abs() < 1e-12);
+    for (term, got) in terms
+        .iter()
+        .zip(found.mains.iter().chain(found.pairs.iter().map(|p| &p.2)))
+    {
+        let want = share(term);
+        assert!((got - want).abs() < 1e-12, "{term:?}: {got} {want}");
+    }
+    let told: f64 = terms.iter().map(share).sum::<f64>() + rest / total;
+    assert!(
+        (found.rest - rest / total).abs() < 1e-12 && (found.entangled + told - 1.0).abs() < 1e-11
+    );
 }
 
 #[test]
-fn gaps_as_least_squares_has_them() {
-    // A 4 × 3 × 2 table without every fifth row. Expected from numpy.linalg.lstsq with all indicator
-    // columns: residual of the others less residual with the term.
-    let mut rows = balanced(&[4, 3, 2], |l| {
-        let k = (l[0] + 4 * l[1] + 12 * l[2]) as f64;
-        (k * k).sin() + 0.5 * l[0] as f64 - 0.3 * (l[1] * l[2]) as f64
-    });
-    let mut place = 0;
-    rows.retain(|_| {
-        place += 1;
-        place % 5 != 0
-    });
-    let mains = [
-        0.528_547_484_593_268_2,
-        0.112_825_739_533_910_97,
-        0.130_879_626_585_349_52,
-    ];
-    let pairs = [
-        0.059_114_463_766_886_16,
-        0.046_874_542_702_607_73,
-        0.016_958_172_103_697_787,
-    ];
-    let rest = 0.061_296_647_676_429_6;
-    let found = shares(&rows).unwrap();
-    assert_shares(&found, &mains, &pairs, rest, 1e-13);
+fn data_with_gaps_and_without_are_as_least_squares_has_them() {
+    let value = |l: &[usize], [a, b, c]: [usize; 3]| {
+        let k = (l[a] + 5 * l[b] + 15 * l[c]) as f64;
+        3.0 + (k * k).sin() + 0.5 * l[a] as f64 - 0.3 * (l[b] * l[c]) as f64
+    };
+    // Without every fifth row.
+    let gaps = balanced(&[4, 3, 2], |l| value(l, [0, 1, 2]));
+    let gaps = gaps.into_iter().enumerate().filter(|(i, _)| i % 5 != 4);
+    let mut gaps: Vec<_> = gaps.map(|(_, row)| row).collect();
+    assert_least_squares(&gaps);
+    let found = shares(&gaps).unwrap();
     // Neither the order of rows nor the names of levels matter.
-    let mut named: Vec<_> = rows
-        .iter()
-        .map(|(l, v)| (l.iter().map(|l| 100 - 7 * l).collect(), *v))
-        .collect();
-    named.reverse();
-    let named = shares(&named).unwrap();
-    assert_shares(&named, &mains, &pairs, rest, 1e-13);
+    gaps.iter_mut()
+        .for_each(|(l, _)| l.iter_mut().for_each(|l| *l = 100 - 7 * *l));
+    gaps.reverse();
+    let named = shares(&gaps).unwrap();
+    let pairs: Vec<f64> = found.pairs.iter().map(|p| p.2).collect();
+    assert_shares(&named, &found.mains, &pairs, found.rest, 1e-13);
+    // Balanced, twice every row, with scatter; then a row too many, one too few, one in the place of another.
+    let mut twice = balanced(&[5, 3, 1, 4], |l| value(l, [0, 1, 3]));
+    twice.extend(twice.clone().into_iter().map(|(l, v)| (l, v + v.cos())));
+    assert_least_squares(&twice);
+    // Then they add up.
+    assert!(shares(&twice).unwrap().entangled.abs() < 1e-10);
+    assert_least_squares(&twice[1..]);
+    let more = [&twice[..], &twice[7..8]].concat();
+    assert_least_squares(&more);
+    twice[3].0 = twice[4].0.clone();
+    assert_least_squares(&twice);
+    // The second factor alone is crossed; the others lack combinations, have some twice, and one is named by another.
+    let mut rows = balanced(&[5, 7, 4, 2], |l| value(l, [0, 1, 2]));
+    rows.retain(|(l, _)| (3 * l[0] + 5 * l[2] + l[3]) % 4 != 0);
+    let again = rows.clone().into_iter().filter(|(l, _)| l[0] == 2);
+    rows.extend(again.map(|(l, v)| (l, v + v.cos())));
+    rows.iter_mut().for_each(|(l, _)| l.push(9 - l[2]));
+    assert_least_squares(&rows);
 }
 
 #[test]

@@ -33,10 +33,6 @@ const HEADER: u64 = 12;
 /// Why a scene of wavelengths is refused.
 pub(super) const WAVELENGTHS: &str = "a MERL table holds R, G, B and no wavelengths";
 
-/// Bytes read at a time: a few pages, so that they stay in the first-level caches between the
-/// read and the conversion.
-const CHUNK: usize = 1 << 15;
-
 impl MerlGrid {
     /// Length of a file in bytes: 34 992 012 or 69 984 012.
     pub fn file_len(self) -> u64 {
@@ -51,13 +47,13 @@ pub(super) fn no_access(e: io::Error) -> TableError {
 
 /// The error of a table without data.
 pub(super) fn no_data() -> TableError {
-    TableError::no_data("every cell is negative, NaN or infinite: the table holds no data")
+    TableError::NoData("every cell is negative, NaN or infinite: the table holds no data".into())
 }
 
 /// The error of a file of another length than its header asks for.
 fn wrong_length(found: u64, grid: MerlGrid) -> TableError {
     let expected = grid.file_len();
-    TableError::malformed(format!(
+    TableError::Malformed(format!(
         "found {found} bytes, expected {expected} for a {grid} table"
     ))
 }
@@ -118,12 +114,12 @@ fn read_header(input: &mut impl Read, len: Option<u64>) -> Result<MerlGrid, Tabl
     let dims = bytes.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b));
     let &[h, d, phi] = &dims.collect::<Vec<_>>()[..] else {
         let found = len.unwrap_or(got);
-        return Err(TableError::malformed(format!(
+        return Err(TableError::Malformed(format!(
             "not a MERL file: found {found} bytes, expected a header of 12 and three planes"
         )));
     };
     MerlGrid::from_dims([h, d, phi]).ok_or_else(|| {
-        TableError::malformed(format!(
+        TableError::Malformed(format!(
             "not a MERL file: found {h}, {d}, {phi} in the header, expected 90, 90, 180 or 90, 90, 360"
         ))
     })
@@ -135,19 +131,14 @@ fn read_planes(
     channels: Channels,
     no_reading: Option<f64>,
 ) -> Result<Merl, TableError> {
-    let mut source = Source {
-        input,
-        grid,
-        read: HEADER,
-        chunk: Vec::with_capacity(CHUNK),
-        values: Vec::with_capacity(CHUNK / 8),
-        seen: Seen {
-            no_reading,
-            ..Seen::default()
-        },
+    let mut seen = Seen {
+        no_reading,
+        ..Seen::default()
     };
     let mut cells = match channels {
-        Channels::Rgb => Cells::Rgb(source.cells(|c, v, cell| cell[c] = v)?),
+        Channels::Rgb => Cells::Rgb(read_cells(input, grid, &mut seen, |c, v, cell| {
+            cell[c] = v;
+        })?),
         Channels::Luminance => {
             // Folded plane by plane in the order of `numeric::luminance`, so that the sum has the
             // bits of the luminance of an R, G, B reading. −1 once a channel has no data.
@@ -159,12 +150,17 @@ fn read_planes(
                     -1.0
                 };
             };
-            Cells::Luminance(source.cells(add)?)
+            Cells::Luminance(read_cells(input, grid, &mut seen, add)?)
         }
         Channels::Wavelengths(_) => return Err(TableError::Channels(WAVELENGTHS)),
     };
-    source.end()?;
-    let (doubts, marked) = source.seen.marks();
+    if input.read(&mut [0]).map_err(no_access)? > 0 {
+        let bytes = grid.file_len();
+        return Err(TableError::Malformed(format!(
+            "found more data after the {bytes} bytes expected for a {grid} table"
+        )));
+    }
+    let (doubts, marked) = seen.marks();
     for i in marked {
         match &mut cells {
             Cells::Luminance(cells) => cells[i % grid.cells()] = [-1.0],
@@ -172,6 +168,40 @@ fn read_planes(
         }
     }
     Merl::new(grid, cells, doubts)
+}
+
+/// Cells of a plane that are read at once: 32 KiB.
+const READ_AT_ONCE: usize = 4096;
+
+/// The cells of the body of a file, into which `put` puts the values of one channel after the other.
+fn read_cells<const N: usize>(
+    input: &mut impl Read,
+    grid: MerlGrid,
+    seen: &mut Seen,
+    put: impl Fn(usize, f64, &mut [f64; N]),
+) -> Result<Vec<[f64; N]>, TableError> {
+    // Whatever is added to −0 keeps its bits. There is room for the means behind the cells.
+    let mut cells = Vec::with_capacity(grid.cells() + MerlGrid::POLES);
+    cells.resize(grid.cells(), [-0.0; N]);
+    let mut found = HEADER;
+    let mut buffer = Vec::with_capacity(8 * READ_AT_ONCE);
+    for c in 0..3 {
+        for cells in cells.chunks_mut(READ_AT_ONCE) {
+            buffer.clear();
+            let mut part = input.by_ref().take(8 * cells.len() as u64);
+            part.read_to_end(&mut buffer).map_err(no_access)?;
+            found += buffer.len() as u64;
+            if buffer.len() < 8 * cells.len() {
+                return Err(wrong_length(found, grid));
+            }
+            for (bytes, cell) in buffer.as_chunks().0.iter().zip(cells) {
+                let value = f64::from_le_bytes(*bytes);
+                seen.look(value);
+                put(c, value, cell);
+            }
+        }
+    }
+    Ok(cells)
 }
 
 /// What was seen among the stored values that are data, or ought to be.
@@ -189,18 +219,16 @@ struct Seen {
 }
 
 impl Seen {
-    /// Looks at the next values.
-    fn look(&mut self, values: &[f64]) {
-        for value in values {
-            if Some(*value) == self.no_reading || is_data(*value) && is_mark_number(*value) {
-                self.candidates.push((self.count, *value));
-            } else if is_data(*value) {
-                self.largest = self.largest.max(*value);
-            } else if !value.is_finite() {
-                self.doubts.see(*value);
-            }
-            self.count += 1;
+    /// Looks at the next value.
+    fn look(&mut self, value: f64) {
+        if Some(value) == self.no_reading || is_data(value) && is_mark_number(value) {
+            self.candidates.push((self.count, value));
+        } else if is_data(value) {
+            self.largest = self.largest.max(value);
+        } else if !value.is_finite() {
+            self.doubts.see(value);
         }
+        self.count += 1;
     }
 
     /// The places of those that stand for no data, all of them counted.
@@ -215,77 +243,5 @@ impl Seen {
             }
         }
         (self.doubts, places)
-    }
-}
-
-/// The body of a file, read in chunks.
-struct Source<'a, R> {
-    input: &'a mut R,
-    grid: MerlGrid,
-    read: u64,
-    chunk: Vec<u8>,
-    /// The numbers of the chunk.
-    values: Vec<f64>,
-    seen: Seen,
-}
-
-impl<R: Read> Source<'_, R> {
-    /// Reads so many bytes, or up to the end of the input; returns their number.
-    fn next(&mut self, bytes: u64) -> Result<usize, TableError> {
-        self.chunk.clear();
-        let mut part = self.input.by_ref().take(bytes);
-        part.read_to_end(&mut self.chunk).map_err(no_access)
-    }
-
-    /// The cells, into which `put` puts the values of one channel after the other.
-    fn cells<const N: usize>(
-        &mut self,
-        put: impl Fn(usize, f64, &mut [f64; N]),
-    ) -> Result<Vec<[f64; N]>, TableError> {
-        // Whatever is added to −0 keeps its bits. There is room for the means behind the cells.
-        let mut cells = Vec::with_capacity(self.grid.cells() + MerlGrid::POLES);
-        cells.resize(self.grid.cells(), [-0.0; N]);
-        for c in 0..3 {
-            let mut rest = cells.iter_mut();
-            self.plane(|values| values.zip(&mut rest).for_each(|(v, cell)| put(c, v, cell)))?;
-        }
-        Ok(cells)
-    }
-
-    /// Passes one plane on, chunk by chunk.
-    fn plane(
-        &mut self,
-        mut take: impl FnMut(std::iter::Copied<std::slice::Iter<'_, f64>>),
-    ) -> Result<(), TableError> {
-        let mut left = 8 * self.grid.cells();
-        while left > 0 {
-            let want = left.min(CHUNK);
-            let got = self.next(want as u64)?;
-            self.read += got as u64;
-            if got < want {
-                return Err(wrong_length(self.read, self.grid));
-            }
-            let numbers = self.chunk.as_chunks().0.iter();
-            self.values.clear();
-            self.values.extend(numbers.map(|b| f64::from_le_bytes(*b)));
-            self.seen.look(&self.values);
-            take(self.values.iter().copied());
-            left -= want;
-        }
-        Ok(())
-    }
-
-    /// Checks that nothing follows.
-    fn end(&mut self) -> Result<(), TableError> {
-        match self.next(1)? {
-            0 => Ok(()),
-            _ => {
-                let Self { grid, .. } = self;
-                let bytes = grid.file_len();
-                Err(TableError::malformed(format!(
-                    "found more data after the {bytes} bytes expected for a {grid} table"
-                )))
-            }
-        }
     }
 }

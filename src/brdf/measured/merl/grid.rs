@@ -103,8 +103,10 @@ fn pair(coordinates: [f64; 3]) -> Option<DirectionPair> {
 /// Layout of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MerlGrid {
-    reciprocal: bool,
-    nodes: Nodes,
+    /// True if exchanging light and sensor leads to the same cell.
+    pub(super) reciprocal: bool,
+    /// Where in its cell a value is exact.
+    pub(super) nodes: Nodes,
 }
 
 impl MerlGrid {
@@ -120,20 +122,10 @@ impl MerlGrid {
         nodes: Nodes::Centre,
     };
 
-    /// The same cells with other nodes.
+    /// This grid with other nodes.
     #[must_use]
     pub fn with_nodes(self, nodes: Nodes) -> Self {
         Self { nodes, ..self }
-    }
-
-    /// Where in its cell a value is exact.
-    pub(crate) fn nodes(self) -> Nodes {
-        self.nodes
-    }
-
-    /// True if exchanging light and sensor leads to the same cell.
-    pub(crate) fn is_reciprocal(self) -> bool {
-        self.reciprocal
     }
 
     /// Cells along theta_h, theta_d, phi_d: the file's header.
@@ -226,7 +218,7 @@ impl MerlGrid {
             theta_d,
             k: [x, y],
             ..
-        } = Frame::of(directions);
+        } = Frame::new(directions);
         // A pair with y < 0 is exchanged here rather than its angle mended later: both orders of
         // light and sensor then run through the same arithmetic and give the same bits.
         let exchanged = (y < 0.0) | ((y == 0.0) & (x < 0.0));

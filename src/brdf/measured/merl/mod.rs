@@ -17,23 +17,34 @@
 
 pub mod file;
 pub mod grid;
-mod spec;
 mod write;
 
 pub use file::{SCALE, check};
 pub use grid::{MerlGrid, Nodes};
-pub use spec::{ENTRY, Interpolation, MerlSpec};
 pub(super) use write::NOT_ISOTROPIC;
 pub(crate) use write::tabulate;
 pub use write::write_merl;
 
-use super::TableError;
 use super::doubts::{Doubts, is_doubted};
+use super::specs::{file_table, length};
+use super::{FileFormat, TableError, without_wavelengths, write_file};
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{BLOCK, DirectionPair, PairBlock, Symmetry};
 use file::{is_data, no_data};
 use grid::Corner;
 use pulp::{Arch, NullaryFnOnce};
+use serde::{Deserialize, Serialize};
+
+/// Interpolation of a table between its nodes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interpolation {
+    /// Between the eight nodes around the pair.
+    #[default]
+    Trilinear,
+    /// The cell the pair falls in, as the reference reader does.
+    Nearest,
+}
 
 /// A MERL table as a BRDF.
 #[derive(Clone, Debug)]
@@ -54,6 +65,9 @@ enum Cells {
     Rgb(Vec<[f64; 3]>),
 }
 
+/// Factor of values that are held in sr⁻¹.
+const UNSCALED: [f64; 1] = [1.0];
+
 impl Merl {
     fn new(grid: MerlGrid, mut cells: Cells, doubts: Doubts) -> Result<Self, TableError> {
         match &mut cells {
@@ -67,7 +81,7 @@ impl Merl {
             bilateral: true,
             doubts,
         };
-        if (0..grid.cells()).all(|i| table.at(i).is_none()) {
+        if (0..grid.cells()).all(|i| table.cell(i).is_none()) {
             return Err(no_data());
         }
         Ok(table)
@@ -88,7 +102,7 @@ impl Merl {
     }
 
     /// The table, declared bilaterally symmetric or not; a fresh one is. The format does not
-    /// guarantee it and look-ups do not use it: it tells others whether phi_d and −phi_d may be folded.
+    /// guarantee it and look-ups do not use it: it says whether phi_d and −phi_d may be folded.
     #[must_use]
     pub(crate) fn with_bilateral(mut self, bilateral: bool) -> Self {
         self.bilateral = bilateral;
@@ -117,20 +131,13 @@ impl Merl {
     /// or outside the table.
     pub fn value(&self, cell: [usize; 3]) -> Option<[f64; 3]> {
         let inside = cell.iter().zip(self.grid.dims()).all(|(&i, n)| i < n);
-        inside.then(|| self.at(self.grid.index(cell)))?
+        inside.then(|| self.cell(self.grid.index(cell)))?
     }
 
-    /// Number of cells without data.
-    pub fn missing_cells(&self) -> usize {
-        (0..self.grid.cells())
-            .filter(|&i| self.at(i).is_none())
-            .count()
-    }
-
-    fn at(&self, i: usize) -> Option<[f64; 3]> {
+    fn cell(&self, i: usize) -> Option<[f64; 3]> {
         match &self.cells {
-            Cells::Luminance(cells) => data(cells[i]).map(|[v]| [v; 3]),
-            Cells::Rgb(cells) => data(cells[i]),
+            Cells::Luminance(cells) => data(cells[i], UNSCALED).map(|[v]| [v; 3]),
+            Cells::Rgb(cells) => data(cells[i], SCALE),
         }
     }
 }
@@ -147,10 +154,6 @@ impl Brdf for Merl {
         self.grid.symmetry(self.bilateral)
     }
 
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-
     fn remarks(&self) -> Vec<String> {
         let [_, n_d, n_phi] = self.grid.dims();
         let pair = |i: usize| {
@@ -158,7 +161,7 @@ impl Brdf for Merl {
             move || self.grid.pair([row / n_d, row % n_d, i % n_phi])
         };
         let cells = 0..self.grid.cells();
-        let first = cells.filter_map(|i| self.at(i).map(|[value, ..]| (i, value)));
+        let first = cells.filter_map(|i| self.cell(i).map(|[value, ..]| (i, value)));
         let doubted = first.filter(|(i, value)| is_doubted(*value, pair(*i)));
         let mut doubts = self.doubts.clone();
         doubts.look_for_zeros(doubted.map(|(_, value)| value));
@@ -175,15 +178,15 @@ impl Brdf for Merl {
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         match &self.cells {
-            Cells::Luminance(cells) => self.one(cells, pair, out),
-            Cells::Rgb(cells) => self.one(cells, pair, out),
+            Cells::Luminance(cells) => self.one(cells, UNSCALED, pair, out),
+            Cells::Rgb(cells) => self.one(cells, SCALE, pair, out),
         }
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         match &self.cells {
-            Cells::Luminance(cells) => self.batch(cells, pairs, out, presence),
-            Cells::Rgb(cells) => self.batch(cells, pairs, out, presence),
+            Cells::Luminance(cells) => self.batch(cells, UNSCALED, pairs, out, presence),
+            Cells::Rgb(cells) => self.batch(cells, SCALE, pairs, out, presence),
         }
     }
 }
@@ -192,14 +195,12 @@ impl Merl {
     fn one<const N: usize>(
         &self,
         cells: &[[f64; N]],
+        scale: [f64; N],
         pair: &DirectionPair,
         out: &mut [f64],
-    ) -> Presence
-    where
-        [f64; N]: Cell<N>,
-    {
+    ) -> Presence {
         let found = if pair.is_above_horizon() {
-            self.look_up(cells, self.grid.coordinates(pair))
+            self.look_up(cells, scale, self.grid.coordinates(pair))
         } else {
             Some([0.0; N])
         };
@@ -210,15 +211,15 @@ impl Merl {
     fn batch<const N: usize>(
         &self,
         cells: &[[f64; N]],
+        scale: [f64; N],
         pairs: &[DirectionPair],
         out: &mut [f64],
         presence: &mut [Presence],
-    ) where
-        [f64; N]: Cell<N>,
-    {
+    ) {
         Arch::new().dispatch(LookUps {
             table: self,
             cells,
+            scale,
             pairs,
             out: out.as_chunks_mut().0,
             presence,
@@ -227,14 +228,16 @@ impl Merl {
 
     /// The value at index coordinates.
     #[inline(always)]
-    fn look_up<const N: usize>(&self, cells: &[[f64; N]], coordinates: [f64; 3]) -> Option<[f64; N]>
-    where
-        [f64; N]: Cell<N>,
-    {
+    fn look_up<const N: usize>(
+        &self,
+        cells: &[[f64; N]],
+        scale: [f64; N],
+        coordinates: [f64; 3],
+    ) -> Option<[f64; N]> {
         let grid = self.grid;
         match self.interpolation {
-            Interpolation::Nearest => data(cells[grid.index_at(coordinates) as usize]),
-            Interpolation::Trilinear => trilinear(grid, cells, grid.corner(coordinates)),
+            Interpolation::Nearest => data(cells[grid.index_at(coordinates) as usize], scale),
+            Interpolation::Trilinear => trilinear(grid, cells, scale, grid.corner(coordinates)),
         }
     }
 }
@@ -243,20 +246,24 @@ impl Merl {
 struct LookUps<'a, const N: usize> {
     table: &'a Merl,
     cells: &'a [[f64; N]],
+    /// Factors to sr⁻¹.
+    scale: [f64; N],
     pairs: &'a [DirectionPair],
     out: &'a mut [[f64; N]],
     presence: &'a mut [Presence],
 }
 
-impl<const N: usize> NullaryFnOnce for LookUps<'_, N>
-where
-    [f64; N]: Cell<N>,
-{
+impl<const N: usize> NullaryFnOnce for LookUps<'_, N> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { table, cells, .. } = self;
+        let Self {
+            table,
+            cells,
+            scale,
+            ..
+        } = self;
         let mut block = PairBlock::new();
         let [mut h, mut d, mut phi] = [[0.0; BLOCK]; 3];
         let mut index = [0u32; BLOCK];
@@ -276,9 +283,9 @@ where
                     }
                     for (j, (out, of)) in targets {
                         let cell = cells[index[j] as usize];
-                        let there = cell.is_data() | block.is_below(j);
-                        let shown = cell.is_data() & !block.is_below(j);
-                        let value = cell.scaled();
+                        let there = holds_data(&cell) | block.is_below(j);
+                        let shown = holds_data(&cell) & !block.is_below(j);
+                        let value = scaled(cell, scale);
                         *of = if there {
                             Presence::Present
                         } else {
@@ -297,7 +304,7 @@ where
                         let found = if block.is_below(j) {
                             Some([0.0; N])
                         } else {
-                            trilinear(table.grid, cells, corners[j])
+                            trilinear(table.grid, cells, scale, corners[j])
                         };
                         *of = presence(&found);
                         *out = found.unwrap_or([0.0; N]);
@@ -316,60 +323,34 @@ fn presence<T>(found: &Option<T>) -> Presence {
     }
 }
 
-/// One cell of a table: a value per channel, as held.
-trait Cell<const N: usize>: Copy {
-    /// True if every channel holds data.
-    fn is_data(&self) -> bool;
-
-    /// f_r (sr⁻¹).
-    fn scaled(self) -> [f64; N];
+/// True if every channel of a cell holds data.
+#[inline(always)]
+fn holds_data<const N: usize>(cell: &[f64; N]) -> bool {
+    cell.iter().fold(true, |all, v| all & is_data(*v))
 }
 
-impl Cell<1> for [f64; 1] {
-    #[inline(always)]
-    fn is_data(&self) -> bool {
-        self[0] >= 0.0
-    }
-
-    #[inline(always)]
-    fn scaled(self) -> [f64; 1] {
-        self
-    }
-}
-
-impl Cell<3> for [f64; 3] {
-    #[inline(always)]
-    fn is_data(&self) -> bool {
-        let [r, g, b] = *self;
-        is_data(r) & is_data(g) & is_data(b)
-    }
-
-    #[inline(always)]
-    fn scaled(self) -> [f64; 3] {
-        let [r, g, b] = self;
-        [r * SCALE[0], g * SCALE[1], b * SCALE[2]]
-    }
+/// f_r (sr⁻¹) of a cell.
+#[inline(always)]
+fn scaled<const N: usize>(cell: [f64; N], scale: [f64; N]) -> [f64; N] {
+    std::array::from_fn(|c| cell[c] * scale[c])
 }
 
 /// f_r of a cell if it holds data.
 #[inline(always)]
-fn data<const N: usize>(cell: [f64; N]) -> Option<[f64; N]>
-where
-    [f64; N]: Cell<N>,
-{
-    cell.is_data().then(|| cell.scaled())
+fn data<const N: usize>(cell: [f64; N], scale: [f64; N]) -> Option<[f64; N]> {
+    holds_data(&cell).then(|| scaled(cell, scale))
 }
 
 /// The means over phi_d of cells that hold data, as held; −1 if none does.
-fn means_at_poles<const N: usize>(cells: &[[f64; N]], grid: MerlGrid) -> [[f64; N]; MerlGrid::POLES]
-where
-    [f64; N]: Cell<N>,
-{
+fn means_at_poles<const N: usize>(
+    cells: &[[f64; N]],
+    grid: MerlGrid,
+) -> [[f64; N]; MerlGrid::POLES] {
     let n_phi = grid.dims()[2];
     std::array::from_fn(|i| {
         let row = grid.index(MerlGrid::row_of_mean(i));
         let cells = cells[row..row + n_phi].iter();
-        let data = cells.filter(|cell| cell.is_data()).zip(1u32..);
+        let data = cells.filter(|cell| holds_data(cell)).zip(1u32..);
         // Of equal values it is that value, and of large ones finite.
         data.fold([-1.0; N], |mean, (cell, n)| {
             let mean = if n == 1 { *cell } else { mean };
@@ -382,11 +363,9 @@ where
 fn trilinear<const N: usize>(
     grid: MerlGrid,
     table: &[[f64; N]],
+    scale: [f64; N],
     Corner { whole, part }: Corner,
-) -> Option<[f64; N]>
-where
-    [f64; N]: Cell<N>,
-{
+) -> Option<[f64; N]> {
     let n_phi = grid.dims()[2];
     let last = grid.last_row();
     let [h, d, phi] = whole;
@@ -410,11 +389,11 @@ where
     let all = nodes
         .iter()
         .flatten()
-        .fold(true, |all, &node| all & node.is_data());
+        .fold(true, |all, node| all & holds_data(node));
     let (mut sum, mut total) = ([0.0; N], 0.0);
     for (pair, w) in nodes.into_iter().zip(row_weights) {
         for (node, w) in pair.into_iter().zip([w * g_phi, w * f_phi]) {
-            if all || node.is_data() {
+            if all || holds_data(&node) {
                 total += w;
                 for (sum, v) in sum.iter_mut().zip(node) {
                     *sum += w * v;
@@ -423,8 +402,65 @@ where
         }
     }
     if all {
-        Some(sum.scaled())
+        Some(scaled(sum, scale))
     } else {
-        (total > 0.0).then(|| sum.map(|v| v / total).scaled())
+        (total > 0.0).then(|| scaled(sum.map(|v| v / total), scale))
+    }
+}
+
+fn yes() -> bool {
+    true
+}
+
+file_table! {
+    "merl": "measured isotropic table, the MERL file at `path`; also interpolation, nodes, bilateral, no_reading",
+    HalfDifferenceTable, {
+        extensions: &["binary"],
+        summary: "isotropic, over half/difference angles",
+        write: Some(|brdf, of, path| {
+            let grid = MerlGrid::holding(brdf)?;
+            let (content, filled) = tabulate(brdf, grid, of.fill)?;
+            write_file(path, filled, |out| content.write(out))
+        }),
+        has_holes: true,
+        pairs: Some(|brdf, _| Ok(MerlGrid::holding(brdf)?.pairs())),
+    }
+    /// A MERL file, as a config writes it.
+    pub struct MerlSpec {
+        /// Interpolation between its nodes.
+        #[serde(default)]
+        interpolation: Interpolation = Interpolation::default();
+        /// Where in its cell a value is exact.
+        #[serde(default)]
+        nodes: Nodes = Nodes::default();
+        /// True if phi_d and −phi_d count as one configuration. An assumption: the format does not
+        /// guarantee it, but isotropic materials have it but for noise, and a schedule that folds
+        /// it visits half as many poses. The bilateral law measures the deviation of a table from it.
+        #[serde(default = "yes")]
+        bilateral: bool = yes();
+    }
+
+    fn fits(&self, channels: &Channels) -> Result<(), TableError> {
+        without_wavelengths("path", self.path.display(), channels)?;
+        check(&self.path).map(drop)
+    }
+
+    fn symmetries(&self, _channels: &Channels) -> Result<Symmetry, TableError> {
+        Ok(check(&self.path)?.symmetry(self.bilateral))
+    }
+
+    fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError> {
+        without_wavelengths("path", self.path.display(), &channels)?;
+        let table = Merl::load(&self.path, channels, self.no_reading)?;
+        Ok(Box::new(
+            table
+                .with_interpolation(self.interpolation)
+                .with_nodes(self.nodes)
+                .with_bilateral(self.bilateral),
+        ))
+    }
+
+    fn channel_bytes(&self) -> usize {
+        length(&self.path) / Channels::Rgb.count()
     }
 }

@@ -29,15 +29,15 @@ impl MerlGrid {
     /// [`TableError::Unsuited`] of a BRDF that is not isotropic, or is by wavelength.
     pub(crate) fn holding(brdf: &dyn Brdf) -> Result<Self, TableError> {
         if brdf.channels().wavelengths().is_some() {
-            return Err(TableError::unsuited(WAVELENGTHS));
+            return Err(TableError::Unsuited(WAVELENGTHS.into()));
         }
         let symmetry = brdf.symmetry();
         let grid = match (symmetry.isotropic, symmetry.reciprocal) {
             (true, true) => MerlGrid::RECIPROCAL,
             (true, false) => MerlGrid::FULL,
-            (false, _) => return Err(TableError::unsuited(NOT_ISOTROPIC)),
+            (false, _) => return Err(TableError::Unsuited(NOT_ISOTROPIC.into())),
         };
-        let nodes = brdf.as_merl().map(|table| table.grid().nodes());
+        let nodes = brdf.as_merl().map(|table| table.grid().nodes);
         Ok(grid.with_nodes(nodes.unwrap_or_default()))
     }
 }
@@ -89,8 +89,8 @@ pub(crate) fn tabulate(
     fill: bool,
 ) -> Result<(Content, usize), TableError> {
     let holding = MerlGrid::holding(brdf)?;
-    if grid.is_reciprocal() && !holding.is_reciprocal() {
-        return Err(TableError::unsuited(format!(
+    if grid.reciprocal && !holding.reciprocal {
+        return Err(TableError::Unsuited(format!(
             "this BRDF is not reciprocal, and a {} table stores a pair and its swap once; {} can hold it",
             MerlGrid::RECIPROCAL,
             MerlGrid::FULL
@@ -136,9 +136,6 @@ impl Content {
     }
 
     /// Writes the file.
-    ///
-    /// # Errors
-    /// Those of `out`.
     pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         for dim in self.grid.header() {
             out.write_all(&dim.to_le_bytes())?;

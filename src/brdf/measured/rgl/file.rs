@@ -82,9 +82,6 @@ pub struct Head<R> {
 }
 
 /// Opens a file and reads its header.
-///
-/// # Errors
-/// [`TableError`].
 pub(crate) fn open(path: &Path) -> Result<Head<BufReader<std::fs::File>>, TableError> {
     let file = files::open(path).map_err(no_access)?;
     let length = file.metadata().map_err(no_access)?.len();
@@ -163,9 +160,6 @@ impl<R: Read + Seek> Head<R> {
     }
 
     /// Azimuths of the light, rad.
-    ///
-    /// # Errors
-    /// [`TableError`].
     pub(crate) fn phi_i(&mut self) -> Result<Vec<f32>, TableError> {
         let nodes = self.nodes("phi_i", [-2.01 * PI, 2.01 * PI])?;
         let is_held = match nodes[..] {
@@ -188,9 +182,6 @@ impl<R: Read + Seek> Head<R> {
     }
 
     /// What the colours are.
-    ///
-    /// # Errors
-    /// [`TableError`].
     pub(crate) fn colours(&mut self) -> Result<Colours, TableError> {
         if !self.has("spectra") {
             return Ok(Colours::Rgb);
@@ -290,7 +281,7 @@ fn ascending(name: &str, nodes: Vec<f32>, [low, high]: [f32; 2]) -> Result<Vec<f
 
 /// What of a file is not there to be read.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Lost {
+pub(in crate::brdf::measured) struct Lost {
     /// About the numbers of what is left.
     pub doubts: Doubts,
     /// Wavelengths (nm) without a reading.
@@ -302,7 +293,10 @@ impl Fields {
     ///
     /// # Errors
     /// [`TableError::Malformed`] if nothing is left.
-    pub(super) fn take_marks(&mut self, no_reading: Option<f64>) -> Result<Lost, TableError> {
+    pub(in crate::brdf::measured) fn take_marks(
+        &mut self,
+        no_reading: Option<f64>,
+    ) -> Result<Lost, TableError> {
         let mut lost = Lost {
             doubts: Doubts::take(&mut self.values.values, Marks::default(), no_reading),
             wavelengths: Vec::new(),
@@ -338,16 +332,20 @@ impl Fields {
     /// Those of `out`.
     pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let incidences = [self.phi_i.len(), self.theta_i.len()];
-        let grids = |name: &str, before: &[usize], grids: &Grids| {
+        let grids = |name, before: &[usize], grids: &Grids| -> Tensor<'_> {
             let shape = [before, &[grids.size[1], grids.size[0]]].concat();
-            Tensor::floats(name, &shape, grids.values.clone())
+            (name, shape, Numbers::Floats(grids.values.clone()))
         };
         let of_colours = [&incidences[..], &[self.colours.count()]].concat();
-        let list =
-            |name: &str, numbers: &[f32]| Tensor::floats(name, &[numbers.len()], numbers.into());
+        let list = |name, numbers: &[f32]| -> Tensor<'_> {
+            (name, vec![numbers.len()], Numbers::Floats(numbers.into()))
+        };
+        let bytes = |name, bytes: &[u8]| -> Tensor<'_> {
+            (name, vec![bytes.len()], Numbers::Bytes(bytes.into()))
+        };
         let mut tensors = vec![
-            Tensor::bytes("description", self.description.as_bytes()),
-            Tensor::bytes("jacobian", &[u8::from(self.jacobian)]),
+            bytes("description", self.description.as_bytes()),
+            bytes("jacobian", &[u8::from(self.jacobian)]),
             list("phi_i", &self.phi_i),
             list("theta_i", &self.theta_i),
             grids("ndf", &[], &self.ndf),

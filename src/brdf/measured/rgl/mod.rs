@@ -15,18 +15,17 @@
 //! the first of them is read. Of one that holds half or a quarter of the circle pairs are mirrored into it.
 
 pub mod file;
-mod spec;
 pub(crate) mod tensor;
 pub mod warp;
 mod write;
 
 pub use file::Fields;
-pub use spec::{ENTRY, RglSpec};
-pub(crate) use write::fields;
 pub use write::{LEVELS, Level, table_pairs, tabulate};
 
-use super::{Channels, TableError};
-use crate::brdf::{Brdf, Presence};
+use super::specs::{file_table, length};
+use super::{Channels, FileFormat, TableError, without_wavelengths, write_file};
+use crate::brdf::{Brdf, Presence, Wavelengths};
+use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric;
 use file::{Colours, Lost, MOST_OF_ISOTROPIC};
@@ -81,6 +80,14 @@ fn jacobian(u: f64, sin_theta: f64) -> f64 {
     2.0 * PI * PI * u * sin_theta
 }
 
+/// The symmetries of a table of a number of azimuths of the light.
+pub(super) fn symmetry(azimuths: usize) -> Symmetry {
+    Symmetry {
+        isotropic: azimuths <= MOST_OF_ISOTROPIC,
+        ..Symmetry::NONE
+    }
+}
+
 /// The nodes around a place, and their weights; those beyond an end have the end's.
 fn around(nodes: &[f64], x: f64) -> [(usize, f64); 2] {
     let Some(last) = nodes.len().checked_sub(2) else {
@@ -130,7 +137,7 @@ impl Rgl {
         })
     }
 
-    fn with_lost(self, lost: Lost) -> Self {
+    pub(super) fn with_lost(self, lost: Lost) -> Self {
         Self { lost, ..self }
     }
 
@@ -191,7 +198,7 @@ impl Rgl {
         }
         let count = out.len();
         for (channel, out) in out.iter_mut().enumerate() {
-            let value = factor * self.values.at(&incidences, [channel, count], uniform);
+            let value = factor * self.values.value_at(&incidences, [channel, count], uniform);
             *out = value.clamp(0.0, f64::MAX);
         }
         let is_known = out.iter().all(|v| !v.is_nan());
@@ -268,14 +275,7 @@ impl Brdf for Rgl {
     }
 
     fn symmetry(&self) -> Symmetry {
-        Symmetry {
-            isotropic: self.is_isotropic(),
-            ..Symmetry::NONE
-        }
-    }
-
-    fn conserves_energy(&self) -> bool {
-        false
+        symmetry(self.phi_i.len())
     }
 
     fn remarks(&self) -> Vec<String> {
@@ -298,5 +298,83 @@ impl Brdf for Rgl {
             true => Presence::Present,
             false => Presence::Missing,
         }
+    }
+}
+
+file_table! {
+    "rgl": "measured table of the RGL database, the .bsdf file at `path`; R, G, B or wavelengths; also no_reading",
+    Neither, {
+        extensions: &["bsdf"],
+        summary: "over visible normals, for Mitsuba and pbrt; R, G, B or wavelengths",
+        write: Some(|brdf, of, path| {
+            let (fields, filled) = tabulate(brdf, LEVELS[of.size])?;
+            write_file(path, filled, |out| fields.write(out))
+        }),
+        pairs: Some(|brdf, size| Ok(table_pairs(brdf, LEVELS[size]))),
+        sizes: LEVELS.len(),
+    }
+    /// An RGL file, as a config writes it.
+    pub struct RglSpec {}
+
+    fn fits(&self, channels: &Channels) -> Result<(), TableError> {
+        let colours = file::open(&self.path)?.colours()?;
+        Ok(self.suits(&colours, channels)?)
+    }
+
+    fn channels(&self) -> Result<Option<Channels>, TableError> {
+        // A wavelength without a reading is only found among the values.
+        Ok(Some(match self.fields()?.0.colours {
+            Colours::Rgb => Channels::Rgb,
+            Colours::Wavelengths(nm) => {
+                let nm: Vec<f64> = nm.iter().map(|v| f64::from(*v)).collect();
+                Channels::Wavelengths(Wavelengths::new(&nm)?)
+            }
+        }))
+    }
+
+    fn symmetries(&self, _channels: &Channels) -> Result<Symmetry, TableError> {
+        let phi_i = file::open(&self.path)?.phi_i()?;
+        Ok(symmetry(phi_i.len()))
+    }
+
+    fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError> {
+        self.fits(&channels)?;
+        let (fields, lost) = self.fields()?;
+        self.suits(&fields.colours, &channels)?;
+        Ok(Box::new(Rgl::new(fields, channels)?.with_lost(lost)))
+    }
+
+    fn channel_bytes(&self) -> usize {
+        let colours = file::open(&self.path).and_then(|mut head| head.colours());
+        // Distributions are held beside the normals that they are of.
+        2 * length(&self.path) / colours.map_or(1, |c| c.count())
+    }
+}
+
+impl RglSpec {
+    /// What the file holds, but for what stands for no reading.
+    fn fields(&self) -> Result<(Fields, Lost), TableError> {
+        let mut fields = file::open(&self.path)?.load()?;
+        let lost = fields.take_marks(self.no_reading)?;
+        Ok((fields, lost))
+    }
+
+    /// Checks that a scene can make use of the colours of the file.
+    fn suits(&self, colours: &Colours, channels: &Channels) -> Result<(), ParameterError> {
+        let Colours::Wavelengths(nm) = colours else {
+            return without_wavelengths("path", self.path.display(), channels);
+        };
+        let ends = [nm[0], nm[nm.len() - 1]].map(f64::from);
+        // They are of single precision.
+        let [low, high] = [ends[0] * (1.0 - 1e-7), ends[1] * (1.0 + 1e-7)];
+        let within = |w: &Wavelengths| w.nm().iter().all(|nm| (low..=high).contains(nm));
+        if channels.wavelengths().is_some_and(within) {
+            return Ok(());
+        }
+        let allowed = format!(
+            "with channels = {{ wavelengths_nm = … }} from {} to {} nm: this table holds wavelengths",
+            ends[0], ends[1]
+        );
+        Err(ParameterError::new("path", self.path.display(), allowed))
     }
 }

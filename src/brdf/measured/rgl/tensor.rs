@@ -35,37 +35,8 @@ pub(crate) enum Numbers {
     Floats(Vec<f32>),
 }
 
-/// A named array.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Tensor {
-    /// Its name.
-    pub name: String,
-    /// Length of each dimension.
-    pub shape: Vec<usize>,
-    /// Its numbers, the last dimension fastest.
-    pub numbers: Numbers,
-}
-
-impl Tensor {
-    /// An array of floats.
-    pub(crate) fn floats(name: &str, shape: &[usize], numbers: Vec<f32>) -> Self {
-        debug_assert_eq!(shape.iter().product::<usize>(), numbers.len());
-        Self {
-            name: name.into(),
-            shape: shape.into(),
-            numbers: Numbers::Floats(numbers),
-        }
-    }
-
-    /// A list of bytes.
-    pub(crate) fn bytes(name: &str, bytes: &[u8]) -> Self {
-        Self {
-            name: name.into(),
-            shape: vec![bytes.len()],
-            numbers: Numbers::Bytes(bytes.into()),
-        }
-    }
-}
+/// An array: its name, the length of each dimension, and its numbers, the last dimension fastest.
+pub(crate) type Tensor<'a> = (&'a str, Vec<usize>, Numbers);
 
 /// An array of a file: where it is, and what.
 #[derive(Clone, Debug)]
@@ -89,16 +60,13 @@ fn number<const N: usize>(input: &mut impl Read) -> Result<u64, TableError> {
 fn fill(input: &mut impl Read, bytes: &mut [u8]) -> Result<(), TableError> {
     input.read_exact(bytes).map_err(|e| match e.kind() {
         io::ErrorKind::UnexpectedEof => {
-            TableError::malformed("not a tensor file: it ends within its header")
+            TableError::Malformed("not a tensor file: it ends within its header".into())
         }
         _ => no_access(e),
     })
 }
 
 /// The arrays of a file of `length` bytes, from its start; all lie within it.
-///
-/// # Errors
-/// [`TableError::Malformed`], and those of `input`.
 pub(crate) fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, TableError> {
     let mut magic = [0; MAGIC.len() + VERSION.len()];
     let is_long = length >= magic.len() as u64;
@@ -106,8 +74,8 @@ pub(crate) fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, Tab
         fill(input, &mut magic)?;
     }
     if !is_long || !magic.starts_with(MAGIC) || !magic.ends_with(&VERSION) {
-        return Err(TableError::malformed(
-            "not a tensor file: its first bytes are not \"tensor_file\", 0, and version 1.0",
+        return Err(TableError::Malformed(
+            "not a tensor file: its first bytes are not \"tensor_file\", 0, and version 1.0".into(),
         ));
     }
     let mut fields = Vec::new();
@@ -196,39 +164,35 @@ impl Field {
 }
 
 /// Writes arrays in their order.
-///
-/// # Errors
-/// Those of `out`.
-pub(crate) fn write(tensors: &[Tensor], out: &mut impl Write) -> io::Result<()> {
-    let of_field = |t: &Tensor| 2 + t.name.len() + 2 + 1 + 8 + 8 * t.shape.len();
+pub(crate) fn write(tensors: &[Tensor<'_>], out: &mut impl Write) -> io::Result<()> {
+    let of_field = |(name, shape, _): &Tensor<'_>| 2 + name.len() + 2 + 1 + 8 + 8 * shape.len();
     let mut next = MAGIC.len() + VERSION.len() + 4 + tensors.iter().map(of_field).sum::<usize>();
     let mut head = Vec::with_capacity(next);
     head.extend(MAGIC);
     head.extend(VERSION);
     head.extend((tensors.len() as u32).to_le_bytes());
     let mut offsets = Vec::new();
-    for tensor in tensors {
+    for (name, shape, numbers) in tensors {
         next = next.next_multiple_of(ALIGNED);
         offsets.push(next);
-        let (kind, length) = match &tensor.numbers {
+        let (kind, length) = match numbers {
             Numbers::Bytes(bytes) => (U8, bytes.len()),
             Numbers::Floats(floats) => (F32, 4 * floats.len()),
         };
-        head.extend((tensor.name.len() as u16).to_le_bytes());
-        head.extend(tensor.name.as_bytes());
-        head.extend((tensor.shape.len() as u16).to_le_bytes());
+        head.extend((name.len() as u16).to_le_bytes());
+        head.extend(name.as_bytes());
+        head.extend((shape.len() as u16).to_le_bytes());
         head.push(kind);
         head.extend((next as u64).to_le_bytes());
-        let shape = tensor.shape.iter();
-        head.extend(shape.flat_map(|d| (*d as u64).to_le_bytes()));
+        head.extend(shape.iter().flat_map(|d| (*d as u64).to_le_bytes()));
         next += length;
     }
     out.write_all(&head)?;
     let mut done = head.len();
-    for (tensor, offset) in tensors.iter().zip(offsets) {
+    for ((.., numbers), offset) in tensors.iter().zip(offsets) {
         out.write_all(&[0; ALIGNED][..offset - done])?;
         done = offset;
-        match &tensor.numbers {
+        match numbers {
             Numbers::Bytes(bytes) => {
                 out.write_all(bytes)?;
                 done += bytes.len();

@@ -44,7 +44,7 @@ impl Grids {
 
     /// The value at a place of the square; grid `g` of the weighted ones is `first + step * g`.
     #[inline]
-    pub(crate) fn at(
+    pub(crate) fn value_at(
         &self,
         grids: &[(usize, f64)],
         [first, step]: [usize; 2],
@@ -62,7 +62,7 @@ impl Grids {
         }
     }
 
-    /// The same of the nodes that are not NaN, their weights renormalised; NaN if there is none.
+    /// The value at a place from the nodes that are not NaN, their weights renormalised; NaN if there is none.
     fn of_known(&self, grids: &[(usize, f64)], [first, step]: [usize; 2], [x, y]: [f64; 2]) -> f64 {
         let [(column, u), (row, v)] = [cell(x, self.size[0]), cell(y, self.size[1])];
         let [mut sum, mut total] = [0.0; 2];
@@ -85,7 +85,7 @@ impl Grids {
     /// The value of the only grid at a place of the square.
     #[inline]
     pub(crate) fn one(&self, place: [f64; 2]) -> f64 {
-        self.at(&[(0, 1.0)], [0, 1], place)
+        self.value_at(&[(0, 1.0)], [0, 1], place)
     }
 }
 

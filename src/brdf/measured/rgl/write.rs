@@ -5,7 +5,7 @@
 //! are divided by the very function that the reader multiplies. Nodes are denser by the root of the visible normals,
 //! D max(0, m·ω_i), and nowhere sparse: in proportion to them, a needle on a matte base would leave the base no nodes.
 //!
-//! Nodes below the horizon hold 0, and those without data hold the value of their neighbour: a reader knows neither
+//! Nodes below the horizon hold 0, and those without data hold the value of their neighbour: the format has neither
 //! numbers below 0 nor holes.
 
 use super::super::TableError;
@@ -83,7 +83,7 @@ struct Surface<'a> {
 
 /// The error of a BRDF without any value above 0, which has no distribution of normals.
 fn black() -> TableError {
-    TableError::no_data("an RGL table holds no BRDF that is 0, or not known, everywhere")
+    TableError::NoData("an RGL table holds no BRDF that is 0, or not known, everywhere".into())
 }
 
 /// The luminance of a pair, `None` without data.
@@ -212,16 +212,11 @@ fn normal([u, v]: [f64; 2]) -> DVec3 {
 }
 
 /// Tabulates a BRDF. R, G and B of one in luminance are equal. Runs on rayon's threads; the result does not depend on
-/// their number.
+/// their number. Also returns the number of nodes above the horizon without data, which are filled.
 ///
 /// # Errors
 /// [`TableError::NoData`] of one that is 0, or not known, everywhere.
-pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, TableError> {
-    Ok(fields(brdf, level)?.0)
-}
-
-/// The fields, and the number of nodes above the horizon without data, which are filled.
-pub(crate) fn fields(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), TableError> {
+pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), TableError> {
     let surface = Surface::new(brdf)?;
     let is_isotropic = brdf.symmetry().isotropic;
     let steps = |from: f64, to: f64, count: usize| -> Vec<f32> {

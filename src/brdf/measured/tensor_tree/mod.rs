@@ -17,22 +17,22 @@
 
 mod node;
 mod read;
-mod spec;
 mod write;
 
 pub use node::Node;
-pub use spec::{ENTRY, TensorTreeSpec};
-pub(crate) use write::trees;
-pub use write::{LEVELS, suits, table_pairs, tabulate, write_tensor_tree};
+pub(super) use read::{check, text};
+pub use write::{LEVELS, table_pairs, tabulate, write_tensor_tree};
 
-use super::doubts::Doubts;
+use super::doubts::{Doubts, of_doubts};
+use super::specs::{file_table, length};
+use super::{FileFormat, TableError, without_wavelengths, write_file};
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 /// What a TensorTree3 has by construction.
-const SYMMETRY: Symmetry = Symmetry {
+pub(super) const SYMMETRY: Symmetry = Symmetry {
     isotropic: true,
     ..Symmetry::NONE
 };
@@ -84,17 +84,7 @@ impl Brdf for TensorTree {
         SYMMETRY
     }
 
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        self.doubts.remarks()
-    }
-
-    fn cells_without_reading(&self) -> usize {
-        self.doubts.marks.count()
-    }
+    of_doubts!(doubts);
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         if !pair.is_above_horizon() {
@@ -102,9 +92,9 @@ impl Brdf for TensorTree {
             return Presence::Present;
         }
         let place = place(pair);
-        let y = self.trees[0].at(place);
+        let y = self.trees[0].value_at(place);
         let chromaticity = match &self.trees[1..] {
-            [u, v] => Some([u.at(place), v.at(place)]),
+            [u, v] => Some([u.value_at(place), v.value_at(place)]),
             _ => None,
         };
         if y.is_nan() || chromaticity.is_some_and(|uv| uv.iter().any(|x| x.is_nan())) {
@@ -170,7 +160,7 @@ pub fn disk([s, t]: [f64; 2]) -> [f64; 2] {
 /// let [s, t] = square(disk([0.3, 0.8]));
 /// assert!((s - 0.3).abs() + (t - 0.8).abs() < 1e-14);
 /// ```
-pub(crate) fn square([x, y]: [f64; 2]) -> [f64; 2] {
+pub fn square([x, y]: [f64; 2]) -> [f64; 2] {
     let radius = x.hypot(y);
     // Counted from the middle of the first of four sides.
     let turn = (y.atan2(x) + FRAC_PI_4).rem_euclid(TAU);
@@ -183,4 +173,45 @@ pub(crate) fn square([x, y]: [f64; 2]) -> [f64; 2] {
         _ => [along, -radius],
     };
     [(a + 1.0) / 2.0, (b + 1.0) / 2.0]
+}
+
+/// Bytes of a tree for each byte of its text, at most: a number, its place and a box of eight.
+const TREE_BYTES: usize = 10;
+
+file_table! {
+    "tensor-tree": "isotropic reflection of a Radiance BSDF, the TensorTree3 XML at `path`; also no_reading",
+    SphericalTable, {
+        extensions: &["xml"],
+        summary: "isotropic, for the material BSDF of Radiance: TensorTree3, luminance or R, G, B",
+        write: Some(|brdf, of, path| {
+            let (trees, filled) = tabulate(brdf, LEVELS[of.size])?;
+            write_file(path, filled, |out| {
+                write_tensor_tree(&trees, out)
+            })
+        }),
+        pairs: Some(|brdf, size| table_pairs(brdf, LEVELS[size])),
+        sizes: LEVELS.len(),
+    }
+    /// A tensor tree, as a config writes it.
+    pub struct TensorTreeSpec {}
+
+    fn fits(&self, channels: &Channels) -> Result<(), TableError> {
+        without_wavelengths("path", self.path.display(), channels)?;
+        check(&text(&self.path)?)
+    }
+
+    fn symmetries(&self, _channels: &Channels) -> Result<Symmetry, TableError> {
+        Ok(SYMMETRY)
+    }
+
+    fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError> {
+        without_wavelengths("path", self.path.display(), &channels)?;
+        let text = text(&self.path)?;
+        let table = TensorTree::read_without(&text, channels, self.no_reading)?;
+        Ok(Box::new(table))
+    }
+
+    fn channel_bytes(&self) -> usize {
+        length(&self.path).saturating_mul(TREE_BYTES)
+    }
 }

@@ -38,7 +38,7 @@ impl Built {
 
     /// Eight parts, or one leaf if all are leaves and `is_one` of mean and standard deviation. A leaf without a value gets the
     /// mean of those around it.
-    pub(crate) fn of(mut parts: [Built; 8], is_one: impl Fn(f64, f64) -> bool) -> Self {
+    pub(crate) fn from_parts(mut parts: [Built; 8], is_one: impl Fn(f64, f64) -> bool) -> Self {
         let share: f64 = parts.iter().map(|p| p.share).sum();
         let over = |of: fn(&Built) -> f64| {
             let sum: f64 = parts.iter().map(|p| p.share * of(p)).sum();
@@ -78,7 +78,7 @@ fn descend(place: [f64; 3]) -> (usize, [f64; 3]) {
 
 impl Node {
     /// The value at a point of [0, 1)³, by going down the tree; NaN without data.
-    pub fn at(&self, mut place: [f64; 3]) -> f64 {
+    pub fn value_at(&self, mut place: [f64; 3]) -> f64 {
         let mut node = self;
         loop {
             match node {
@@ -125,10 +125,7 @@ impl Node {
 
     /// Number of leaves.
     pub fn leaves(&self) -> usize {
-        match self {
-            Node::Leaf(_) => 1,
-            Node::Parts(parts) => parts.iter().map(Node::leaves).sum(),
-        }
+        self.values().len()
     }
 
     /// The smallest value.
@@ -219,7 +216,7 @@ mod tests {
     #[test]
     fn equal_parts_are_one_and_gaps_are_filled() {
         let of = |values: [f64; 8], most: f64| {
-            Built::of(values.map(Built::cell), |_, deviation| deviation <= most).node
+            Built::from_parts(values.map(Built::cell), |_, deviation| deviation <= most).node
         };
         assert_eq!(of([2.0; 8], 0.0), Node::Leaf(2.0));
         let mut values = [1.0; 8];
@@ -227,18 +224,18 @@ mod tests {
         values[0] = f64::NAN;
         // The mean of seven values fills the gap.
         let tree = of(values, 0.1);
-        assert_eq!(tree.at([0.1, 0.2, 0.3]), 11.0 / 7.0);
-        assert_eq!(tree.at([0.6, 0.7, 0.3]), 5.0);
-        assert_eq!(tree.at([0.6, 0.7, 0.6]), 1.0);
+        assert_eq!(tree.value_at([0.1, 0.2, 0.3]), 11.0 / 7.0);
+        assert_eq!(tree.value_at([0.6, 0.7, 0.3]), 5.0);
+        assert_eq!(tree.value_at([0.6, 0.7, 0.6]), 1.0);
         assert_eq!((tree.leaves(), tree.least()), (8, 1.0));
-        assert!(of([f64::NAN; 8], 0.1).at([0.5; 3]).is_nan());
+        assert!(of([f64::NAN; 8], 0.1).value_at([0.5; 3]).is_nan());
         let mut text = Vec::new();
         tree.write(&mut text).unwrap();
         // x upper, s upper, t lower is the seventh number.
         assert_eq!(text, b"{1.571 1 1 1 1 1 5 1}");
         let mut leaf = Node::Leaf(2.0);
         leaf.clear([0.1, 0.3, 0.6], 2);
-        let values = [0.1, 0.3].map(|x| leaf.at([x, 0.3, 0.6]));
+        let values = [0.1, 0.3].map(|x| leaf.value_at([x, 0.3, 0.6]));
         assert_eq!((leaf.leaves(), values), (15, [0.0, 2.0]));
     }
 }

@@ -15,16 +15,13 @@ use crate::files;
 use crate::numeric::LARGEST_READING;
 use std::path::Path;
 
-/// Deepest tree: cells of 2⁻²⁰ are far below what anybody measures.
+/// Deepest tree: cells of 2⁻²⁰ are far below the resolution of any measurement.
 const DEEPEST: usize = 20;
 
 /// Names of the blocks, luminance first.
 pub(super) const BLOCKS: [&str; 3] = ["Visible", "CIE-u", "CIE-v"];
 
 /// Reads a file.
-///
-/// # Errors
-/// Whatever the file system reports.
 pub(crate) fn text(path: &Path) -> Result<String, TableError> {
     let text = files::read_text(path, files::TABLE_LIMIT);
     text.map_err(|e| TableError::Io("no access to this tensor tree", e))
@@ -183,7 +180,7 @@ fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TableError> {
     let structure = whole.word("IncidentDataStructure").unwrap_or("nothing");
     if structure != "TensorTree3" {
         let found = excerpt(structure);
-        return Err(TableError::malformed(format!(
+        return Err(TableError::Malformed(format!(
             "IncidentDataStructure {found}: allowed is TensorTree3, of isotropic materials"
         )));
     }
@@ -229,9 +226,7 @@ fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TableError> {
             let message = "of CIE-u and CIE-v one is there; allowed: both, or none of grey";
             Err(end.refuse(message.into()))
         }
-        [None, ..] => Err(TableError::malformed(
-            "there is no block of Visible with Reflection Back, which Radiance has above the surface",
-        )),
+        [None, ..] => Err(TableError::Malformed("there is no block of Visible with Reflection Back, which Radiance has above the surface".into())),
     }
 }
 
@@ -261,7 +256,7 @@ impl TensorTree {
     }
 
     /// Reads a text; `no_reading` is one more number that stands for no reading, of the luminance.
-    pub(super) fn read_without(
+    pub(in crate::brdf::measured) fn read_without(
         text: &str,
         channels: Channels,
         no_reading: Option<f64>,
@@ -292,7 +287,9 @@ impl TensorTree {
             // Of NaN and 0 the maximum would be 0.
             tree.for_each_leaf(&mut |leaf| *leaf = if *leaf < 0.0 { 0.0 } else { *leaf });
             if is_unknown {
-                return Err(TableError::no_data("no cell of this tree holds a reading"));
+                return Err(TableError::NoData(
+                    "no cell of this tree holds a reading".into(),
+                ));
             }
             trees.push(tree);
             if let Some(c) = numbers.peek() {

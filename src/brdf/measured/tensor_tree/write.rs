@@ -37,8 +37,12 @@ const HEAD: &str = concat!(
 );
 
 /// Pairs that [`tabulate`] evaluates.
-pub fn table_pairs(level: usize) -> u64 {
-    (1 << (3 * COARSE - 1)) + (1 << (3 * level - 1))
+///
+/// # Errors
+/// [`TableError::Unsuited`] of a BRDF that is not isotropic, or is by wavelength.
+pub fn table_pairs(brdf: &dyn Brdf, level: usize) -> Result<u64, TableError> {
+    suits_isotropic(brdf, "a TensorTree3", WAVELENGTHS, 0)?;
+    Ok((1 << (3 * COARSE - 1)) + (1 << (3 * level - 1)))
 }
 
 /// The pair at a point of the tree's cube.
@@ -121,29 +125,16 @@ fn build(
         let corner = std::array::from_fn(|k| corner[k] + (part >> k & 1) * half);
         build(half, corner, cell, is_one)
     });
-    Built::of(parts, is_one)
+    Built::from_parts(parts, is_one)
 }
 
-/// Whether a table can hold a BRDF.
-///
-/// # Errors
-/// [`TableError::Unsuited`] of one that is not isotropic, or is by wavelength.
-pub fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
-    suits_isotropic(brdf, "a TensorTree3", WAVELENGTHS, 0)
-}
-
-/// The trees of luminance and, of R, G, B, those of u' and v'. Runs on rayon's threads; the result does not depend on
-/// their number.
+/// The trees of luminance and, of R, G, B, those of u' and v', and the number of finest cells without data, which are filled.
+/// Runs on rayon's threads; the result does not depend on their number.
 ///
 /// # Errors
 /// [`TableError`], but no [`TableError::Io`].
-pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<Vec<Node>, TableError> {
-    Ok(trees(brdf, level)?.0)
-}
-
-/// The trees, and the number of finest cells without data, which are filled.
-pub(crate) fn trees(brdf: &dyn Brdf, level: usize) -> Result<(Vec<Node>, usize), TableError> {
-    suits(brdf)?;
+pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<(Vec<Node>, usize), TableError> {
+    let pairs = table_pairs(brdf, level)?;
     let scale = MERGED * MERGED * root_mean_square(brdf);
     let is_one: [&(dyn Fn(f64, f64) -> bool + Sync); 2] = [
         &|mean, deviation| deviation * deviation <= scale * mean,
@@ -177,8 +168,7 @@ pub(crate) fn trees(brdf: &dyn Brdf, level: usize) -> Result<(Vec<Node>, usize),
         let mut tree = build(1 << CUBES, [0; 3], &mut cube, is_one[k.min(1)]).node;
         if matches!(tree, Node::Leaf(value) if value.is_nan()) {
             if k == 0 {
-                let pairs = table_pairs(level);
-                return Err(TableError::no_data(format!(
+                return Err(TableError::NoData(format!(
                     "this material has no data at any of the {pairs} pairs of the tree"
                 )));
             }

@@ -40,12 +40,12 @@ fn no_access(e: io::Error) -> TableError {
 
 /// The error of a table without data.
 fn no_data() -> TableError {
-    TableError::no_data("every value is NaN or infinite: the table holds no data")
+    TableError::NoData("every value is NaN or infinite: the table holds no data".into())
 }
 
 /// The error of a file of another length than a table has.
 fn wrong_length(found: u64) -> TableError {
-    TableError::malformed(format!(
+    TableError::Malformed(format!(
         "not a UTIA file: found {found} bytes, expected {FILE_LEN} (three planes of 288×288 f64, no header)"
     ))
 }
@@ -125,7 +125,7 @@ impl Utia {
         };
         if input.read(&mut [0]).map_err(no_access)? > 0 {
             let message = format!("found more data after the {FILE_LEN} bytes of a UTIA table");
-            return Err(TableError::malformed(message));
+            return Err(TableError::Malformed(message));
         }
         let has_data = |node: usize| planes.iter().all(|plane| !plane[node].is_nan());
         match (0..NODES).any(has_data) {
@@ -171,14 +171,14 @@ pub fn write_utia(brdf: &dyn Brdf, out: &mut impl Write) -> Result<(), TableErro
     content.write(out).map_err(no_access)
 }
 
-/// Whether a table can hold a BRDF.
+/// Pairs that the table of a BRDF is made of.
 ///
 /// # Errors
 /// [`TableError::Unsuited`] of a BRDF by wavelength.
-pub fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
+pub fn table_pairs(brdf: &dyn Brdf) -> Result<u64, TableError> {
     match brdf.channels().wavelengths() {
-        Some(_) => Err(TableError::unsuited(WAVELENGTHS)),
-        None => Ok(()),
+        Some(_) => Err(TableError::Unsuited(WAVELENGTHS.into())),
+        None => Ok(NODES as u64),
     }
 }
 
@@ -194,9 +194,9 @@ pub(crate) struct Content {
 /// first that has some; also returns their number, else 0.
 ///
 /// # Errors
-/// As [`suits`], and [`TableError::NoData`] if there is none to fill with.
+/// As [`table_pairs`], and [`TableError::NoData`] if there is none to fill with.
 pub(crate) fn tabulate(brdf: &dyn Brdf, fill: bool) -> Result<(Content, usize), TableError> {
-    suits(brdf)?;
+    table_pairs(brdf)?;
     let n = brdf.channels().count();
     let row = |light: usize| {
         let pairs: Vec<DirectionPair> = (0..ROW).map(|v| pair(ROW * light + v)).collect();
@@ -213,9 +213,6 @@ pub(crate) fn tabulate(brdf: &dyn Brdf, fill: bool) -> Result<(Content, usize), 
 
 impl Content {
     /// Writes the file.
-    ///
-    /// # Errors
-    /// Those of `out`.
     pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         write_planes(&self.values, self.n, |_, v| v, out)
     }

@@ -12,14 +12,15 @@
 //! known about the sample.
 
 pub mod file;
-mod spec;
 
 pub(crate) use file::tabulate;
-pub use file::{FILE_LEN, check, suits, write_utia};
-pub use spec::{ENTRY, UtiaSpec};
+pub use file::{FILE_LEN, check, table_pairs, write_utia};
 
-use super::doubts::Doubts;
+use super::doubts::{Doubts, of_doubts};
+use super::specs::file_table;
+use super::{FileFormat, TableError, without_wavelengths, write_file};
 use crate::brdf::{Brdf, Channels, Presence};
+use crate::error::in_left_open;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use std::f64::consts::PI;
 
@@ -57,17 +58,12 @@ impl Utia {
     }
 
     /// The table, declared to have these symmetries; a fresh one has none. Look-ups do not use
-    /// them: they tell others what may be folded.
+    /// them: they say what may be folded.
     #[must_use]
     pub(crate) fn with_symmetry(mut self, symmetry: Symmetry) -> Self {
         self.symmetry = symmetry;
         self
     }
-}
-
-/// Position of the node (theta, phi) of light and of sensor in a plane.
-pub fn index([theta_i, phi_i]: [usize; 2], [theta_v, phi_v]: [usize; 2]) -> usize {
-    DIRECTIONS * (AZIMUTHS * theta_i + phi_i) + AZIMUTHS * theta_v + phi_v
 }
 
 /// The pair at a node of a plane.
@@ -119,43 +115,93 @@ impl Brdf for Utia {
         self.symmetry
     }
 
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        self.doubts.remarks()
-    }
-
-    fn cells_without_reading(&self) -> usize {
-        self.doubts.marks.count()
-    }
+    of_doubts!(doubts);
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         out.fill(0.0);
-        if !pair.is_above_horizon() {
-            return Presence::Present;
+        match self.planes.as_slice() {
+            [luminance] => interpolate([luminance], pair, out),
+            [r, g, b] => interpolate([r, g, b], pair, out),
+            _ => Presence::Missing,
         }
-        let (Some(light), Some(sensor)) = (around(pair.omega_i), around(pair.omega_o)) else {
-            return Presence::Missing;
-        };
-        let mut total = 0.0;
-        for (i, u) in light {
-            for (v, w) in sensor {
-                let (node, weight) = (DIRECTIONS * i + v, u * w);
-                // A node of weight 0 may be the far side of the last elevation, or hold no data.
-                if weight > 0.0 && self.planes.iter().all(|plane| !plane[node].is_nan()) {
-                    total += weight;
-                    for (sum, plane) in out.iter_mut().zip(&self.planes) {
-                        *sum += weight * plane[node];
-                    }
+    }
+}
+
+/// Writes the values of planes at a pair; those of all channels side by side are in registers.
+fn interpolate<const N: usize>(
+    planes: [&Vec<f64>; N],
+    pair: &DirectionPair,
+    out: &mut [f64],
+) -> Presence {
+    if !pair.is_above_horizon() {
+        return Presence::Present;
+    }
+    let (Some(light), Some(sensor)) = (around(pair.omega_i), around(pair.omega_o)) else {
+        return Presence::Missing;
+    };
+    let (mut sums, mut total) = ([0.0; N], 0.0);
+    for (i, u) in light {
+        for (v, w) in sensor {
+            let (node, weight) = (DIRECTIONS * i + v, u * w);
+            let values = planes.map(|plane| plane[node]);
+            // A node of weight 0 may be the far side of the last elevation, or hold no data.
+            if weight > 0.0 && values.iter().all(|value| !value.is_nan()) {
+                total += weight;
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    *sum += weight * value;
                 }
             }
         }
-        if total > 0.0 {
-            out.iter_mut().for_each(|sum| *sum /= total);
-            return Presence::Present;
-        }
-        Presence::Missing
+    }
+    if !(total > 0.0) {
+        return Presence::Missing;
+    }
+    for (out, sum) in out.iter_mut().zip(sums) {
+        *out = sum / total;
+    }
+    Presence::Present
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+file_table! {
+    "utia": "measured anisotropic table to 75°, the UTIA .bin file at `path`; also scale, no_reading",
+    SphericalTable, {
+        extensions: &["bin"],
+        summary: "anisotropic, over elevations to 75° and azimuths",
+        write: Some(|brdf, of, path| {
+            let (content, filled) = tabulate(brdf, of.fill)?;
+            write_file(path, filled, |out| content.write(out))
+        }),
+        has_holes: true,
+        pairs: Some(|brdf, _| table_pairs(brdf)),
+    }
+    /// A UTIA file, as a config writes it.
+    pub struct UtiaSpec {
+        /// Factor from stored values to sr⁻¹, above 0 and at most 10⁶.
+        #[serde(default = "one")]
+        scale: f64 = one();
+    }
+
+    fn fits(&self, channels: &Channels) -> Result<(), TableError> {
+        without_wavelengths("path", self.path.display(), channels)?;
+        in_left_open("scale", self.scale, 0.0, 1e6)?;
+        check(&self.path)
+    }
+
+    fn symmetries(&self, _channels: &Channels) -> Result<Symmetry, TableError> {
+        Ok(Symmetry::NONE)
+    }
+
+    fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError> {
+        self.fits(&channels)?;
+        let table = Utia::load(&self.path, self.scale, channels, self.no_reading)?;
+        Ok(Box::new(table))
+    }
+
+    fn channel_bytes(&self) -> usize {
+        FILE_LEN as usize / Channels::Rgb.count()
     }
 }

@@ -42,7 +42,7 @@ use std::io;
 use std::path::Path;
 
 /// An error of the system.
-pub(super) fn no_access(e: io::Error) -> TableError {
+fn no_access(e: io::Error) -> TableError {
     TableError::Io("no access to this Zemax table", e)
 }
 
@@ -70,7 +70,7 @@ impl<'t> Words<'t> {
             let (i, line) = self
                 .lines
                 .next()
-                .ok_or_else(|| TableError::malformed(format!("the text ends before {before}")))?;
+                .ok_or_else(|| TableError::Malformed(format!("the text ends before {before}")))?;
             self.line = i + 1;
             if !line.trim_start().starts_with('#') {
                 self.words = line.split_whitespace();
@@ -182,17 +182,11 @@ pub struct Head<'t> {
 }
 
 /// Reads a file.
-///
-/// # Errors
-/// Whatever the file system reports.
 pub(crate) fn text(path: &Path) -> Result<String, TableError> {
     files::read_text(path, files::TABLE_LIMIT).map_err(no_access)
 }
 
 /// Reads what is before the values.
-///
-/// # Errors
-/// [`TableError`].
 pub(crate) fn head(text: &str) -> Result<Head<'_>, TableError> {
     let mut words = Words::new(text);
     words.expect("Source")?;
@@ -305,7 +299,9 @@ impl Head<'_> {
             _ => planes.concat(),
         };
         match values.iter().all(|v| v.is_nan()) {
-            true => Err(TableError::no_data("no cell of this table holds a reading")),
+            true => Err(TableError::NoData(
+                "no cell of this table holds a reading".into(),
+            )),
             false => Ok(Zemax {
                 angles: self.angles,
                 channels,

@@ -9,14 +9,14 @@
 //! others renormalised, as are those without a reading. Outside the angles of the table nothing was measured, and the pair is [`Presence::Missing`].
 
 pub(crate) mod file;
-mod spec;
 mod write;
 
-pub use spec::{ENTRY, ZemaxSpec};
-pub(crate) use write::tabulate;
-pub use write::{LEVELS, Level, suits, table_pairs, write_zemax};
+pub(super) use file::{Head, head, text};
+pub use write::{LEVELS, Level, table_pairs, tabulate};
 
-use super::doubts::Doubts;
+use super::doubts::{Doubts, of_doubts};
+use super::specs::file_table;
+use super::{FileFormat, TableError, write_file};
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use glam::DVec3;
@@ -53,12 +53,22 @@ pub(crate) struct Angles {
 type Around = ([usize; 2], f64);
 
 impl Angles {
-    fn count(&self) -> usize {
+    /// Number of nodes.
+    pub(super) fn count(&self) -> usize {
         // Lists without values may be of any length.
         let lists = [&self.azimuth, &self.radial];
         lists
             .iter()
             .fold(self.theta_i.len(), |n, list| n.saturating_mul(list.len()))
+    }
+
+    /// The symmetries of a table over these nodes.
+    pub(super) fn symmetry(&self) -> Symmetry {
+        Symmetry {
+            isotropic: true,
+            bilateral: self.mirrored,
+            ..Symmetry::NONE
+        }
     }
 
     /// The pair at a node, with the light at azimuth 0.
@@ -170,24 +180,10 @@ impl Brdf for Zemax {
     }
 
     fn symmetry(&self) -> Symmetry {
-        Symmetry {
-            isotropic: true,
-            bilateral: self.angles.mirrored,
-            ..Symmetry::NONE
-        }
+        self.angles.symmetry()
     }
 
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        self.doubts.remarks()
-    }
-
-    fn cells_without_reading(&self) -> usize {
-        self.doubts.marks.count()
-    }
+    of_doubts!(doubts);
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         out.fill(0.0);
@@ -206,5 +202,55 @@ impl Brdf for Zemax {
             true => Presence::Missing,
             false => Presence::Present,
         }
+    }
+}
+
+file_table! {
+    "zemax": "isotropic table about the mirror direction, the text of OpticStudio (Zemax) at `path`; also no_reading",
+    Neither, {
+        extensions: &["zbsdf"],
+        summary: "isotropic, about the mirror direction, text of OpticStudio (Zemax); luminance, R, G, B or one wavelength",
+        write: Some(|brdf, of, path| {
+            let (table, filled) = tabulate(brdf, LEVELS[of.size])?;
+            write_file(path, filled, |out| table.write(out))
+        }),
+        pairs: Some(|brdf, size| table_pairs(brdf, LEVELS[size])),
+        sizes: LEVELS.len(),
+    }
+    /// A Zemax table, as a config writes it.
+    pub struct ZemaxSpec {}
+
+    fn fits(&self, channels: &Channels) -> Result<(), TableError> {
+        self.head(channels, |_| Ok(()))
+    }
+
+    fn symmetries(&self, channels: &Channels) -> Result<Symmetry, TableError> {
+        self.head(channels, |head| Ok(head.angles.symmetry()))
+    }
+
+    fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError> {
+        let table = self.head(&channels, |head| {
+            head.load(channels.clone(), self.no_reading)
+        })?;
+        Ok(Box::new(table))
+    }
+
+    fn channel_bytes(&self) -> usize {
+        let nodes = text(&self.path).and_then(|text| Ok(head(&text)?.angles.count()));
+        nodes.unwrap_or(0).saturating_mul(8)
+    }
+}
+
+impl ZemaxSpec {
+    /// What `then` makes of all before the values, of a scene that can make use of it.
+    fn head<T>(
+        &self,
+        channels: &Channels,
+        then: impl FnOnce(Head<'_>) -> Result<T, TableError>,
+    ) -> Result<T, TableError> {
+        let text = text(&self.path)?;
+        let head = head(&text)?;
+        head.content.suits(channels)?;
+        then(head)
     }
 }

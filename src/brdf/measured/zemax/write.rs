@@ -1,6 +1,6 @@
 //! Any isotropic BRDF as a Zemax table.
 
-use super::file::{degrees, no_access};
+use super::file::degrees;
 use super::{Angles, Zemax};
 use crate::brdf::measured::doubts::Doubts;
 use crate::brdf::measured::{TableError, fill_gaps, gaps, suits_isotropic, values_or_nan};
@@ -64,23 +64,27 @@ impl Level {
 }
 
 /// Pairs that are evaluated.
-pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> u64 {
-    level.angles(brdf.symmetry().bilateral).count() as u64
-}
-
-/// Whether a table can hold a BRDF.
 ///
 /// # Errors
-/// [`TableError::Unsuited`] of one that is not isotropic, or of several wavelengths.
-pub fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
+/// [`TableError::Unsuited`] of a BRDF that is not isotropic, or of several wavelengths.
+pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> Result<u64, TableError> {
+    suits(brdf)?;
+    Ok(level.angles(brdf.symmetry().bilateral).count() as u64)
+}
+
+/// Checks that a table can hold a BRDF.
+fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
     let wavelengths = "a Zemax table holds luminance, R, G, B or one wavelength";
     suits_isotropic(brdf, "a Zemax table", wavelengths, 1)
 }
 
 /// Tabulates a BRDF. A sensor below the horizon has 0; one without data has what the sensor before it has, towards the
-/// mirror direction, or else the next that has some: the format has no holes. Runs on rayon's threads; the result does not depend on their number. Also
-/// returns the number of sensors without data.
-pub(crate) fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Zemax, usize), TableError> {
+/// mirror direction, or else the next that has some: the format has no holes. Runs on rayon's threads; the result does not depend on
+/// their number. Also returns the number of sensors without data.
+///
+/// # Errors
+/// As [`table_pairs`], and [`TableError::NoData`] of a BRDF without any.
+pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Zemax, usize), TableError> {
     suits(brdf)?;
     let n = brdf.channels().count();
     let angles = level.angles(brdf.symmetry().bilateral);
@@ -102,8 +106,8 @@ pub(crate) fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Zemax, usize), 
     });
     let rows: Vec<(Vec<f64>, bool, usize)> = rows.collect();
     if !rows.iter().any(|(_, has_data, _)| *has_data) {
-        return Err(TableError::no_data(
-            "this material has no data at any node of the table",
+        return Err(TableError::NoData(
+            "this material has no data at any node of the table".into(),
         ));
     }
     let plane = |c: usize| {
@@ -138,7 +142,10 @@ fn total(angles: &Angles, light: usize, values: &[f64]) -> f64 {
 
 impl Zemax {
     /// Writes the text. Values have seven digits.
-    pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let angles = &self.angles;
         let symmetry = if angles.mirrored {
             "PlaneSymmetrical"
@@ -190,13 +197,4 @@ impl Zemax {
         }
         writeln!(out, "DataEnd")
     }
-}
-
-/// Tabulates a BRDF and writes the text.
-///
-/// # Errors
-/// [`TableError`].
-pub fn write_zemax(brdf: &dyn Brdf, level: Level, out: &mut impl Write) -> Result<(), TableError> {
-    let (table, _) = tabulate(brdf, level)?;
-    table.write(out).map_err(no_access)
 }

@@ -6,7 +6,7 @@ use super::{Facts, HeightField, SurfaceSpec};
 use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed, in_left_open};
 use crate::geometry::Symmetry;
-use crate::registry::{self, Entry};
+use crate::registry::{self, Entry, Resolved};
 use read::{Numbers, Unusable};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -70,17 +70,19 @@ impl HeightMapSpec {
     }
 }
 
-impl SurfaceSpec for HeightMapSpec {
+impl Resolved for HeightMapSpec {
     fn resolved(&self) -> registry::Keys {
         registry::resolved(Self::KIND, self)
     }
+}
 
+impl SurfaceSpec for HeightMapSpec {
     fn facts(&self) -> Facts {
         let stem = self.file.file_stem().unwrap_or_default();
         let bytes = std::fs::metadata(&self.file).map_or(0, |file| file.len());
         Facts {
             label: format!("map-{}", stem.to_string_lossy()),
-            // Nobody knows what was measured, but that light and sensor may be exchanged.
+            // Of a measured map only reciprocity is certain.
             symmetry: Symmetry {
                 reciprocal: true,
                 ..Symmetry::NONE

@@ -1,6 +1,6 @@
 use super::super::kernel;
 use super::super::prior::PriorFile;
-use super::super::system::{MEAN, NUGGET};
+use super::super::system::{self, MEAN, NUGGET};
 use super::*;
 use crate::sampling::{Random, cosine_hemisphere};
 
@@ -42,12 +42,7 @@ fn process(
     let by_formula = move |a: &[DirectionPair], b: &[DirectionPair]| {
         let [a, b] = [a, b].map(|list| kernel::columns(list, Symmetry::FULL));
         DMatrix::from_fn(a.len(), b.len(), |i, j| {
-            let of = |t: &kernel::Term| {
-                let off = t.lengths.iter().map(|(c, l)| (a[i][*c] - b[j][*c]) / l);
-                let r = (3.0 * off.map(|d| d * d).sum::<f64>()).sqrt();
-                t.amplitude * (1.0 + r) * (-r).exp()
-            };
-            kernel.level + kernel.terms.iter().map(of).sum::<f64>()
+            kernel.level + system::tests::by_formula(&kernel, &a[i], &b[j])
         })
     };
     (process, by_formula)
@@ -86,7 +81,8 @@ fn a_prior_adds_its_functions() {
         .unwrap();
     let kernel = prior.kernel(Kernel::new(Symmetry::FULL));
     let (read, at) = (pairs(0, 20), pairs(1000, 30));
-    let sites = |list: &[DirectionPair]| Sites::new(list, Symmetry::FULL, Some(prior.at(list)));
+    let sites =
+        |list: &[DirectionPair]| Sites::new(list, Symmetry::FULL, Some(prior.basis_at(list)));
     // One of two materials, each as likely as the other.
     let centres = [1.0, 2.0]
         .map(|k: f64| DMatrix::from_fn(prior.functions(), 1, |i, _| (k * i as f64).cos()));
@@ -108,7 +104,7 @@ fn a_prior_adds_its_functions() {
     };
     let covariance = Covariance::new(&kernel);
     let process = Posterior::given(covariance, Some(known), data, Symmetry::FULL).unwrap();
-    // The same by inverses, of dense matrices.
+    // The posterior by inverses of dense matrices.
     let k = |a: &[DirectionPair], b: &[DirectionPair]| {
         let [a, b] = [sites(a), sites(b)];
         let plain = Covariance::new(&Kernel {
@@ -147,21 +143,6 @@ fn a_prior_adds_its_functions() {
 }
 
 #[test]
-fn further_readings_leave_the_variances_they_leave_once_they_are_there() {
-    let (read, further, at) = (pairs(0, 60), pairs(60, 20), pairs(1000, 40));
-    let (process, _) = process(&read);
-    let expected = process.variances_with(&process.places(&at), &process.places(&further));
-    let kernel = Kernel::new(Symmetry::FULL);
-    let mut all = data(&[read, further].concat());
-    all.noise[60..].fill(NUGGET);
-    let with = given(&kernel, all);
-    let then = with.variances(&with.places(&at));
-    for (expected, then) in expected.unwrap().into_iter().zip(then) {
-        assert!((expected - then).abs() < 1e-7, "{expected} {then}");
-    }
-}
-
-#[test]
 fn readings_are_predicted_as_if_they_were_left_out() {
     let read = pairs(0, 40);
     let (process, _) = process(&read);
@@ -178,7 +159,7 @@ fn readings_are_predicted_as_if_they_were_left_out() {
         let place = without.places(&read[i..=i]);
         let off = without.means(&place)[0] - MEAN - all.values[i];
         let variance = without.variances(&place)[0] + all.noise[i];
-        let expected = off * off / (variance * process.scale());
+        let expected = off * off / (variance * process.scale);
         assert!(
             (square / expected - 1.0).abs() < 1e-5,
             "{i}: {square} {expected}"
@@ -187,20 +168,27 @@ fn readings_are_predicted_as_if_they_were_left_out() {
 }
 
 #[test]
-fn supposed_readings_change_no_mean() {
+fn further_readings_leave_variances_and_change_no_mean() {
     let (read, further, at) = (pairs(0, 60), pairs(60, 20), pairs(1000, 40));
     let (process, _) = process(&read);
     let (places, more) = (process.places(&at), process.places(&further));
-    let (means, scale) = (process.means(&places), process.scale());
-    let variances = process.variances_with(&places, &more).unwrap();
+    let (means, scale) = (process.means(&places), process.scale);
+    // The variances that they leave once they are there.
+    let mut all = data(&[read, further.clone()].concat());
+    all.noise[60..].fill(NUGGET);
+    let with = given(&Kernel::new(Symmetry::FULL), all);
+    let left = with.variances(&with.places(&at));
+    let expected = process.variances_with(&places, &more).unwrap();
     let supposed = process.supposing(&further, true).unwrap();
     let places = supposed.places(&at);
-    assert_eq!(supposed.scale(), scale);
+    assert_eq!(supposed.scale, scale);
     for (a, b) in supposed.means(&places).into_iter().zip(means) {
         assert!((a - b).abs() < 1e-6, "{a} {b}");
     }
-    for (a, b) in supposed.variances(&places).into_iter().zip(variances) {
-        assert!((a - b).abs() < 1e-6, "{a} {b}");
+    let variances = supposed.variances(&places).into_iter();
+    for ((expected, left), supposed) in expected.into_iter().zip(left).zip(variances) {
+        assert!((expected - left).abs() < 1e-7, "{expected} {left}");
+        assert!((expected - supposed).abs() < 1e-6, "{expected} {supposed}");
     }
 }
 

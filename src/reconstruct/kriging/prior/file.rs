@@ -58,7 +58,11 @@ impl Prior {
 
     /// The prior of these values, a row of [`BEFORE`](super::BEFORE) and the functions for each configuration, and these
     /// centres.
-    pub(super) fn of(mut about: About, values: Vec<f64>, centres: &DMatrix<f64>) -> Option<Self> {
+    pub(super) fn from_values(
+        mut about: About,
+        values: Vec<f64>,
+        centres: &DMatrix<f64>,
+    ) -> Option<Self> {
         let all = values.iter().chain(centres.iter());
         let values: Vec<f16> = all.map(|x| f16::from_f64(*x)).collect();
         about.blake3 = hash(&about, &bytes(&values));
@@ -70,7 +74,7 @@ fn line(about: &About) -> String {
     serde_json::to_string(about).unwrap_or_else(|_| unreachable!("numbers and strings"))
 }
 
-/// The hash of all that a file says.
+/// The hash of the whole content of a file.
 pub(super) fn hash(about: &About, body: &[u8]) -> String {
     let nameless = About {
         blake3: String::new(),

@@ -41,7 +41,7 @@ pub struct Trained {
     pub content: String,
 }
 
-/// What the first line of a file of a prior says.
+/// The first line of a file of a prior.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct About {
@@ -78,7 +78,7 @@ pub struct Prior {
     values: Vec<half::f16>,
     table: GridInterpolant<Spline<3>, 3>,
     /// Coefficients of the channels of the materials, a column for each.
-    centres: DMatrix<f64>,
+    pub(crate) centres: DMatrix<f64>,
 }
 
 impl std::fmt::Debug for Prior {
@@ -164,20 +164,15 @@ impl Prior {
         let tasks = values.as_mut_slice().par_chunks_mut(width * TASK);
         tasks
             .zip(pairs.par_chunks(TASK))
-            .for_each(|(out, pairs)| self.table.transformed_batch(pairs, out));
+            .for_each(|(out, pairs)| self.table.batch(pairs, out, None));
         values
     }
 
     /// The mean of ln(f + ε) at pairs, and the functions, a column per pair.
-    pub(crate) fn at(&self, pairs: &[DirectionPair]) -> (Vec<f64>, DMatrix<f64>) {
+    pub(crate) fn basis_at(&self, pairs: &[DirectionPair]) -> (Vec<f64>, DMatrix<f64>) {
         let values = self.values_at(pairs);
         let mean = values.row(0).iter().copied().collect();
         (mean, values.remove_rows(0, BEFORE))
-    }
-
-    /// The coefficients of the channels of its materials, a column for each.
-    pub(crate) fn centres(&self) -> &DMatrix<f64> {
-        &self.centres
     }
 
     /// f² of the materials at pairs, each as a share of its mean of (f cos)² under the cosine measure, on average.
@@ -197,7 +192,7 @@ impl Prior {
     pub(in crate::reconstruct) fn mean(&self, coefficients: &DMatrix<f64>) -> Mean {
         let mut weights = coefficients.clone().insert_rows(0, BEFORE, 0.0);
         weights.row_mut(0).fill(1.0);
-        let rule = self.table.rule().combined(&weights);
+        let rule = self.table.rule.combined(&weights);
         Mean(self.table.with(rule, weights.ncols()))
     }
 }
@@ -256,7 +251,7 @@ impl Mean {
     /// Adds it to the values of pairs (`pairs × width`).
     pub(crate) fn add(&self, pairs: &[DirectionPair], out: &mut [f64]) {
         let mut values = vec![0.0; out.len()];
-        self.0.transformed_batch(pairs, &mut values);
+        self.0.batch(pairs, &mut values, None);
         out.iter_mut().zip(values).for_each(|(o, v)| *o += v);
     }
 }
@@ -320,7 +315,7 @@ impl PriorFile {
         (self.path != Path::new(BUILT_IN)).then_some(&self.path)
     }
 
-    /// A hash of what the prior says; of a file that is none, why.
+    /// A hash of the content of the prior; of an invalid file, the reason.
     pub fn content(&self) -> String {
         let known = self.load();
         known.map_or_else(|e| e.to_string(), |prior| prior.about.blake3.clone())

@@ -3,8 +3,8 @@ use super::super::posterior::Posterior;
 use super::super::system::Sites;
 use super::super::{Kriging, TRANSFORM};
 use super::*;
-use crate::brdf::Brdf;
 use crate::brdf::testing::made;
+use crate::brdf::{Brdf, Channels};
 use crate::instrument::{Ideal, Instrument};
 use crate::measurement::Measurement;
 use crate::reconstruct::Reconstruct;
@@ -56,7 +56,7 @@ fn what_is_expected_is_of_what_is_reconstructed() {
         prior: Some(prior),
         ..Kriging::default()
     };
-    // So much unlike what the prior knows that both accounts count.
+    // So far from the materials of the prior that both accounts have weight.
     let odd = made(Symmetry::FULL, |pair| {
         let more = 0.6 * (9.0 * pair.half().z).sin();
         Some([TRANSFORM.inverse(log([1.3, -0.7, 0.4], pair) + more)])
@@ -83,13 +83,13 @@ fn what_is_expected_is_of_what_is_reconstructed() {
     let of = |(_, process): &(f64, Posterior)| {
         let places = process.places(&pairs);
         let variances = process.variances(&places).into_iter();
-        let variances = variances.map(|v| v * process.scale());
+        let variances = variances.map(|v| v * process.scale);
         (process.means(&places), variances.collect::<Vec<f64>>())
     };
     let [(a, of_a), (b, of_b)] = [0, 1].map(|k| of(&processes[k]));
     for (i, known) in known.iter().enumerate() {
         let f = copy.luminance(&pairs[i]).unwrap();
-        // Its level has a variance, where that of a reconstruction is whatever the readings tell.
+        // Its level has a variance, where that of a reconstruction comes from the readings alone.
         let off = (TRANSFORM.forward(f) - known.mean).abs();
         assert!(
             off < 0.1 * known.variance.sqrt(),
@@ -109,7 +109,7 @@ fn a_material_that_it_was_made_of_is_recognized() {
     let member_6 = [0.8192, 0.6710, 0.5497].map(|k: f64| 4.0 * (6.0 * k).fract() - 2.0);
     let readings = measured(&member([member_6]), 12);
     let pairs: Vec<_> = readings.schedule.poses.iter().map(|p| p.pair).collect();
-    let sites = Sites::new(&pairs, Symmetry::FULL, Some(prior.at(&pairs)));
+    let sites = Sites::new(&pairs, Symmetry::FULL, Some(prior.basis_at(&pairs)));
     let values = pairs
         .iter()
         .zip(&sites.mean)
@@ -132,7 +132,7 @@ fn means_are_sums_of_functions() {
     assert_eq!(prior.functions(), 3);
     let pairs: Vec<_> = measured(&member([[0.0; 3]]), 50).schedule.poses.clone();
     let pairs: Vec<_> = pairs.iter().map(|p| p.pair).collect();
-    let (mean, functions) = prior.at(&pairs);
+    let (mean, functions) = prior.basis_at(&pairs);
     let coefficients = DMatrix::from_row_slice(3, 2, &[0.3, 1.0, -2.0, 0.0, 0.7, 5.0]);
     let mut out = vec![0.0; 100];
     prior.mean(&coefficients).add(&pairs, &mut out);
@@ -151,7 +151,7 @@ fn a_file_says_what_was_written_or_that_it_does_not() {
     let bytes = prior.to_bytes();
     let pairs = [DirectionPair::from_spherical(0.3, 0.0, 0.5, 1.0)];
     let back = Prior::decode(&bytes).unwrap();
-    assert_eq!(back.at(&pairs), prior.at(&pairs));
+    assert_eq!(back.basis_at(&pairs), prior.basis_at(&pairs));
     assert_eq!(back.materials(), prior.materials());
     let end = bytes.iter().position(|b| *b == b'\n').unwrap();
     let line = std::str::from_utf8(&bytes[..end]).unwrap();
@@ -174,7 +174,7 @@ fn a_file_says_what_was_written_or_that_it_does_not() {
         let end = start + line[start..].find(',').unwrap();
         let other = format!("{}\"{key}\":{value}{}", &line[..start], &line[end..]);
         assert_eq!(told(&other, body), "it was changed or cut");
-        // One who knows how to hash.
+        // With a hash that fits the changed line.
         let mut about: About = serde_json::from_str(&other).unwrap();
         about.blake3 = file::hash(&about, body);
         let other = serde_json::to_string(&about).unwrap();
@@ -182,4 +182,94 @@ fn a_file_says_what_was_written_or_that_it_does_not() {
     }
     assert_eq!(told("kind,value", body), "it is something else");
     assert_eq!(Prior::decode(b"").unwrap_err(), "it is something else");
+}
+
+#[test]
+fn a_member_of_a_family_is_known_from_as_many_readings_as_it_has_coefficients() {
+    let c = [1.3, -0.7, 0.4];
+    let brdf = member([c]);
+    let (_file, prior) = file(&trained().prior(80).unwrap());
+    let at = &measured(&brdf, 300).schedule.poses;
+    // Mean errors of ln(f + ε).
+    let [with, without] = [Some(prior), None].map(|prior| {
+        let kriging = Kriging {
+            prior,
+            ..Kriging::default()
+        };
+        let copy = kriging.reconstruct(&measured(&brdf, 4)).unwrap();
+        let off = at.iter().map(|pose| {
+            let f = copy.luminance(&pose.pair).unwrap();
+            (TRANSFORM.forward(f) - log(c, &pose.pair)).abs()
+        });
+        off.sum::<f64>() / at.len() as f64
+    });
+    assert!(with < 0.02 && with < 0.2 * without, "{with} {without}");
+}
+
+#[test]
+fn each_channel_is_what_it_is_alone() {
+    let members = [[1.3, -0.7, 0.4], [-1.0, 0.2, 1.5], [0.3, 1.4, -1.2]];
+    let coloured = member(members);
+    let (_file, prior) = file(&trained().prior(80).unwrap());
+    // Shares are those of all channels together: one kernel and one share for each.
+    let kriging = Kriging {
+        prior: Some(prior),
+        fit: false,
+        ..Kriging::default()
+    };
+    let copy = kriging.reconstruct(&measured(&coloured, 5)).unwrap();
+    for pose in &measured(&coloured, 100).schedule.poses {
+        let mut f = [0.0; 3];
+        let _ = copy.eval(&pose.pair, &mut f);
+        for (f, member) in f.iter().zip(members) {
+            let off = TRANSFORM.forward(*f) - log(member, &pose.pair);
+            assert!(off.abs() < 0.15, "{off} at {pose:?}");
+        }
+    }
+}
+
+#[test]
+fn what_contradicts_a_prior_is_reconstructed_without_it() {
+    let stripes = made(Symmetry::FULL, |pair| {
+        Some([(8.0 * (60.0 * pair.half().z).sin()).exp()])
+    });
+    let (_file, prior) = file(&trained().prior(80).unwrap());
+    let readings = measured(&stripes, 30);
+    let copy = |prior| {
+        let kriging = Kriging {
+            prior,
+            ..Kriging::default()
+        };
+        kriging.reconstruct(&readings).unwrap()
+    };
+    let [with, without] = [Some(prior), None].map(copy);
+    assert_eq!(with.remarks().len(), 1);
+    for pose in &readings.schedule.poses {
+        let [a, b] = [&with, &without].map(|copy| copy.luminance(&pose.pair));
+        assert_eq!(a, b);
+    }
+}
+
+#[test]
+fn what_is_no_material_of_a_prior_is_refused() {
+    let mut training = Training::new(2000).unwrap();
+    training.add("a", "a", &member([[0.0; 3]])).unwrap();
+    let skew = crate::brdf::all();
+    let ward = skew.iter().find(|e| e.kind == "ward").unwrap();
+    let ward = crate::registry::read_text(ward, "alpha = [0.1, 0.3]\nrho_s = 0.3").unwrap();
+    let ward = ward.build(Channels::Luminance).unwrap();
+    let told = training.add("w", "w", &*ward).unwrap_err().to_string();
+    assert!(told.contains("w is not isotropic"), "{told}");
+    let told = training.prior(80).unwrap_err().to_string();
+    assert!(told.contains("at least 2"), "{told}");
+}
+
+/// The file that is a part of the program.
+static BYTES: &[u8] = include_bytes!("built-in.gonio");
+
+#[test]
+fn the_prior_of_formulas_is_there() {
+    let prior = PriorFile::from(PathBuf::from("built-in")).load().unwrap();
+    assert!(prior.materials().len() > 50 && prior.to_bytes() == BYTES);
+    assert!(BYTES.len() <= 300_000);
 }

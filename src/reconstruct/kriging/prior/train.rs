@@ -154,7 +154,7 @@ impl Training {
         for c in 0..width {
             let of = measured.values.iter().skip(c).step_by(width).copied();
             let of: Vec<f64> = of.collect();
-            // What is grey says so once.
+            // Grey values are equal in all channels and count once.
             let mut off = of
                 .iter()
                 .zip(&luminance)
@@ -212,7 +212,7 @@ impl Training {
             materials: self.materials,
         };
         let materials = about.materials.len();
-        Prior::of(about, values, &centres).ok_or(TrainError::Nothing(materials))
+        Prior::from_values(about, values, &centres).ok_or(TrainError::Nothing(materials))
     }
 
     /// The products of all columns.

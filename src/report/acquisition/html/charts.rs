@@ -1,12 +1,12 @@
 //! The diagrams of a report.
 
-use super::super::findings::{Against, compared_at, level, materials, method, method_beside};
+use super::super::findings::{Against, compared_at, level, method, method_beside};
 use super::super::order::{best_of_each, sampling, sorted, whole};
 use super::figure::chart;
 use super::materials::Material;
 use super::scope_title;
 use super::words::{number, said};
-use crate::error::Error;
+use crate::error::count;
 use crate::experiment::{Calibration, Cell, Choice, Factor, Findings, Line, Metric, Ranking};
 use crate::report::svg::plot::{
     Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Point, Series, color_of,
@@ -52,7 +52,7 @@ pub(super) fn decisive(
     [challenger, reference]: [&Choice; 2],
     ratios: &[Option<Paired>],
     looks: &Looks,
-) -> Result<Option<Markup>, Error> {
+) -> Option<Markup> {
     let lines = sorted(ranking);
     let own = |choice: &Choice| lines.iter().copied().find(|l| l.choice == *choice);
     // Unwarped, or the best warped, and else alike.
@@ -81,9 +81,6 @@ pub(super) fn decisive(
             series.push(new);
         }
     }
-    if !is_curved(&series) {
-        return Ok(None);
-    }
     let mut ends = [Vec::new(), Vec::new()];
     if let Some(line) = own(challenger) {
         for (a, ratio) in ratios.iter().enumerate() {
@@ -109,7 +106,7 @@ pub(super) fn decisive(
     let [x, y] = [challenger, reference].map(|c| level(findings, c));
     let mut caption = format!(
         "Geometric mean over {}, {} pairs; all by {}.",
-        materials(scope.materials),
+        count(scope.materials, "material"),
         scope.measure,
         method(challenger, findings)
     );
@@ -119,29 +116,27 @@ pub(super) fn decisive(
         );
     }
     let label = format!("{}: {x} and {y} against readings", scope_title(scope));
-    Ok(Some(chart(&labelled(&panel)?, &label, &caption)))
+    curve(&panel, &label, &caption)
 }
 
 /// Error against what it costs, of all truths together; wall times are a picture apart.
-pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup>, Error> {
+pub(super) fn curves(findings: &Findings, looks: &Looks) -> Option<Markup> {
     let mut parts = Vec::new();
     for cost in [&READINGS, &INSTRUMENT] {
         let mut charts = Vec::new();
         let all = findings.rankings.iter();
         for ranking in all.filter(|r| r.scope.truth.is_none()) {
             let panel = panel(ranking, cost, looks);
-            if is_curved(&panel.series) {
-                let label = format!("{} {}", scope_title(&ranking.scope), cost.title);
-                let lines = best_of_each(ranking, looks.factor).into_iter().take(LINES);
-                let by = lines.map(|l| [looks.name(&l.choice), method_beside(&l.choice, findings)]);
-                charts.push(chart(&labelled(&panel)?, &label, &named_by(by)));
-            }
+            let label = format!("{} {}", scope_title(&ranking.scope), cost.title);
+            let lines = best_of_each(ranking, looks.factor).into_iter().take(LINES);
+            let by = lines.map(|l| [looks.name(&l.choice), method_beside(&l.choice, findings)]);
+            charts.extend(curve(&panel, &label, &named_by(by)));
         }
         if !charts.is_empty() {
             parts.push((cost.title, charts));
         }
     }
-    Ok((!parts.is_empty()).then(|| {
+    (!parts.is_empty()).then(|| {
         html! {
             p {
                 "Of each sampling the one reconstruction that is best over all budgets, which stands below; "
@@ -159,11 +154,11 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Result<Option<Markup
             }
             figure { img alt="nrmse against seconds of computing a material" src=(TIMES); }
         }
-    }))
+    })
 }
 
 /// True over expected errors against readings, a diagram for each metric and measure.
-pub(super) fn calibrated(findings: &Findings, looks: &Looks) -> Result<Vec<Markup>, Error> {
+pub(super) fn calibrated(findings: &Findings, looks: &Looks) -> Vec<Markup> {
     let mut charts = Vec::new();
     let all = &findings.calibrations;
     for lines in all.chunk_by(Calibration::is_of_same_error) {
@@ -181,22 +176,20 @@ pub(super) fn calibrated(findings: &Findings, looks: &Looks) -> Result<Vec<Marku
             let ninths = cells().filter_map(|c| Some((c.readings, Some(c.ninth?))));
             series.push(Series::new("", color, Mark::Dotted, ninths));
         }
-        if !is_curved(&series) {
-            continue;
-        }
         let title = format!("{metric} over expected, {measure} pairs");
         let axes = [READINGS.label, "true over expected error"].map(Axis::log);
         let panel = Panel::new(title, axes, series);
         let label = format!("{metric} over what was expected, {measure} pairs, against readings");
         let caption = "Lines: the median over materials. Dots: what a further one is below nine times of ten.";
-        charts.push(chart(&labelled(&panel)?, &label, caption));
+        charts.extend(curve(&panel, &label, caption));
     }
-    Ok(charts)
+    charts
 }
 
-/// True if there is a line in a diagram: one point is no curve.
-fn is_curved(series: &[Series]) -> bool {
-    series.iter().any(|s| s.points.len() > 1)
+/// A diagram whose lines carry their names; `None` without a line: one point is no curve.
+fn curve(panel: &Panel, label: &str, caption: &str) -> Option<Markup> {
+    let is_curved = panel.series.iter().any(|s| s.points.len() > 1);
+    is_curved.then(|| chart(&labelled(panel), label, caption))
 }
 
 /// Lines and their reconstructions, as a caption: lines with the same one together.
@@ -219,16 +212,16 @@ fn named_by(lines: impl Iterator<Item = [String; 2]>) -> String {
 }
 
 /// The curves of `nrmse` against readings and minutes of the instrument as an SVG file: a row per cost, a column per measure.
-pub fn study_curves(findings: &Findings) -> Result<String, Error> {
+pub fn study_curves(findings: &Findings) -> String {
     sheet(findings, &[READINGS, INSTRUMENT])
 }
 
 /// The curves of `nrmse` against wall times as an SVG file, a column per measure.
-pub fn study_timings(findings: &Findings) -> Result<String, Error> {
+pub fn study_timings(findings: &Findings) -> String {
     sheet(findings, &[COMPUTING])
 }
 
-fn sheet(findings: &Findings, costs: &[Cost]) -> Result<String, Error> {
+fn sheet(findings: &Findings, costs: &[Cost]) -> String {
     let looks = Looks::new(findings);
     let of_all = |r: &&Ranking| r.scope.truth.is_none() && r.scope.metric == Metric::Nrmse;
     let rankings: Vec<&Ranking> = findings.rankings.iter().filter(of_all).collect();
@@ -250,7 +243,10 @@ fn sheet(findings: &Findings, costs: &[Cost]) -> Result<String, Error> {
             panels.extend(row);
         }
     }
-    let of = materials(rankings.first().map_or(0, |r| r.scope.materials));
+    let of = count(
+        rankings.first().map_or(0, |r| r.scope.materials),
+        "material",
+    );
     let title = format!("Error of each sampling by its best reconstruction, {of}");
     svg(&title, &panels, rankings.len().max(1))
 }
@@ -275,7 +271,7 @@ fn course(line: &Line, cost: fn(&Cell) -> Option<f64>) -> Vec<Point> {
 }
 
 /// Colours and strokes of curves: a colour per parametrization, a stroke per warp; where a report is about sample
-/// sets a colour per set. The same in every diagram of a report.
+/// sets a colour per set. Equal in all diagrams of a report.
 pub(super) struct Looks {
     factor: Factor,
     /// Sample sets, each once.
@@ -343,7 +339,7 @@ pub(super) fn forest(
     looks: &Looks,
     label: &str,
     title: &str,
-) -> Result<Option<Markup>, Error> {
+) -> Option<Markup> {
     let cells = || rows.iter().flat_map(|r| r.cells.iter().flatten());
     let line = |(cell, at): (&Option<Paired>, String)| {
         let cell = cell.as_ref()?;
@@ -369,12 +365,12 @@ pub(super) fn forest(
         band: cells().map(|c| c.band).fold(BAND, f64::max),
         groups: groups.filter(|g| !g.lines.is_empty()).collect(),
     };
-    let text = forest_svg(&forest)?;
-    Ok((!forest.groups.is_empty()).then(|| chart(&text, &format!("{title}: {label}"), "")))
+    let label = format!("{title}: {label}");
+    (!forest.groups.is_empty()).then(|| chart(&forest_svg(&forest), &label, ""))
 }
 
 /// The curves of a material, one diagram per measure.
-pub(super) fn of_material(material: &Material, looks: &Looks) -> Result<Option<Markup>, Error> {
+pub(super) fn of_material(material: &Material, looks: &Looks) -> Option<Markup> {
     let mut charts = Vec::new();
     for measure in &material.measures {
         let mut by = Vec::new();
@@ -387,12 +383,9 @@ pub(super) fn of_material(material: &Material, looks: &Looks) -> Result<Option<M
         });
         let title = format!("nrmse, {} pairs", measure.name);
         let panel = Panel::new(title, ["readings", "nrmse"].map(Axis::log), series);
-        if is_curved(&panel.series) {
-            let (of, measure) = (&material.name, &measure.name);
-            let label = format!("{of}: nrmse against readings, {measure}");
-            let caption = named_by(by.into_iter());
-            charts.push(chart(&labelled(&panel)?, &label, &caption));
-        }
+        let (of, measure) = (&material.name, &measure.name);
+        let label = format!("{of}: nrmse against readings, {measure}");
+        charts.extend(curve(&panel, &label, &named_by(by.into_iter())));
     }
-    Ok((!charts.is_empty()).then(|| html! { div.panels { @for c in &charts { (c) } } }))
+    (!charts.is_empty()).then(|| html! { div.panels { @for c in &charts { (c) } } })
 }

@@ -6,12 +6,11 @@ use super::super::findings::{
 use super::charts::{self, Looks};
 use super::scope_title;
 use super::words::{number, said};
-use crate::error::Error;
 use crate::experiment::{Cell, Choice, Findings, Ranking};
 use maud::{Markup, html};
 
 /// Forest plots and tables of every scope.
-pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Error> {
+pub(super) fn section(findings: &Findings, looks: &Looks) -> Markup {
     let all = findings.duels.iter().zip(&findings.rankings);
     let mut parts = Vec::new();
     for (duels, ranking) in all {
@@ -25,7 +24,7 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Erro
         let by = method(&best, findings);
         let title = format!("{}; by {by}", scope_title(&duels.scope));
         let label = format!("error / that of {reference}");
-        let chart = charts::forest(&rows, findings, looks, &label, &title)?;
+        let chart = charts::forest(&rows, findings, looks, &label, &title);
         parts.push(html! {
             details.page open[parts.is_empty()] {
                 summary { (title) }
@@ -34,7 +33,7 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Erro
             }
         });
     }
-    Ok(html! {
+    html! {
         p {
             "Error of each sampling over that of the reference, with the reconstruction that ranks best: "
             "the geometric mean of the ratio over materials" (at_readings(findings)) " with its 95 % interval. Each warp stands "
@@ -45,7 +44,7 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Erro
         }
         @if parts.is_empty() { p { "There is only one parametrization." } }
         @for part in &parts { (part) }
-    })
+    }
 }
 
 fn table(findings: &Findings, rows: &[Against], reference: &str) -> Markup {

@@ -1,13 +1,14 @@
 //! The section of each material: the error of each sampling on it.
 
-use super::super::order::sampling;
+use super::super::order::{by, sampling};
 use super::figure::figures;
 use super::{MaterialPictures, sampling_name};
-use crate::experiment::{Choice, OWN, Row};
+use crate::experiment::{Choice, Row};
 use crate::report::acquisition::table::error;
+use crate::report::each_once;
 use crate::statistics::{EXACT, geometric_mean};
 use maud::{Markup, html};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A material's errors.
 pub(super) struct Material {
@@ -41,90 +42,60 @@ pub(super) struct Best {
     pub readings: f64,
 }
 
-/// Positions of names in the order of their first appearance.
-#[derive(Default)]
-struct Places<'a> {
-    list: Vec<&'a str>,
-    places: HashMap<&'a str, usize>,
-}
-
-impl<'a> Places<'a> {
-    fn place(&mut self, name: &'a str) -> usize {
-        let next = self.list.len();
-        *self.places.entry(name).or_insert_with(|| {
-            self.list.push(name);
-            next
-        })
-    }
-}
-
-/// Key of a row: positions of material, measure, sampling, allowance and method.
-type Key = [usize; 5];
+/// Errors of seeds, each with its readings, by choice.
+type OfSeeds = HashMap<Choice, Vec<(f64, f64)>>;
 
 /// Every material's errors, in the order of the rows.
 pub(super) fn tables(rows: &[&Row], allowances: &[String]) -> Vec<Material> {
-    let mut materials = Places::default();
-    let mut measures = Places::default();
-    let mut samplings: Vec<Choice> = Vec::new();
-    let mut methods: Vec<[&str; 4]> = Vec::new();
-    let mut truths: Vec<(&str, Option<f64>)> = Vec::new();
-    let mut cells: HashMap<Key, Vec<(f64, f64)>> = HashMap::new();
+    // By material, measure and allowance.
+    let mut cells: HashMap<[&str; 3], OfSeeds> = HashMap::new();
     for row in rows {
-        let material = materials.place(&row.material);
-        if material == truths.len() {
-            truths.push((&row.truth, row.alignment));
-        }
-        let is_mine = |c: &Choice| c.parametrization == row.parametrization && c.warp == row.warp;
-        let s = samplings.iter().position(is_mine).unwrap_or_else(|| {
-            samplings.push(row.choice());
-            samplings.len() - 1
-        });
-        let method = [
-            row.reconstruction.as_str(),
-            &row.coordinates,
-            &row.sample_set,
-            &row.instrument,
-        ];
-        let m = methods
-            .iter()
-            .position(|m| *m == method)
-            .unwrap_or_else(|| {
-                methods.push(method);
-                methods.len() - 1
-            });
-        let Some(a) = allowances.iter().position(|a| *a == row.allowed) else {
-            continue;
-        };
         if let Some(nrmse) = row.value("nrmse") {
-            let at = [material, measures.place(&row.measure), s, a, m];
-            cells
-                .entry(at)
-                .or_default()
-                .push((nrmse, row.readings as f64));
+            let of = cells.entry([&row.material, &row.measure, &row.allowed]);
+            let of_seeds = of.or_default().entry(row.choice()).or_default();
+            of_seeds.push((nrmse, row.readings as f64));
         }
     }
-    let found = |m: usize, at: [usize; 4]| {
-        let [material, measure, s, a] = at;
-        let of_seeds = cells.get(&[material, measure, s, a, m])?;
+    let are_known = |r: &&&Row| allowances.contains(&r.allowed) && r.value("nrmse").is_some();
+    let with_error = rows.iter().filter(are_known);
+    let measures = each_once(with_error.map(|r| r.measure.as_str()));
+    let mut seen = HashSet::new();
+    let all = rows.iter().map(|r| r.choice());
+    let choices: Vec<Choice> = all.filter(|c| seen.insert(c.clone())).collect();
+    let mut samplings: Vec<&Choice> = Vec::new();
+    for choice in &choices {
+        let sampling = |c: &Choice| [&c.parametrization, &c.warp].map(String::clone);
+        if !samplings.iter().any(|s| sampling(s) == sampling(choice)) {
+            samplings.push(choice);
+        }
+    }
+    let methods = each_once(choices.iter().map(|choice| Choice {
+        parametrization: String::new(),
+        warp: String::new(),
+        ..choice.clone()
+    }));
+    let found = |[material, measure, allowed]: [&str; 3], sampling: &Choice, method: &Choice| {
+        let (parametrization, warp) = (sampling.parametrization.clone(), sampling.warp.clone());
+        let of_seeds = cells.get(&[material, measure, allowed])?.get(&Choice {
+            parametrization,
+            warp,
+            ..method.clone()
+        })?;
         let (errors, readings): (Vec<f64>, Vec<f64>) = of_seeds.iter().copied().unzip();
-        let [name, coordinates, ..] = methods[m];
         Some(Best {
-            method: match coordinates {
-                OWN => name.into(),
-                c => format!("{name} in {c}"),
-            },
+            method: by(method),
             error: geometric_mean(&errors)?,
             readings: geometric_mean(&readings)?,
         })
     };
-    let best = |at: [usize; 4]| {
-        let all = (0..methods.len()).filter_map(|m| found(m, at));
+    let best = |at: [&str; 3], sampling: &Choice| {
+        let all = methods.iter().filter_map(|m| found(at, sampling, m));
         all.min_by(|x, y| x.error.total_cmp(&y.error))
     };
-    let course = |material, measure, s| {
-        let of = |m| -> Vec<Best> {
-            let all = 0..allowances.len();
-            all.filter_map(|a| found(m, [material, measure, s, a]))
+    let course = |material, measure, sampling: &Choice| {
+        let of = |m: &Choice| -> Vec<Best> {
+            let all = allowances.iter();
+            all.filter_map(|a| found([material, measure, a], sampling, m))
                 .collect()
         };
         let mean = |course: &[Best]| {
@@ -135,31 +106,31 @@ pub(super) fn tables(rows: &[&Row], allowances: &[String]) -> Vec<Material> {
             let fewer = y.len().cmp(&x.len());
             fewer.then(mean(x).total_cmp(&mean(y)))
         };
-        (0..methods.len())
-            .map(of)
-            .min_by(better)
-            .unwrap_or_default()
+        methods.iter().map(of).min_by(better).unwrap_or_default()
     };
-    let line = |material, measure, s: usize| Line {
-        choice: samplings[s].clone(),
-        best: (0..allowances.len())
-            .map(|a| best([material, measure, s, a]))
+    let line = |material, measure, sampling: &Choice| Line {
+        choice: sampling.clone(),
+        best: allowances
+            .iter()
+            .map(|a| best([material, measure, a], sampling))
             .collect(),
-        course: course(material, measure, s),
+        course: course(material, measure, sampling),
     };
-    (0..truths.len())
-        .map(|material| Material {
-            name: materials.list[material].into(),
-            truth: truths[material].0.into(),
-            alignment: truths[material].1,
-            measures: (measures.list.iter().enumerate())
-                .map(|(measure, name)| Measure {
-                    name: (*name).into(),
-                    lines: (0..samplings.len())
-                        .map(|s| line(material, measure, s))
-                        .collect(),
-                })
-                .collect(),
+    let mut seen = HashSet::new();
+    let firsts = rows.iter().filter(|r| seen.insert(&r.material));
+    let of = |material| {
+        let measures = measures.iter().map(|&name| Measure {
+            name: name.into(),
+            lines: samplings.iter().map(|s| line(material, name, s)).collect(),
+        });
+        measures.collect()
+    };
+    firsts
+        .map(|&first| Material {
+            name: first.material.clone(),
+            truth: first.truth.clone(),
+            alignment: first.alignment,
+            measures: of(&first.material),
         })
         .collect()
 }

@@ -18,8 +18,8 @@ mod words;
 pub use charts::{study_curves, study_timings};
 
 use super::calibration::{self, LEGEND};
-use super::findings::{materials as so_many, named_shares};
-use crate::error::Error;
+use super::findings::named_shares;
+use crate::error::count;
 use crate::experiment::{Choice, Explained, Findings, Plan, Row, Scope};
 use charts::Looks;
 use figure::figures;
@@ -56,9 +56,6 @@ pub struct MaterialPictures {
 
 /// The report of a study: verdict, rankings, comparisons, curves, a section per material, and the
 /// manifest. `general` are figures of the study itself, `pictures` those of its materials.
-///
-/// # Errors
-/// [`Error::Internal`] if drawing fails, which it should not.
 pub fn html(
     plan: &Plan,
     rows: &[&Row],
@@ -66,36 +63,36 @@ pub fn html(
     manifest: &serde_json::Value,
     general: &[Picture],
     pictures: &[MaterialPictures],
-) -> Result<String, Error> {
+) -> String {
     let title = plan.report.title.as_deref().unwrap_or("Acquisition study");
     let factor = findings.factor.name().replace('_', " ");
     let duels_title = format!("{} against {factor}", capital(&factor));
     let question = plan.question.as_deref().unwrap_or_default().trim();
     let materials = materials::tables(rows, &findings.allowances);
     let looks = Looks::new(findings);
-    let of_materials: Result<Vec<Markup>, Error> = materials
+    let of_materials: Vec<Markup> = materials
         .par_iter()
         .enumerate()
         .map(|(i, m)| {
             let own = pictures.iter().find(|p| p.material == m.name);
-            let curves = charts::of_material(m, &looks)?;
-            Ok(materials::section(i, m, &findings.allowances, own, curves))
+            let curves = charts::of_material(m, &looks);
+            materials::section(i, m, &findings.allowances, own, curves)
         })
         .collect();
     let mut sections = vec![
-        Section::new("verdict", "Verdict", verdict::section(findings, &looks)?),
+        Section::new("verdict", "Verdict", verdict::section(findings, &looks)),
         Section {
             contents: rankings(findings),
             ..Section::new("ranking", "Ranking", ranking::section(findings))
         },
-        Section::new("duels", &duels_title, duels::section(findings, &looks)?),
+        Section::new("duels", &duels_title, duels::section(findings, &looks)),
         Section {
-            body: charts::curves(findings, &looks)?,
+            body: charts::curves(findings, &looks),
             ..Section::new("curves", "What an error costs", Markup::default())
         },
     ];
     if !findings.calibrations.is_empty() {
-        let body = calibrations(findings, &looks)?;
+        let body = calibrations(findings, &looks);
         sections.push(Section::new("calibration", "What was expected", body));
     }
     let body = variance(findings);
@@ -116,7 +113,7 @@ pub fn html(
                 }
             }
         },
-        below: page! { @for section in of_materials? { (section) } },
+        below: page! { @for section in of_materials { (section) } },
         ..Section::new("materials", "Materials", materials::legend())
     });
     sections.push(Section {
@@ -146,7 +143,7 @@ pub fn html(
         }
     };
     let heading = if question.is_empty() { title } else { question };
-    Ok(frame(title, heading, body))
+    frame(title, heading, body)
 }
 
 /// A page that needs no other file, with a title and a heading.
@@ -241,7 +238,7 @@ fn capital(name: &str) -> String {
 
 /// Title of a scope: its truths, materials, measure and metric.
 fn scope_title(scope: &Scope) -> String {
-    let materials = so_many(scope.materials);
+    let materials = count(scope.materials, "material");
     let of = match &scope.truth {
         None => format!("all {materials}"),
         Some(truth) => format!("{materials} of truth “{truth}”"),
@@ -250,11 +247,11 @@ fn scope_title(scope: &Scope) -> String {
 }
 
 /// Errors beside expected ones.
-fn calibrations(findings: &Findings, looks: &Looks) -> Result<Markup, Error> {
+fn calibrations(findings: &Findings, looks: &Looks) -> Markup {
     let head = || std::iter::once("").chain(findings.allowances.iter().map(String::as_str));
-    Ok(page! {
+    page! {
         p { (LEGEND) }
-        div.panels { @for chart in charts::calibrated(findings, looks)? { (chart) } }
+        div.panels { @for chart in charts::calibrated(findings, looks) { (chart) } }
         @for of in calibration::tables(findings) {
             (table(None, &of.title, head(), page! {
                 tbody {
@@ -267,7 +264,7 @@ fn calibrations(findings: &Findings, looks: &Looks) -> Result<Markup, Error> {
                 }
             }))
         }
-    })
+    }
 }
 
 /// Shares of the variance as bars.

@@ -1,9 +1,10 @@
 //! Rankings: every choice at every allowance, against the best.
 
-use super::super::findings::{materials, method, p_text};
+use super::super::findings::{method, p_text};
 use super::super::order::sorted;
 use super::words::number;
 use super::{sampling_name, scope_title};
+use crate::error::count;
 use crate::experiment::{Cell, Findings, Line, Ranking};
 use crate::report::acquisition::table::error;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
@@ -42,7 +43,7 @@ fn legend(findings: &Findings) -> Markup {
 fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Markup {
     let lines = sorted(ranking);
     let allowances = 0..findings.allowances.len();
-    let told: Vec<bool> = allowances
+    let separable: Vec<bool> = allowances
         .map(|a| least(ranking, a) < SIGNIFICANCE)
         .collect();
     let (shown, rest) = lines.split_at(lines.len().min(SHOWN));
@@ -53,11 +54,11 @@ fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Markup {
             @if !ranking.scope.left_out.is_empty() {
                 p.note { "Left out: " (ranking.scope.left_out.join(", ")) "." }
             }
-            (part(findings, shown, 1, &told))
+            (part(findings, shown, 1, &separable))
             @if !rest.is_empty() {
                 details {
                     summary { "The other " (rest.len()) }
-                    (part(findings, rest, SHOWN + 1, &told))
+                    (part(findings, rest, SHOWN + 1, &separable))
                 }
             }
         }
@@ -78,7 +79,7 @@ fn least(ranking: &Ranking, a: usize) -> f64 {
     materials.map_or(0.0, |n| least_p(n, tests))
 }
 
-/// A warning if there are too few materials to tell any of so many choices from the best.
+/// A warning if there are too few materials for a significant difference of any of so many choices from the best.
 fn too_few(findings: &Findings, ranking: &Ranking) -> Option<String> {
     let allowances = 0..findings.allowances.len();
     let (few, enough): (Vec<usize>, Vec<usize>) =
@@ -87,8 +88,12 @@ fn too_few(findings: &Findings, ranking: &Ranking) -> Option<String> {
     let most = few
         .iter()
         .flat_map(|a| comparisons(ranking, *a).map(|p| p.n));
-    let n = materials(most.max()?);
-    let are = if n == materials(1) { "is" } else { "are" };
+    let n = count(most.max()?, "material");
+    let are = if n == count(1, "material") {
+        "is"
+    } else {
+        "are"
+    };
     let at: Vec<&str> = few
         .iter()
         .map(|a| findings.allowances[*a].as_str())
@@ -105,8 +110,8 @@ fn too_few(findings: &Findings, ranking: &Ranking) -> Option<String> {
     ))
 }
 
-/// Some lines; `told`: the columns in which a choice could be told from the best.
-fn part(findings: &Findings, lines: &[&Line], first: usize, told: &[bool]) -> Markup {
+/// Some lines; `separable`: the columns in which a difference from the best can be significant.
+fn part(findings: &Findings, lines: &[&Line], first: usize, separable: &[bool]) -> Markup {
     let head = ["#", "sampled in", "reconstructed by"].into_iter();
     let head = head
         .chain(findings.allowances.iter().map(String::as_str))
@@ -118,7 +123,9 @@ fn part(findings: &Findings, lines: &[&Line], first: usize, told: &[bool]) -> Ma
                     td { (first + i) }
                     th scope="row" { (sampling_name(&line.choice)) }
                     td.by { (method(&line.choice, findings)) }
-                    @for (cell, told) in line.cells.iter().zip(told) { (self::cell(cell.as_ref(), *told)) }
+                    @for (cell, separable) in line.cells.iter().zip(separable) {
+                        (self::cell(cell.as_ref(), *separable))
+                    }
                     td {
                         @if let Some(order) = &line.order {
                             (signed(order.slope))
@@ -134,12 +141,12 @@ fn part(findings: &Findings, lines: &[&Line], first: usize, told: &[bool]) -> Ma
     super::table(Some("ranking sorts"), "", head, rows)
 }
 
-fn cell(cell: Option<&Cell>, told: bool) -> Markup {
+fn cell(cell: Option<&Cell>, separable: bool) -> Markup {
     let Some(cell) = cell else {
         return html! { td { "–" } };
     };
     let verdict = cell.against_best.map(|p| p.verdict());
-    let near = told && matches!(verdict, Some(Verdict::Same | Verdict::Undecided));
+    let near = separable && matches!(verdict, Some(Verdict::Same | Verdict::Undecided));
     html! {
         td.best[cell.place == Some(1)].near[near] {
             b { (error(Some(cell.mean))) }

@@ -102,7 +102,7 @@ fn least(picture: &Rgba) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::pictures::png::write_png;
+    use crate::report::pictures::png::encoded;
 
     #[test]
     fn pictures_stay_within_half_a_step() {
@@ -128,14 +128,14 @@ mod tests {
             // Half a step, and the rounding of 127 / 255.
             let most = (128 / STEPS[noisy] + 1) as u8;
             for is_opaque in [true, false] {
-                let (mut file, mut before) = (Vec::new(), pixels.clone());
-                if is_opaque {
+                let mut before = pixels.clone();
+                let file = if is_opaque {
                     let colours: Vec<_> = pixels.iter().map(|p| [p[0], p[1], p[2]]).collect();
-                    write_png(&colours, 96, &mut file).unwrap();
                     before.iter_mut().for_each(|p| p[3] = 255);
+                    encoded(&colours, 96)
                 } else {
-                    write_png(&pixels, 96, &mut file).unwrap();
-                }
+                    encoded(&pixels, 96)
+                };
                 let small = shrunk(&file).unwrap_or_else(|| file.clone());
                 assert!(small.len() <= file.len() && (noisy == 0 || small.len() < file.len()));
                 let found = read(&small).unwrap().0.pixels;

@@ -1,22 +1,19 @@
 //! The answer in a few sentences, and what may be unfair about it.
 
-use super::super::findings::{is_challenger, materials, method, p_text, reference, undecided};
+use super::super::findings::{against, is_challenger, method, p_text, undecided};
 use super::super::order::sampling;
 use super::charts::{self, Looks};
 use super::middle;
 use super::words::{number, said};
 use crate::brdf::Favours;
-use crate::error::Error;
+use crate::error::count;
 use crate::experiment::{Choice, Duels, Findings, Line, Metric, OWN, Ranking};
 use crate::report::acquisition::table::error;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
 use maud::{Markup, html};
 
 /// A sampling and the reference, all else equal; the same two for all truths, errors and measures.
-struct Pair {
-    challenger: Choice,
-    reference: Choice,
-}
+type Pair = [Choice; 2];
 
 /// The comparison of a pair in one ranking, at every allowance.
 struct Contest<'a> {
@@ -27,20 +24,11 @@ struct Contest<'a> {
 
 impl<'a> Contest<'a> {
     fn new(findings: &Findings, ranking: &'a Ranking, pair: &'a Pair) -> Option<Self> {
-        let Pair {
-            challenger,
-            reference,
-        } = pair;
         let duels = findings.duels.iter().find(|d| d.scope == ranking.scope)?;
-        let cells = duels.duels.iter().find_map(|d| {
-            if (&d.a, &d.b) == (challenger, reference) {
-                Some(d.cells.clone())
-            } else if (&d.b, &d.a) == (challenger, reference) {
-                Some(d.cells.iter().map(|p| p.map(|p| p.inverted())).collect())
-            } else {
-                None
-            }
-        })?;
+        let mut all = duels.duels.iter().filter_map(|d| against(findings, d));
+        let (_, mut cells) = all.find(|(sides, _)| sides == pair)?;
+        // Without that of all allowances together.
+        cells.truncate(findings.allowances.len());
         Some(Self {
             pair,
             ranking,
@@ -55,8 +43,8 @@ impl<'a> Contest<'a> {
     /// The sentence about the comparison at an allowance, with its numbers.
     fn said(&self, a: usize, at: &str) -> Option<String> {
         let cell = self.cell(a)?;
-        let (x, y) = self.pair.names();
-        let n = materials(cell.n);
+        let [x, y] = names(self.pair);
+        let n = count(cell.n, "material");
         let ratio = match cell.interval {
             Some([low, high]) => format!(
                 "{} times (95 % {}–{})",
@@ -66,14 +54,15 @@ impl<'a> Contest<'a> {
             ),
             None => format!("{} times", number(cell.ratio)),
         };
-        let counts = format!("worse on {} of {n}, better on {}", cell.losses, cell.wins);
+        let counts = match cell.verdict() {
+            Verdict::Better => format!("better on {} of {n}, worse on {}", cell.wins, cell.losses),
+            _ => format!("worse on {} of {n}, better on {}", cell.losses, cell.wins),
+        };
         let tests = self.cells.iter().flatten().filter(|c| c.p.is_some());
         Some(match cell.verdict() {
-            Verdict::Worse => format!("{x} errs {ratio} as much as {y} at {at}: {counts}"),
-            Verdict::Better => format!(
-                "{x} errs {ratio} as much as {y} at {at}: better on {} of {n}, worse on {}",
-                cell.wins, cell.losses
-            ),
+            Verdict::Worse | Verdict::Better => {
+                format!("{x} errs {ratio} as much as {y} at {at}: {counts}")
+            }
             Verdict::Same => format!(
                 "there is no difference between {x} and {y} at {at}: {x} errs {ratio} as much, \
                  within the band of {:.1} %",
@@ -93,19 +82,16 @@ impl<'a> Contest<'a> {
     }
 }
 
-impl Pair {
-    /// Its samplings with their warps, and with their sample sets where these differ.
-    fn names(&self) -> (String, String) {
-        let differ = self.challenger.sample_set != self.reference.sample_set;
-        let name = |choice: &Choice| match differ {
-            true => format!("{} in {}", choice.sample_set, named(choice)),
-            false => named(choice),
-        };
-        (name(&self.challenger), name(&self.reference))
-    }
+/// The samplings of a pair with their warps, and with their sample sets where these differ.
+fn names(pair: &Pair) -> [String; 2] {
+    let differ = pair[0].sample_set != pair[1].sample_set;
+    pair.each_ref().map(|choice| match differ {
+        true => format!("{} in {}", choice.sample_set, named(choice)),
+        false => named(choice),
+    })
 }
 
-pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Error> {
+pub(super) fn section(findings: &Findings, looks: &Looks) -> Markup {
     let of_all = |s: &&Ranking| s.scope.truth.is_none();
     let rankings: Vec<&Ranking> = findings.rankings.iter().filter(of_all).collect();
     let a = middle(findings);
@@ -118,13 +104,10 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Erro
         .first()
         .and_then(|&r| Contest::new(findings, r, pair?));
     let chart = match &contest {
-        Some(c) => {
-            let sides = [&c.pair.challenger, &c.pair.reference];
-            charts::decisive(findings, c.ranking, sides, &c.cells, looks)?
-        }
+        Some(c) => charts::decisive(findings, c.ranking, c.pair.each_ref(), &c.cells, looks),
         None => None,
     };
-    Ok(html! {
+    html! {
         div.answer {
             div.verdict {
                 @if let Some(ranking) = rankings.first() {
@@ -141,7 +124,7 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Result<Markup, Erro
         }
         h3 { "What may be unfair about it" }
         @for truth in &findings.truths { (fairness(findings, truth, pair, a)) }
-    })
+    }
 }
 
 /// Sentences about the best choice, the comparison, and its course with the budget.
@@ -164,7 +147,7 @@ fn sentences(
             method(&best.choice, findings),
             scope.metric.name(),
             error(mean),
-            materials(scope.materials),
+            count(scope.materials, "material"),
             scope.measure,
         ));
     }
@@ -175,7 +158,7 @@ fn sentences(
     if let Some(said) = contest.said(a, at(a)) {
         out.push(format!(
             "Sampled and reconstructed in their own coordinates by {}, {said}.",
-            contest.pair.challenger.reconstruction,
+            contest.pair[0].reconstruction,
         ));
     }
     let ratios: Vec<String> = (0..contest.cells.len())
@@ -218,35 +201,21 @@ fn in_short(contest: &Contest, a: usize) -> Option<String> {
 /// reference; in the reconstruction with the smallest error of the reference.
 fn pair(findings: &Findings, ranking: &Ranking, a: usize) -> Option<Pair> {
     let duels: &Duels = findings.duels.iter().find(|d| d.scope == ranking.scope)?;
-    let name = reference(findings, duels)?;
-    let level = |c: &Choice| findings.factor.level(c).to_owned();
     let own = duels
         .duels
         .iter()
         .filter(|d| d.a.coordinates == OWN)
         .filter(|d| d.cells.get(a).is_some_and(Option::is_some));
-    let all: Vec<Pair> = own
-        .filter_map(|d| {
-            let (challenger, reference) = match &name {
-                n if level(&d.b) == *n => (&d.a, &d.b),
-                n if level(&d.a) == *n => (&d.b, &d.a),
-                _ => return None,
-            };
-            Some(Pair {
-                challenger: challenger.clone(),
-                reference: reference.clone(),
-            })
-        })
-        .collect();
-    let known = all.iter().any(|c| is_challenger(findings, &c.challenger));
+    let all: Vec<Pair> = own.filter_map(|d| Some(against(findings, d)?.0)).collect();
+    let known = all.iter().any(|[c, _]| is_challenger(findings, c));
     let mean = |choice: &Choice| {
         let line = ranking.lines.iter().find(|l| l.choice == *choice);
         let cell = line.and_then(|l| *l.cells.get(a)?);
         cell.map_or(f64::INFINITY, |c| c.mean)
     };
-    let key = |c: &Pair| (mean(&c.reference), mean(&c.challenger));
+    let key = |[challenger, reference]: &Pair| (mean(reference), mean(challenger));
     all.into_iter()
-        .filter(|c| !known || is_challenger(findings, &c.challenger))
+        .filter(|[c, _]| !known || is_challenger(findings, c))
         .min_by(|x, y| {
             let (x, y) = (key(x), key(y));
             x.0.total_cmp(&y.0).then(x.1.total_cmp(&y.1))
@@ -258,7 +227,7 @@ fn fairness(findings: &Findings, truth: &str, pair: Option<&Pair>, a: usize) -> 
     let favours = Favours::ALL.into_iter().find(|f| f.name() == truth);
     let reason = favours.map_or(
         "Too few are alike to be told apart by what their formulas favour.",
-        Favours::reason,
+        Favours::summary,
     );
     let own = findings
         .rankings
@@ -268,13 +237,13 @@ fn fairness(findings: &Findings, truth: &str, pair: Option<&Pair>, a: usize) -> 
     let said = own.and_then(|ranking| {
         let pair = pair?;
         let at = findings.allowances.get(a)?;
-        let by = &pair.challenger.reconstruction;
+        let by = &pair[0].reconstruction;
         let contest = Contest::new(findings, ranking, pair);
         let said = contest.and_then(|c| c.said(a, at));
         Some(match said {
             Some(said) => format!("On these alone, by {by}, {said}."),
             None => {
-                let (x, y) = pair.names();
+                let [x, y] = names(pair);
                 format!("On these alone {x} and {y} cannot be compared at {at} by {by}: none has both errors.")
             }
         })
@@ -284,7 +253,7 @@ fn fairness(findings: &Findings, truth: &str, pair: Option<&Pair>, a: usize) -> 
             b {
                 @if biased { "⚠ " }
                 "Truth “" (truth) "”"
-                @if let Some(own) = own { " (" (materials(own.scope.materials)) ")" }
+                @if let Some(own) = own { " (" (count(own.scope.materials, "material")) ")" }
                 ". "
             }
             (reason)

@@ -2,24 +2,17 @@
 //! 1e-4 rad next to it, a sixth wider from ring to ring, up to 2.5° from where on they are equal.
 //! No random number is drawn.
 
-use crate::common::material;
+use super::light;
+use crate::common::{material, present};
 use glam::DVec3;
-use gonio::brdf::{Brdf, Channels, Lambert, Presence, Spectrum};
+use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
 use gonio::geometry::{Direction, DirectionPair};
 use gonio::lighting::Lighting;
 use gonio::parametrization::view_centered;
-use gonio::registry;
 use gonio::report::SphereImage;
 use gonio::report::pictures::render_sphere;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
-
-/// A lighting by kind and keys.
-fn light(kind: &str, keys: &str) -> Box<dyn Lighting> {
-    let all = gonio::lighting::all();
-    let entry = all.iter().find(|e| e.kind == kind).unwrap();
-    registry::read_text(entry, keys).unwrap().build().unwrap()
-}
 
 /// Mean of the differences over the mean of `want`, and their RMS over it.
 fn errors(got: &SphereImage, want: &SphereImage) -> [f64; 2] {
@@ -71,13 +64,8 @@ fn black_light_is_black_and_tiny_mirrors_are_mirrors() {
     assert!(black.pixels.into_iter().flatten().all(|p| p == [0.0; 3]));
     // What a mirror reflects of even light does not depend on its roughness.
     let even = light("constant", "");
-    let rough = render_sphere(
-        &*material("ggx", "alpha = 1e-3", Channels::Rgb),
-        &*even,
-        16,
-        256,
-    );
-    let fine = render_sphere(&*mirror, &*even, 16, 256);
+    let rough = material("ggx", "alpha = 1e-3", Channels::Rgb);
+    let [rough, fine] = [&rough, &mirror].map(|brdf| render_sphere(&**brdf, &*even, 16, 256));
     let [bias, difference] = errors(&fine, &rough);
     assert!(
         bias.abs() < 0.01 && difference < 0.05,
@@ -104,69 +92,26 @@ fn the_edge_is_smooth() {
 
 #[test]
 fn threads_do_not_matter() {
-    let (brdf, sky) = (
-        material("ggx", "alpha = 0.2", Channels::Rgb),
-        light("sky", ""),
-    );
-    let with = |threads| {
-        let draw = || render_sphere(&*brdf, &*sky, 24, 8);
-        crate::common::on_threads(threads, draw)
-    };
+    let brdf = material("ggx", "alpha = 0.2", Channels::Rgb);
+    let sky = light("sky", "");
+    let draw = || render_sphere(&*brdf, &*sky, 24, 8);
+    let with = |threads| crate::common::on_threads(threads, draw);
     assert_eq!(with(1), with(3));
-}
-
-/// From the camera's frame (x right, y up, z towards it) to that of the light, whose pole is up.
-fn world(v: DVec3) -> DVec3 {
-    DVec3::new(v.z, v.x, v.y)
-}
-
-/// Normal and tangents of a point of the sphere, in the camera's frame.
-struct Frame([DVec3; 3]);
-
-impl Frame {
-    fn at(x: f64, y: f64) -> Self {
-        let normal = DVec3::new(x, y, (1.0 - x * x - y * y).sqrt());
-        // What the direction to the camera has beside the normal.
-        let tangent = (DVec3::Z - normal.z * normal).normalize();
-        Self([tangent, normal.cross(tangent), normal])
-    }
-
-    fn camera(&self, local: DVec3) -> DVec3 {
-        let [t, b, n] = self.0;
-        local.x * t + local.y * b + local.z * n
-    }
 }
 
 /// A sphere as [`render_sphere`] draws it, without noise.
 fn sphere(brdf: &dyn Brdf, lighting: &dyn Lighting, resolution: usize) -> SphereImage {
     let centre = |i: usize| (2.0 * i as f64 + 1.0) / resolution as f64 - 1.0;
-    let half = resolution.div_ceil(2);
-    let dirs = rings();
-    // Eight pixels see the sphere from one elevation, and share what the BRDF is there.
-    let corner = (0..half).flat_map(|a| (a..half).map(move |b| (a, b)));
-    let corner: Vec<_> = corner.collect();
-    let shaded = corner.par_iter().flat_map_iter(|&(a, b)| {
-        let (x, y) = (centre(a), centre(b));
-        let sin = x.hypot(y);
-        let mut found = Vec::new();
-        if sin < 1.0 {
-            let nodes = nodes(brdf, &dirs, sin.asin());
-            let [a, b] = [[a, resolution - 1 - a], [b, resolution - 1 - b]];
-            for (p, q) in a.into_iter().flat_map(|p| b.map(|q| (p, q))) {
-                for (column, row) in [(p, q), (q, p)] {
-                    let frame = Frame::at(centre(column), -centre(row));
-                    found.push((row * resolution + column, shade(&nodes, &frame, lighting)));
-                }
-            }
-        }
-        found
+    let rings = rings();
+    let pixels = (0..resolution * resolution).into_par_iter().map(|i| {
+        let (x, y) = (centre(i % resolution), -centre(i / resolution));
+        let z2 = 1.0 - x * x - y * y;
+        (z2 > 0.0).then(|| shade(brdf, lighting, &rings, DVec3::new(x, y, z2.sqrt())))
     });
-    let shaded: Vec<_> = shaded.collect();
-    let mut pixels = vec![None; resolution * resolution];
-    for (place, value) in shaded {
-        pixels[place] = Some(value);
+    SphereImage {
+        resolution,
+        pixels: pixels.collect(),
     }
-    SphereImage { resolution, pixels }
 }
 
 /// Directions about +z with their solid angles.
@@ -193,44 +138,32 @@ fn rings() -> Vec<(DVec3, f64)> {
     out
 }
 
-/// Light directions in the local frame, each with the share of its radiance that is reflected.
-fn nodes(brdf: &dyn Brdf, rings: &[(DVec3, f64)], theta_o: f64) -> Vec<(DVec3, [f64; 3])> {
+/// What the camera sees of a point with a normal in its frame: x right, y up, z towards it.
+fn shade(
+    brdf: &dyn Brdf,
+    lighting: &dyn Lighting,
+    rings: &[(DVec3, f64)],
+    normal: DVec3,
+) -> [f64; 3] {
+    // What the direction to the camera has beside the normal.
+    let tangent = (DVec3::Z - normal.z * normal).normalize();
+    let across = normal.cross(tangent);
+    let theta_o = normal.truncate().length().asin();
     let omega_o = view_centered(theta_o, 0.0);
-    // The rings' pole is turned to the mirror direction, in the plane of incidence.
     let (s, c) = theta_o.sin_cos();
-    let turned = |d: DVec3| DVec3::new(c * d.x - s * d.z, d.y, s * d.x + c * d.z);
-    let mut kept = Vec::with_capacity(rings.len());
-    let mut pairs = Vec::with_capacity(rings.len());
-    for &(d, angle) in rings {
-        let d = turned(d);
-        if d.z > 0.0 {
-            kept.push((d, angle * d.z));
-            pairs.push(DirectionPair::new(Direction::from_unit(d), omega_o));
-        }
-    }
-    let n = brdf.channels().count();
-    let mut values = vec![0.0; n * pairs.len()];
-    let mut presence = vec![Presence::Missing; pairs.len()];
-    brdf.eval_batch(&pairs, &mut values, &mut presence);
-    let found = kept.into_iter().zip(values.chunks_exact(n)).zip(presence);
-    let mut nodes: Vec<_> = found
-        .filter(|found| found.1 == Presence::Present)
-        .map(|(((d, w), v), _)| (d, std::array::from_fn(|c| w * v[c % n])))
-        .collect();
-    // What is left out is less than a millionth of the whole.
-    let size = |w: &[f64; 3]| w.iter().sum::<f64>();
-    let total: f64 = nodes.iter().map(|(_, w)| size(w)).sum();
-    let least = 1e-6 * total / nodes.len().max(1) as f64;
-    nodes.retain(|(_, w)| size(w) >= least);
-    nodes
-}
-
-fn shade(nodes: &[(DVec3, [f64; 3])], frame: &Frame, lighting: &dyn Lighting) -> [f64; 3] {
     let mut sum = [0.0; 3];
-    for &(local, weight) in nodes {
-        let light = lighting.radiance(Direction::from_unit(world(frame.camera(local))));
+    for (d, angle) in rings {
+        // The rings' pole is turned to the mirror direction, in the plane of incidence.
+        let d = DVec3::new(c * d.x - s * d.z, d.y, s * d.x + c * d.z);
+        if d.z <= 0.0 {
+            continue;
+        }
+        let values = present(brdf, &DirectionPair::new(Direction::from_unit(d), omega_o));
+        // The pole of the light is up.
+        let v = d.x * tangent + d.y * across + d.z * normal;
+        let light = lighting.radiance(Direction::from_unit(DVec3::new(v.z, v.x, v.y)));
         for c in 0..3 {
-            sum[c] += weight[c] * light[c];
+            sum[c] += angle * d.z * values[c] * light[c];
         }
     }
     sum

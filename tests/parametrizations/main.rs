@@ -1,0 +1,51 @@
+//! Coordinates of every parametrization: there and back, the measure, and what the papers misprint.
+#![cfg(feature = "experiments")]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod errata;
+mod jacobians;
+mod round_trips;
+
+use common::warps;
+use gonio::geometry::Symmetry;
+use gonio::parametrization::{self, Coords, Parametrization};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Every parametrization under a symmetry: plain, each warp an axis can have, and all radial axes
+/// bent by the same warp.
+fn forms(symmetry: Symmetry) -> Vec<Arc<dyn Parametrization>> {
+    let mut forms = Vec::new();
+    for entry in parametrization::all() {
+        forms.push(entry.form(symmetry));
+        for warp in warps() {
+            let mut bent = BTreeMap::new();
+            for axis in entry.axes(symmetry) {
+                let alone = BTreeMap::from([(axis.symbol.to_owned(), warp)]);
+                if let Ok(p) = entry.warped(symmetry, &alone) {
+                    forms.push(p);
+                    bent.extend(alone);
+                }
+            }
+            if bent.len() > 1 {
+                forms.push(
+                    entry
+                        .warped(symmetry, &bent)
+                        .expect("each alone is allowed"),
+                );
+            }
+        }
+    }
+    forms
+}
+
+/// Coordinates at a share of every axis.
+fn at(p: &dyn Parametrization, shares: [f64; 4]) -> Coords {
+    let mut c = [0.0; 4];
+    for (c, (axis, share)) in c.iter_mut().zip(p.axes().iter().zip(shares)) {
+        *c = axis.range[0] + axis.length() * share;
+    }
+    c
+}

@@ -1,2 +1,0 @@
-mod components;
-mod prior;
