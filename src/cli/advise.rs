@@ -6,13 +6,12 @@ use super::run::{collect, note_missing, print_failures};
 use super::verbosity::note;
 use super::{ThreadArgs, print};
 use crate::error::{Error, ParameterError, count, one_of};
-use crate::experiment::{Advice, AdviceSpec, AgainstFirst, Allowance, Metric, Source, Spread};
+use crate::experiment::{
+    Advice, AdviceSpec, AgainstFirst, Allowance, FORMULAS, Metric, Source, Spread,
+};
 use crate::report::{Columns, error_text};
 use clap::{ArgGroup, Args};
 use std::path::PathBuf;
-
-/// Materials of formulas, where no others are given.
-const FORMULAS: &str = include_str!("../../configs/families.toml");
 
 /// Compares poses and reconstructions on materials, and says which are best
 #[derive(Debug, Args)]

@@ -4,11 +4,10 @@ use super::brdf_args::BrdfArgs;
 use super::output::{DrawingArgs, JsonArgs};
 use super::progress::Progress;
 use super::{ThreadArgs, choice_of, in_range, print, whole};
-use crate::brdf::{Brdf, Channels, Part, SplitBrdf};
+use crate::brdf::{Channels, Part};
 use crate::error::{Error, left_open};
-use crate::experiment::materials;
+use crate::experiment::split_of;
 use crate::parametrization;
-use crate::registry;
 use crate::report::BouncesReport;
 use crate::schedule::{Choice, choice};
 use clap::Args;
@@ -80,23 +79,4 @@ impl PathsArgs {
         }
         self.drawing.write(|| Ok(report.svg()))
     }
-}
-
-/// The material as one whose light is split by scattering order.
-fn split_of<'a>(name: &str, brdf: &'a dyn Brdf) -> Result<&'a dyn SplitBrdf, Error> {
-    brdf.as_split().ok_or_else(|| {
-        let kinds = materials().into_iter().filter(|entry| {
-            let spec = registry::read_text(entry, entry.examples.first().copied().unwrap_or(""));
-            // Those of files are tables.
-            let spec = spec.ok().filter(|spec| spec.tables().files.is_empty());
-            let built = spec.and_then(|spec| spec.build(Channels::Luminance).ok());
-            built.is_some_and(|brdf| brdf.as_split().is_some())
-        });
-        let kinds: Vec<&str> = kinds.map(|entry| entry.kind).collect();
-        let message = format!(
-            "this material does not tell light by the number of facets that it met; allowed: one of kind {}",
-            kinds.join(", ")
-        );
-        Error::config(name, message)
-    })
 }

@@ -2,7 +2,7 @@
 
 mod choices;
 
-pub(crate) use choices::{Advice, AgainstFirst, Spread};
+pub use choices::{Advice, AgainstFirst, Spread};
 
 use super::moments::MomentsPlan;
 use super::{Allowance, Failure, Metric, Plan, Row, Source};
@@ -16,7 +16,10 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// The choices that are compared, as a config.
-pub(crate) const ADVICE: &str = include_str!("../../configs/starters/advise.toml");
+pub const ADVICE: &str = include_str!("../../configs/starters/advise.toml");
+
+/// Materials of formulas as a config, for advice on a material of which no others like it are at hand.
+pub const FORMULAS: &str = include_str!("../../configs/families.toml");
 
 /// The coordinates that planners choose their poses in.
 const OF_PLANNERS: &str = "half-difference";
@@ -26,7 +29,7 @@ const KRIGING: &str = "kriging";
 
 /// What is asked.
 #[derive(Debug)]
-pub(crate) struct AdviceSpec {
+pub struct AdviceSpec {
     /// Poses, or minutes on the instrument.
     pub allowance: Allowance,
     /// A preset or a file; `None`: the instrument without flaws.
@@ -45,7 +48,7 @@ pub(crate) struct AdviceSpec {
 
 /// The best choices.
 #[derive(Debug)]
-pub(crate) struct Advised {
+pub struct Advised {
     /// The best first.
     pub choices: Vec<Advice>,
     /// Materials left out of the advice.
@@ -72,7 +75,7 @@ impl AdviceSpec {
     ///
     /// # Errors
     /// Materials of several symmetries; no choice that leaves an error; what reading plans and `run` return.
-    pub(crate) fn advise(
+    pub fn advise(
         &self,
         materials: MomentsPlan,
         mut run: impl FnMut(&Plan) -> Result<(Vec<Row>, Vec<Failure>), Error>,

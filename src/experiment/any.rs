@@ -32,7 +32,7 @@ impl AnyPlan {
     }
 
     /// Its materials, and how their moments are taken.
-    pub(crate) fn into_moments(self) -> MomentsPlan {
+    pub fn into_moments(self) -> MomentsPlan {
         match self {
             Self::Moments(plan) => *plan,
             Self::Relations(plan) => plan.base,

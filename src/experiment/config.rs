@@ -365,7 +365,7 @@ impl Numbers {
 }
 
 /// The longest time a schedule may be asked to take: a year.
-pub(crate) const MAX_MINUTES: f64 = 525_600.0;
+pub const MAX_MINUTES: f64 = 525_600.0;
 
 pub(super) fn check_metrics(config: &Config<'_>) -> Result<(), Error> {
     let at = config.source.place("metrics");

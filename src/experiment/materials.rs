@@ -5,7 +5,7 @@ use super::choices::Material;
 use super::of_readings;
 use super::source::Source;
 use super::tables::{Named, insert_list, named, section, with_name};
-use crate::brdf::{self, BrdfSpec, BuildError, Channels};
+use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, SplitBrdf};
 use crate::error::Error;
 use crate::formats::{self, MERL};
 use crate::geometry::Symmetry;
@@ -261,4 +261,26 @@ fn files(
         specs.push(read(table).map_err(|e| source.error(e))?);
     }
     Ok(specs)
+}
+
+/// The material as one whose light is split by scattering order.
+///
+/// # Errors
+/// If it is of a kind whose light is not.
+pub fn split_of<'a>(name: &str, brdf: &'a dyn Brdf) -> Result<&'a dyn SplitBrdf, Error> {
+    brdf.as_split().ok_or_else(|| {
+        let kinds = all().into_iter().filter(|entry| {
+            let spec = registry::read_text(entry, entry.examples.first().copied().unwrap_or(""));
+            // Those of files are tables.
+            let spec = spec.ok().filter(|spec| spec.tables().files.is_empty());
+            let built = spec.and_then(|spec| spec.build(Channels::Luminance).ok());
+            built.is_some_and(|brdf| brdf.as_split().is_some())
+        });
+        let kinds: Vec<&str> = kinds.map(|entry| entry.kind).collect();
+        let message = format!(
+            "this material does not tell light by the number of facets that it met; allowed: one of kind {}",
+            kinds.join(", ")
+        );
+        Error::config(name, message)
+    })
 }

@@ -87,13 +87,12 @@ mod training;
 mod tuning;
 mod wording;
 
-pub(crate) use advice::{ADVICE, Advice, AdviceSpec, AgainstFirst, Spread};
+pub use advice::{ADVICE, Advice, AdviceSpec, Advised, AgainstFirst, FORMULAS, Spread};
 pub use any::AnyPlan;
 pub use choices::{
     Allowance, Choice, Coordinates, IDEAL, MAX_BUDGET, Material, Method, OWN, PlannedSet,
 };
-pub(crate) use config::MAX_MINUTES;
-pub use config::{Config, Output, Reach, Scalars, Schedules};
+pub use config::{Config, MAX_MINUTES, Output, Reach, Scalars, Schedules};
 pub use counts::{Built, Counters, Counts, Seconds, Stage, Work};
 pub use findings::{
     Calibrated, Calibration, Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope,
@@ -101,7 +100,7 @@ pub use findings::{
 pub use instruments::{InstrumentTable, PlannedInstrument, Use, load as load_instrument};
 pub use key::{Expected, Input, RESULTS_REVISION, RowKey, asks_the_same, content, material_key};
 pub use kind::{Kind, QuantityGroup};
-pub use materials::{MaterialTable, SymmetryTable, all as materials};
+pub use materials::{MaterialTable, SymmetryTable, all as materials, split_of};
 pub use observer::{ByProduct, Event, Failure, Job, Observer, ScheduleKey, Summary};
 pub use of_readings::{ReadingsSpec, keys_of_file};
 pub use plan::Plan;

@@ -4,16 +4,12 @@ use crate::errors::refused;
 use crate::keys::{parsed, table};
 use crate::material::PyMaterial;
 use gonio::error::ParameterError;
-use gonio::metrics::{Errors, Measure, MetricsSpec, Quantity, TestSet};
+use gonio::metrics::{Errors, Judged, Measure, MetricsSpec, TestSet};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// Adds quantities under their names, NaN where they are not defined.
-pub fn quantities<T>(
-    to: &Bound<'_, PyDict>,
-    all: &[(Quantity, fn(&T) -> Option<f64>)],
-    of: &T,
-) -> PyResult<()> {
+pub fn quantities<T>(to: &Bound<'_, PyDict>, all: &[Judged<T>], of: &T) -> PyResult<()> {
     all.iter()
         .try_for_each(|(quantity, get)| to.set_item(quantity.name, get(of).unwrap_or(f64::NAN)))
 }

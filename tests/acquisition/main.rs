@@ -429,7 +429,7 @@ fn planners_know_better_than_points_that_know_nothing(level: Level) {
         if budget != level.of(32, 64) {
             continue;
         }
-        // An oracle knows where errors are, so that its readings leave less.
+        // Poses by the true errors leave a smaller error than poses by expected ones.
         let known = of(Rule::Oracle, usual, budget);
         assert!(known[0] < learned[0], "{known:?} {learned:?}");
         let [log, square] = [0.0, 1.0].map(|weight| of(Rule::Adaptive, weight, budget));

@@ -1,4 +1,4 @@
-//! What runs do, counted. Every number follows from the config and the library, so that nobody does more than is
+//! What runs do, counted. Every number follows from the config and the library, so that no run does more than is
 //! asked unseen: a count that is not expected is a failure too.
 
 use super::common::says;

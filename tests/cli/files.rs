@@ -185,7 +185,7 @@ fn bad_input_is_refused_with_its_line() {
     let measure = "measure p.csv --config c.toml -o r.csv";
     bench.good(measure);
     bench.write("t.binary", "");
-    // A table is no text, whatever it is wanted for; what is written has a format.
+    // A binary table in place of text, and an output of unknown format.
     bench.does(
         "3 | measure none.csv --config c.toml -o x.csv | none.csv: cannot read
          3 | reconstruct p.csv | measure it first

@@ -38,7 +38,7 @@ fn a_run_by_wavelength_is_that_of_the_mean() {
         let [a, b] = [a, b].map(|row| row.value("nrmse").unwrap());
         assert!((a - b).abs() < 1e-12 + 1e-9 * b, "{a} {b}");
     }
-    // The config in the results says the wavelengths, and is read again.
+    // The config in the results has the wavelengths, and can be read.
     assert!(bench.read("s/config.toml").contains("wavelengths_nm"));
 }
 

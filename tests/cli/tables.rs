@@ -332,7 +332,7 @@ fn readings_of_several_lights_are_files_of_a_folder() {
          2 | {measure} r --format pab-opto"
     ));
     bench.write("p.csv", poses.replace("60,0,20,180\n", ""));
-    // Uncertainties have no place, which is told.
+    // A format without a column for uncertainties: a warning.
     let told = "astm has no place for uncertainties, flags and poses without a reading";
     bench.does(&format!(
         "0 | {measure} r --format pab-opto --force

@@ -326,13 +326,13 @@ pub fn made<const N: usize>(
     }
 }
 
-/// Rows of a run and what else is told of it. It is stopped when there are so many rows, or after so many questions whether to
+/// Rows and events of a run. It is stopped when there are so many rows, or after so many questions whether to
 /// stop.
 #[cfg(feature = "experiments")]
 #[derive(Default)]
 pub struct Keep {
     pub rows: Vec<Row>,
-    /// Rows of each schedule and material, in the order they were told.
+    /// Keys of the rows of each schedule and material, in the order of their events.
     pub complete: Vec<RowKey>,
     pub loaded: Vec<String>,
     /// Work in the units of [`Observer::begins`]: all of it, and what is done.

@@ -44,7 +44,7 @@ fn errors_are_distributed_as_the_uncertainty_says() {
                 assert!(all.iter().all(|s| s.unresolved.is_none()), "{label}");
                 for c in Component::ALL {
                     if kind == "lambert" && c == Component::ENERGY {
-                        // The value is the same everywhere: no point knows more than another of the energy.
+                        // A constant value: every sample gives the energy without error.
                         let energies = all.iter().map(|s| s.moments.get(c).unwrap());
                         for e in energies {
                             assert!(e.uncertainty < 1e-13 * e.value, "{label}: {e:?}");

@@ -223,7 +223,7 @@ fn canonical_coordinates_name_the_same_configuration() {
 
 #[test]
 fn both_mirrors_fold_a_pole() {
-    // Where the first radial coordinate vanishes, no first azimuth tells the mirrors apart.
+    // Where the first radial coordinate is 0 its azimuth is undefined, and both mirrors fold the second one.
     for entry in polar() {
         for reciprocal in [false, true] {
             let symmetry = Symmetry {

@@ -252,7 +252,7 @@ fn channels_and_grids_keep_a_common_scale() {
             for u in replicated(&m, method).luminance_at(&pairs()[..50]) {
                 let share = u.type_b / u.value;
                 assert!((share - 0.02).abs() < 1e-3, "{what}: {share}");
-                // Between readings that do not scatter there is something that only kriging says.
+                // Between readings without scatter only kriging has an uncertainty of type A.
                 assert!(is_predictive || u.type_a == 0.0, "{what}: {}", u.type_a);
             }
         },

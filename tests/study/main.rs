@@ -174,7 +174,7 @@ fn what_is_known_is_not_done_again() {
     assert_eq!(all, listed.iter().cloned().collect());
     assert!(whole.announced > 0.0);
     assert!((whole.work / whole.announced - 1.0).abs() < 1e-12);
-    // All of a schedule is told once, material by material, each as in the results.
+    // One event a schedule and material, each with the key of its rows in the results.
     let complete: HashSet<&RowKey> = whole.complete.iter().collect();
     assert_eq!([complete.len(), whole.complete.len()], [plan.rows(); 2]);
     let place: HashMap<&RowKey, usize> = listed.iter().zip(0..).collect();
@@ -184,7 +184,7 @@ fn what_is_known_is_not_done_again() {
         let mine = mine.filter(|k| of[k.as_str()].material == material.name);
         assert!(mine.is_sorted_by_key(|k| place[k]), "{}", material.name);
     }
-    // What is known is told as if it were made now.
+    // Rows that exist already are events of the run too.
     let again = run(&plan, &known(&whole.rows));
     assert!(again.rows.is_empty() && again.loaded.is_empty() && whole.loaded.is_empty());
     assert_eq!(again.complete, whole.complete);
@@ -389,8 +389,8 @@ fn a_lighting_is_that_of_its_key() {
     }
 }
 
-/// Pairs are added until the cosine measure is known, with its parts beside it or not; what is left of these is
-/// told.
+/// Pairs are added until the cosine measure has converged, with or without its parts; parts that have not are
+/// marked.
 fn parts_of_a_measure_are_not_waited_for(level: Level) {
     let most = format!("max_pairs = {}", level.of(10_000, 20_000));
     let text = TEXT.replace("max_pairs = 1", &most);

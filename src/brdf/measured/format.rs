@@ -43,7 +43,7 @@ pub struct FileFormat {
     /// Writes the table of a BRDF.
     pub write: Option<WriteTable>,
     /// The number of pairs that the table of a BRDF is made of, by its size; [`TableError::Unsuited`] of one that it cannot
-    /// hold, as far as channels and symmetries tell.
+    /// hold, by its channels and symmetries.
     pub pairs: Option<TablePairs>,
     /// Sizes of its tables, each finer than the one before.
     pub sizes: usize,

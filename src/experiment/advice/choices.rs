@@ -29,7 +29,7 @@ pub struct Spread {
 
 /// An error over that of the first choice.
 #[derive(Debug, Serialize)]
-pub(crate) struct AgainstFirst {
+pub struct AgainstFirst {
     /// Name of the error.
     pub metric: &'static str,
     /// Geometric mean over materials.
@@ -40,7 +40,7 @@ pub(crate) struct AgainstFirst {
 
 /// A choice, and what it leaves.
 #[derive(Debug, Serialize)]
-pub(crate) struct Advice {
+pub struct Advice {
     /// Name of the coordinates.
     pub parametrization: String,
     /// Their warps.

@@ -93,7 +93,7 @@ pub(super) fn errors_are(sample: &PathSample) -> String {
 impl<'a> BouncesReport<'a> {
     /// Follows so many paths of a material, and analyses `parametrizations`; boxes are those of `class` with such a share of its
     /// light (`purity`, in (0, 1]). `doing` gets the name of each step before it. `None` of a material that no light leaves.
-    pub(crate) fn new(
+    pub fn new(
         material: &'a str,
         brdf: &dyn SplitBrdf,
         paths: usize,
@@ -150,7 +150,7 @@ impl<'a> BouncesReport<'a> {
     }
 
     /// The report as text.
-    pub(crate) fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let mut out = format!(
             "{}: {} followed, {} left; {}\n\n",
             self.material,
@@ -252,7 +252,7 @@ impl<'a> BouncesReport<'a> {
     }
 
     /// The report as one JSON object; angles in degrees.
-    pub(crate) fn json(&self) -> Value {
+    pub fn json(&self) -> Value {
         let charts = self
             .charts
             .iter()

@@ -87,7 +87,6 @@ impl Sheet<'_> {
         };
         for column in &self.columns {
             let name = &column.name;
-            let found = numbers(column);
             if name == WORDS {
                 let word = |row| match (column.cell)(row) {
                     Cell::Words(text) => text,
@@ -96,7 +95,10 @@ impl Sheet<'_> {
                 let words: Vec<String> = (0..self.rows).map(word).collect();
                 let (descr, bytes) = texts(&words);
                 put(&mut zip, name, &descr, &[rows], bytes)?;
-            } else if WHOLE.contains(&name.as_str()) && !found.iter().any(|v| v.is_nan()) {
+                continue;
+            }
+            let found = numbers(column);
+            if WHOLE.contains(&name.as_str()) && !found.iter().any(|v| v.is_nan()) {
                 let whole = found.iter().map(|v| (*v as i64).to_le_bytes());
                 put(&mut zip, name, "<i8", &[rows], whole)?;
             } else {

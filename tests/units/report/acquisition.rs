@@ -198,7 +198,7 @@ fn undecided_is_said_with_its_p() {
 #[test]
 fn the_verdict_is_what_was_found() {
     let worse = report(&rows(12, 1.5, "half-difference table"));
-    // The bias is told beside it.
+    // The known bias of the truth stands beside it.
     assert!(worse.contains("it favours a grid in the same coordinates with the same warp"));
     says(
         verdict(&worse),
