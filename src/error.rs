@@ -162,7 +162,7 @@ impl ParameterError {
 }
 
 /// Checks `lo < value ≤ hi`; NaN and infinities fail, so `hi` may be infinite.
-pub(crate) fn in_left_open(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, ParameterError> {
+pub fn in_left_open(key: &str, value: f64, lo: f64, hi: f64) -> Result<f64, ParameterError> {
     if value > lo && value <= hi && value.is_finite() {
         return Ok(value);
     }

@@ -5,7 +5,7 @@ use super::output::{JsonArgs, print_json};
 use super::run::{collect, note_missing, print_failures};
 use super::verbosity::note;
 use super::{ThreadArgs, print};
-use crate::error::{Error, ParameterError, count, one_of};
+use crate::error::{Error, count};
 use crate::experiment::{
     Advice, AdviceSpec, AgainstFirst, Allowance, FORMULAS, Metric, Source, Spread,
 };
@@ -49,7 +49,7 @@ pub(super) struct Advise {
     #[arg(long, value_name = "NAME|FILE")]
     instrument: Option<String>,
     /// The error that choices are ranked by: nrmse or log_relative
-    #[arg(long, value_name = "METRIC", default_value = Metric::Nrmse.name(), value_parser = metric)]
+    #[arg(long, value_name = "METRIC", default_value = Metric::Nrmse.name(), value_parser = Metric::named)]
     by: Metric,
     /// Materials that are tried, at most: spread evenly over those that are named
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u16).range(1..))]
@@ -61,12 +61,6 @@ pub(super) struct Advise {
     json: JsonArgs,
     #[command(flatten)]
     threads: ThreadArgs,
-}
-
-fn metric(name: &str) -> Result<Metric, ParameterError> {
-    let found = Metric::ALL.into_iter().find(|m| m.name() == name);
-    let names = Metric::ALL.map(Metric::name);
-    found.ok_or_else(|| ParameterError::new("metric", name, one_of(name, names)))
 }
 
 impl Advise {

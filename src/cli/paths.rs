@@ -68,10 +68,7 @@ impl PathsArgs {
             },
         );
         drop(progress);
-        let Some(report) = report else {
-            let message = "no light leaves it; allowed: a material that reflects";
-            return Err(Error::config(&material.name, message));
-        };
+        let report = report?;
         match self.json.wanted() {
             // Of a line for each of the maps' numbers most would be spaces.
             true => print(&format!("{}\n", report.json()))?,

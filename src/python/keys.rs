@@ -173,6 +173,21 @@ pub fn budget(value: &Bound<'_, PyAny>) -> PyResult<usize> {
     Ok(whole(value, "budget", 1, MAX_BUDGET as u64)? as usize)
 }
 
+/// The argument `most`, a number of materials.
+pub fn most(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    Ok(whole(value, "most", 1, u16::MAX.into())? as usize)
+}
+
+/// The argument `paths`, a number of light paths.
+pub fn paths(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    Ok(whole(value, "paths", 1024, 1 << 24)? as usize)
+}
+
+/// The argument `seed` where it becomes a key of a config.
+pub fn seed_of_config(value: &Bound<'_, PyAny>) -> PyResult<i64> {
+    Ok(whole(value, "seed", 0, i64::MAX as u64)? as i64)
+}
+
 /// The argument `batch`.
 pub fn batch(value: &Bound<'_, PyAny>) -> PyResult<usize> {
     Ok(whole(value, "batch", 1, MAX_BUDGET as u64)? as usize)

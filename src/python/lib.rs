@@ -4,6 +4,7 @@
 //! into `ValueError` with the library's sentence. Whatever takes time runs without Python's global lock. Signatures
 //! with types and units stand in `gonio/__init__.pyi`; a test compares them with the module.
 
+mod advice;
 mod arrays;
 mod errors;
 mod files;
@@ -30,6 +31,8 @@ mod _gonio {
     #[expect(non_upper_case_globals, reason = "Python's name of it")]
     const __version__: &str = env!("CARGO_PKG_VERSION");
 
+    #[pymodule_export]
+    use super::advice::advise;
     #[pymodule_export]
     use super::arrays::{angles, direction};
     #[pymodule_export]

@@ -1,17 +1,20 @@
 //! Materials: models, tables, and reconstructions.
 
 use crate::arrays::{Column, Directions, Matrix, Sides, numbers, rows, shape, slice};
-use crate::errors::{of_files, refused, warn};
+use crate::errors::{of_files, of_keys, refused, warn};
 use crate::files::{refuse_existing, unwritable, writer};
 use crate::keys::{self, channels, named, read, table};
 use crate::moments;
-use crate::table::columns;
+use crate::table::{columns, of_json};
 use gonio::Error;
 use gonio::brdf::laws::max_albedo;
-use gonio::brdf::{Brdf, Channels, SampleBrdf};
-use gonio::experiment::{keys_of_file, materials};
+use gonio::brdf::{Brdf, Channels, Part, SampleBrdf};
+use gonio::error::{ParameterError, in_left_open, one_of};
+use gonio::experiment::{keys_of_file, materials, split_of};
 use gonio::formats::{READ_READINGS, READ_TABLE, TableError, Tabulation, WRITE_TABLE};
 use gonio::geometry::Direction;
+use gonio::parametrization;
+use gonio::report::BouncesReport;
 use numpy::{PyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -172,6 +175,33 @@ impl PyMaterial {
     ) -> PyResult<Bound<'py, PyDict>> {
         let found = moments::profiles(py, &*self.brdf, seed, keys)?;
         columns(py, &moments::objects(&self.label, &found))
+    }
+
+    /// Light by the number of facets that it met, where light paths are followed: shares, and what coordinates say of the number.
+    ///
+    /// The dictionary is that of `gonio paths --json`: `paths` are followed; the boxes of coordinates hold light of `bounce`
+    /// ("first", "second" or "later") with at least the share `purity` of it.
+    #[pyo3(signature = (*, paths = 1_048_576, bounce = "second", purity = 0.9))]
+    fn paths<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = keys::paths)] paths: usize,
+        bounce: &str,
+        purity: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let split = split_of(&self.label, &*self.brdf).map_err(of_keys)?;
+        let found = Part::CLASSES.into_iter().find(|c| c.name() == bounce);
+        let class = found.ok_or_else(|| {
+            let allowed = one_of(bounce, Part::CLASSES.map(Part::name));
+            refused(ParameterError::new("bounce", bounce, allowed))
+        })?;
+        in_left_open("purity", purity, 0.0, 1.0).map_err(refused)?;
+        let report = py.detach(|| {
+            let entries = parametrization::all();
+            BouncesReport::new(&self.label, split, paths, &entries, (class, purity), |_| ())
+                .map(|report| report.json().to_string())
+        });
+        of_json(py, &report.map_err(of_keys)?)
     }
 
     /// Writes the BRDF as a table, in the format that the name says, or `format`: `formats()` lists them.

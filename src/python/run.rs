@@ -6,7 +6,7 @@ use crate::table::{columns, of_csv};
 use gonio::Error;
 use gonio::experiment::moments::MaterialProfiles;
 use gonio::experiment::{
-    AnyPlan, Event, Experiment, Extent, Failure, Known, Observer, Row, Source,
+    AnyPlan, Event, Experiment, Extent, Failure, Known, Observer, Row, Source, Summary,
 };
 use gonio::report::{profile_objects, relations_csv};
 use pyo3::prelude::*;
@@ -34,24 +34,39 @@ impl<R: Clone> Observer<R> for Keep<R> {
     }
 }
 
+/// Why an experiment did not end: its error, or an interrupt of Python.
+pub enum Stopped {
+    Refused(Error),
+    Interrupted(PyErr),
+}
+
+/// Runs an experiment without Python's lock: its records in the order they were made, and the run's summary.
+pub fn kept<E: Experiment>(plan: &E) -> Result<(Vec<E::Record>, Summary), Stopped> {
+    let mut keep = Keep {
+        records: Vec::new(),
+        stopped: RefCell::new(None),
+    };
+    let summary = plan
+        .run(&Extent::default(), &Known::default(), &mut keep)
+        .map_err(Stopped::Refused)?;
+    match keep.stopped.into_inner() {
+        Some(e) => Err(Stopped::Interrupted(e)),
+        None => Ok((keep.records, summary)),
+    }
+}
+
 /// Runs an experiment: its records in the order of results.
 fn records<E: Experiment + Sync>(py: Python<'_>, plan: &E) -> PyResult<Vec<E::Record>>
 where
     E::Record: Send,
 {
-    let mut keep = Keep {
-        records: Vec::new(),
-        stopped: RefCell::new(None),
-    };
-    let summary = py
-        .detach(|| plan.run(&Extent::default(), &Known::default(), &mut keep))
-        .map_err(of_files)?;
-    if let Some(e) = keep.stopped.into_inner() {
-        return Err(e);
-    }
+    let (mut records, summary) = py.detach(|| kept(plan)).map_err(|e| match e {
+        Stopped::Refused(e) => of_files(e),
+        Stopped::Interrupted(e) => e,
+    })?;
     let sentence = |f: &Failure| format!("{}: {}", f.job, f.reason);
     match summary.failures.first() {
-        Some(failure) if keep.records.is_empty() => return Err(refused(sentence(failure))),
+        Some(failure) if records.is_empty() => return Err(refused(sentence(failure))),
         _ => {}
     }
     for failure in &summary.failures {
@@ -61,8 +76,8 @@ where
         use gonio::experiment::Record;
         summary.keys.iter().position(|key| key[..] == *record.key())
     };
-    keep.records.sort_by_cached_key(place);
-    Ok(keep.records)
+    records.sort_by_cached_key(place);
+    Ok(records)
 }
 
 /// What a record is as an object of JSON.
@@ -71,6 +86,17 @@ fn object(record: impl serde::Serialize) -> PyResult<Map<String, Value>> {
         Value::Object(object) => Ok(object),
         other => Err(refused(format!("{other} is no row"))),
     }
+}
+
+/// The text of a config, a path or a dictionary of its keys, and how its errors are raised.
+pub fn config_source(config: &Bound<'_, PyAny>) -> PyResult<(Source, fn(Error) -> PyErr)> {
+    if let Ok(keys) = config.cast::<PyDict>() {
+        return Ok((source("config", &table(Some(keys))?), of_keys));
+    }
+    let path: PathBuf = config
+        .extract()
+        .map_err(|_| other_type("config", config, "a path or a dictionary"))?;
+    Ok((Source::read(&path).map_err(of_files)?, of_files))
 }
 
 /// Runs the experiment of a config (a path, or a dictionary of its keys): its table, a dictionary of columns for pandas or polars.
@@ -84,17 +110,7 @@ pub fn run<'py>(
     config: &Bound<'py, PyAny>,
     set: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let of_file = !config.is_instance_of::<PyDict>();
-    let refuse = if of_file { of_files } else { of_keys };
-    let mut source = match config.cast::<PyDict>() {
-        Ok(keys) => source("config", &table(Some(keys))?),
-        Err(_) => {
-            let path: PathBuf = config
-                .extract()
-                .map_err(|_| other_type("config", config, "a path or a dictionary"))?;
-            Source::read(&path).map_err(of_files)?
-        }
-    };
+    let (mut source, refuse) = config_source(config)?;
     for (key, value) in table(set)? {
         let assignment = format!("{key}={value}");
         let label = format!("set {assignment}");

@@ -42,6 +42,11 @@ fn column<'py>(py: Python<'py>, cells: &[&Value]) -> PyResult<Bound<'py, PyAny>>
     cells.iter().map(text).collect::<Vec<_>>().into_pyobject(py)
 }
 
+/// Python's objects of a JSON text.
+pub fn of_json<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
+    py.import("json")?.call_method1("loads", (text,))
+}
+
 /// The rows of a CSV text with a line of names: numbers and true or false where a whole column has them.
 pub fn of_csv(text: &[u8]) -> PyResult<Vec<Map<String, Value>>> {
     let mut reader = csv::Reader::from_reader(text);

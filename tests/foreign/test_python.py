@@ -237,6 +237,22 @@ def test_suggestions_are_those_of_the_command(gonio, tmp_path):
     assert np.allclose(first.schedule.omega_o, theirs.omega_o, rtol=0, atol=1e-15)
 
 
+def test_advice_is_that_of_the_command(gonio, tmp_path):
+    path = config(tmp_path, SCENE)
+    theirs = json.loads(gonio("advise", path, "--budget", 24, "--by", "log_relative", "--seed", 3, "--json"))
+    for ours in (g.advise(path, budget=24, by="log_relative", seed=3), g.advise({"material": [{"kind": "ggx", **GGX}]}, budget=24, by="log_relative", seed=3)):
+        for a, b in zip(ours, theirs, strict=True):
+            assert a["seconds"] > 0 and a["commands"]
+            # What is computed takes another time, and commands name another source of the materials.
+            assert {**a, "seconds": 0, "commands": []} == {**b, "seconds": 0, "commands": []}
+
+
+def test_light_paths_are_those_of_the_command(gonio):
+    theirs = gonio("paths", "smith-multiple", "--set", "alpha=0.5", "--paths", 4096, "--bounce", "later", "--purity", 0.5, "--json")
+    ours = g.Material("smith-multiple", alpha=0.5).paths(paths=4096, bounce="later", purity=0.5)
+    assert {**ours, "material": ""} == {**json.loads(theirs), "material": ""}
+
+
 @needs("pandas")
 def test_a_run_has_the_rows_of_the_command(gonio, tmp_path):
     keys = {
@@ -612,6 +628,18 @@ WRONG = [
         lambda: g.moment_errors(g.Material("lambert", channels="rgb"), g.Material("lambert", channels="rgb"), channels=["red", "green"]),
         "channels = red, green: allowed is one channel",
     ),
+    (lambda: g.Material("lambert").paths(), "does not tell light by the number of facets.*smith-multiple"),
+    (lambda: g.Material("smith-multiple").paths(paths=10), "paths = 10: allowed is a whole number from 1024"),
+    (lambda: g.Material("smith-multiple").paths(bounce="all"), "bounce = all: allowed is first, second, later"),
+    (lambda: g.Material("smith-multiple").paths(purity=0.0), r"purity = 0: allowed is a number in \(0, 1\]"),
+    (lambda: g.advise(), "allowed is one of budget and minutes"),
+    (lambda: g.advise(budget=10, minutes=3.0), "allowed is one of budget and minutes"),
+    (lambda: g.advise(minutes=3.0), "minutes is of an instrument"),
+    (lambda: g.advise(minutes=-3.0, instrument="cornell"), "minutes = -3"),
+    (lambda: g.advise(budget=10, by="nrms"), "metric = nrms: allowed is nrmse.*did you mean nrmse"),
+    (lambda: g.advise(budget=10, most=0), "most = 0"),
+    (lambda: g.advise(budget=10, seed=2**63), "seed = 9223372036854775808"),
+    (lambda: g.advise(budget=10, instrument="cornel"), "cornel"),
     (lambda: g.suggest(0), "batch = 0"),
     (lambda: g.suggest(4, planner="adaptiv"), "adaptiv.*did you mean adaptive"),
     (lambda: g.run({"material": [{"kind": "ggx", "alpha": -1}]}), r"^material\[0\].alpha = -1"),

@@ -1,5 +1,6 @@
 //! The errors that findings compare.
 
+use crate::error::{ParameterError, one_of};
 use crate::experiment::row::Row;
 use crate::metrics::{Errors, Expected};
 use crate::registry::named;
@@ -16,6 +17,16 @@ named! {
 }
 
 impl Metric {
+    /// The metric of a name.
+    ///
+    /// # Errors
+    /// If none has it.
+    pub fn named(name: &str) -> Result<Self, ParameterError> {
+        let found = Self::ALL.into_iter().find(|m| m.name() == name);
+        let names = Self::ALL.map(Self::name);
+        found.ok_or_else(|| ParameterError::new("metric", name, one_of(name, names)))
+    }
+
     pub(super) fn expected_error(self, expected: &Expected) -> Option<f64> {
         match self {
             Metric::Nrmse => expected.nrmse,

@@ -219,7 +219,7 @@ impl<'a> Studio<'a> {
                 let class = (Part::Second, PURITY);
                 let of = &self.parametrizations;
                 let report = BouncesReport::new(&material.name, split, PATHS, of, class, |_| ());
-                if let Some(report) = report {
+                if let Ok(report) = report {
                     let caption = report.caption() + "\n";
                     folder.write_picture(&format!("{stem}.paths.svg"), || report.svg())?;
                     folder.write_picture(&format!("{stem}.paths.txt"), || caption)?;

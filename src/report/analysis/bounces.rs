@@ -6,7 +6,7 @@ use crate::analysis::bounces::{
     self, Capture, ChartBounces, LEAST_CAPTURE, LightShares, MAP_CELLS, Map, PathSample, Spread,
 };
 use crate::brdf::{CLASSES, Part, SplitBrdf};
-use crate::error::count;
+use crate::error::{Error, count};
 use crate::parametrization::{Axis, ParametrizationSpec, Unit};
 use crate::registry::Entry;
 use crate::report::Columns;
@@ -92,7 +92,10 @@ pub(super) fn errors_are(sample: &PathSample) -> String {
 
 impl<'a> BouncesReport<'a> {
     /// Follows so many paths of a material, and analyses `parametrizations`; boxes are those of `class` with such a share of its
-    /// light (`purity`, in (0, 1]). `doing` gets the name of each step before it. `None` of a material that no light leaves.
+    /// light (`purity`, in (0, 1]). `doing` gets the name of each step before it.
+    ///
+    /// # Errors
+    /// If no light leaves the material.
     pub fn new(
         material: &'a str,
         brdf: &dyn SplitBrdf,
@@ -100,18 +103,19 @@ impl<'a> BouncesReport<'a> {
         parametrizations: &[Entry<ParametrizationSpec>],
         (class, purity): (Part, f64),
         mut doing: impl FnMut(&str),
-    ) -> Option<Self> {
+    ) -> Result<Self, Error> {
         doing("light paths");
         let sample = PathSample::follow(brdf, paths);
         if !sample.has_light() {
-            return None;
+            let message = "no light leaves it; allowed: a material that reflects";
+            return Err(Error::config(material, message));
         }
         let charts = parametrizations.iter().map(|entry| {
             doing(entry.kind);
             let place = class.classes().start;
             ChartBounces::new(&sample, entry, brdf.symmetry(), place, purity)
         });
-        Some(Self {
+        Ok(Self {
             material,
             shares: sample.shares(),
             entropy: bounces::entropy(&sample),

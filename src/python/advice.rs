@@ -1,0 +1,90 @@
+//! Advice: which poses and reconstruction are best for materials like some.
+
+use crate::errors::{of_files, of_keys, refused, warn};
+use crate::keys;
+use crate::run::{Stopped, config_source, kept};
+use crate::table::of_json;
+use gonio::Error;
+use gonio::error::in_left_open;
+use gonio::experiment::{
+    AdviceSpec, Allowance, AnyPlan, FORMULAS, Failure, MAX_MINUTES, Metric, Source,
+};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+/// Compares poses and reconstructions on materials like the one to be measured: the best choices, a dictionary each.
+///
+/// `config` (a path, or a dictionary of keys) names the materials, `{"materials_dir": "MERL"}`; without it, formulas stand for all.
+/// Allowed are `budget` poses, or `minutes` on `instrument`, a preset or a file. Errors are `nrmse` and `log_relative` under the
+/// cosine measure (`by` ranks), `mean` over materials and `below`, what nine of ten further materials are below. `prior` is a
+/// file of `gonio train`. At most `most` materials are tried, spread evenly over those that are named.
+#[pyfunction]
+#[pyo3(signature = (config = None, *, budget = None, minutes = None, instrument = None, by = "nrmse", most = 12, prior = None, seed = 1))]
+#[expect(clippy::too_many_arguments, reason = "keywords of Python")]
+pub fn advise<'py>(
+    py: Python<'py>,
+    config: Option<&Bound<'py, PyAny>>,
+    budget: Option<&Bound<'py, PyAny>>,
+    minutes: Option<f64>,
+    instrument: Option<PathBuf>,
+    by: &str,
+    #[pyo3(from_py_with = keys::most)] most: usize,
+    prior: Option<PathBuf>,
+    #[pyo3(from_py_with = keys::seed_of_config)] seed: i64,
+) -> PyResult<Bound<'py, PyAny>> {
+    let allowance = match (budget, minutes) {
+        (Some(budget), None) => Allowance::Poses(keys::budget(budget)?),
+        (None, Some(minutes)) => {
+            in_left_open("minutes", minutes, 0.0, MAX_MINUTES).map_err(refused)?;
+            if instrument.is_none() {
+                return Err(refused("minutes is of an instrument; allowed: to name one"));
+            }
+            Allowance::Minutes(minutes)
+        }
+        _ => return Err(refused("allowed is one of budget and minutes")),
+    };
+    let by = Metric::named(by).map_err(refused)?;
+    let (source, refuse): (_, fn(Error) -> PyErr) = match config {
+        Some(config) => config_source(config)?,
+        None => (Source::new("advise", FORMULAS), of_keys),
+    };
+    let asked = AdviceSpec {
+        allowance,
+        instrument: instrument.map(|name| name.to_string_lossy().into_owned()),
+        seed,
+        by,
+        most,
+        prior,
+        built_in_prior: config.is_some(),
+    };
+    let mut interrupt = None;
+    let advised = py.detach(|| {
+        let materials = AnyPlan::read(&source)?.into_moments();
+        asked.advise(materials, |plan| match kept(plan) {
+            Ok((rows, summary)) => Ok((rows, summary.failures)),
+            Err(Stopped::Refused(e)) => Err(e),
+            Err(Stopped::Interrupted(e)) => {
+                interrupt = Some(e);
+                let (rows, path) = (0, PathBuf::new());
+                Err(Error::Interrupted { rows, path })
+            }
+        })
+    });
+    if let Some(e) = interrupt {
+        return Err(e);
+    }
+    let advised = advised.map_err(|e| match e {
+        Error::Data { .. } => of_files(e),
+        e => refuse(e),
+    })?;
+    for Failure { job, reason, .. } in &advised.failures {
+        warn(py, &format!("{job}: {reason}"))?;
+    }
+    if !advised.left_out.is_empty() {
+        warn(py, &format!("left out: {}", advised.left_out.join(", ")))?;
+    }
+    of_json(
+        py,
+        &serde_json::to_string(&advised.choices).map_err(refused)?,
+    )
+}
