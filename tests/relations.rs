@@ -9,7 +9,7 @@ use common::{ISOTROPIC, made, model, near};
 use gonio::brdf::Brdf;
 use gonio::geometry::{Direction, Symmetry};
 use gonio::lighting::Lighting;
-use gonio::moments::relations::{Along, AngleMoments, Prediction, RelationSpec, compare};
+use gonio::moments::relations::{Along, AngleMoments, Prediction, Relation, RelationSpec, compare};
 use gonio::moments::{
     Channel, Estimator, MomentsSpec, Order, PeakResolving, Profile, Slice, TruncatedGaussian,
 };
@@ -143,13 +143,37 @@ fn z15_parameters_are_not_moments() {
     assert!((asked - 0.823).abs() < 1e-3 && (got - 0.546).abs() < 1e-3);
 }
 
-/// The slice model, Z15, Eq. 7: a product of two truncated Gaussians, isotropic. The centre along θ is linear in the view, all
-/// else is constant.
 struct Linear {
     slope: f64,
     offset: f64,
     energy: f64,
     sigma: [f64; 2],
+}
+
+/// A model of one width with its errors in a blob of light, seen from an elevation in a window, degrees.
+fn compared(
+    [slope, offset, energy, sigma]: [f64; 4],
+    (centre, theta_o, along): ([f64; 2], f64, Along),
+    [window_deg, tolerance]: [f64; 2],
+) -> Relation {
+    let model = Linear {
+        slope,
+        offset,
+        energy,
+        sigma: [sigma; 2],
+    };
+    let brdf = model.brdf();
+    let light = Blob { centre, sigma };
+    let spec = spec(window_deg, tolerance);
+    compare(
+        &brdf,
+        &profile(&brdf, 45, 1e-5),
+        &light,
+        theta_o,
+        along,
+        &spec,
+    )
+    .unwrap()
 }
 
 impl Linear {
@@ -296,27 +320,8 @@ fn z15_eqs_20_and_21_hold_once_normalised() {
 #[test]
 fn z15_the_dilation_is_seen_in_rendering() {
     let (theta_o, slope) = (0.9, -0.6);
-    let model = Linear {
-        slope,
-        offset: 0.15 - slope * theta_o,
-        energy: 0.5,
-        sigma: [0.1 / 3.0; 2],
-    };
-    let brdf = model.brdf();
-    let profile = profile(&brdf, 45, 1e-5);
-    let light = Blob {
-        centre: [0.45, 0.0],
-        sigma: 0.1 / 3.0,
-    };
-    let r = compare(
-        &brdf,
-        &profile,
-        &light,
-        theta_o,
-        Along::Theta,
-        &spec(57.0, 1e-3),
-    )
-    .unwrap();
+    let model = [slope, 0.15 - slope * theta_o, 0.5, 0.1 / 3.0];
+    let r = compared(model, ([0.45, 0.0], theta_o, Along::Theta), [57.0, 1e-3]);
     let (rendered, printed) = (r.rendered.unwrap(), r.printed.unwrap().moments);
     assert!(r.resolved && (r.slope - slope).abs() < 1e-3);
     assert!((rendered.mean + 0.500).abs() < 5e-3, "{rendered:?}");
@@ -331,20 +336,8 @@ fn the_ideal_case_is_exact_with_the_window_and_in_the_limit_without() {
     let (theta_o, slope, window) = (0.6, -0.7, 35.0);
     let mut last: Option<f64> = None;
     for sigma in [0.06_f64, 0.03] {
-        let model = Linear {
-            slope,
-            offset: 0.0,
-            energy: 0.4,
-            sigma: [sigma; 2],
-        };
-        let brdf = model.brdf();
-        let profile = profile(&brdf, 45, 1e-5);
-        let light = Blob {
-            centre: [slope * theta_o + 0.05, 0.01],
-            sigma,
-        };
-        let spec = spec(window, 1e-4);
-        let r = compare(&brdf, &profile, &light, theta_o, Along::Theta, &spec).unwrap();
+        let seen = ([slope * theta_o + 0.05, 0.01], theta_o, Along::Theta);
+        let r = compared([slope, 0.0, 0.4, sigma], seen, [window, 1e-4]);
         assert!(r.resolved, "{r:?}");
         let errors = |p: Option<Prediction>| p.unwrap().errors.unwrap();
         assert!(largest(&errors(r.windowed)) < 2e-3, "{r:?}");
@@ -369,20 +362,8 @@ fn across_the_plane_the_dilation_is_that_of_the_sines() {
     let dilation = (slope * theta_o).sin() / theta_o.sin();
     let mut last: Option<f64> = None;
     for sigma in [0.12, 0.06, 0.03] {
-        let model = Linear {
-            slope,
-            offset: 0.0,
-            energy: 0.4,
-            sigma: [sigma; 2],
-        };
-        let brdf = model.brdf();
-        let profile = profile(&brdf, 45, 1e-5);
-        let light = Blob {
-            centre: [slope * theta_o, sigma],
-            sigma,
-        };
-        let spec = spec(20.0, 1e-4);
-        let r = compare(&brdf, &profile, &light, theta_o, Along::Phi, &spec).unwrap();
+        let seen = ([slope * theta_o, sigma], theta_o, Along::Phi);
+        let r = compared([slope, 0.0, 0.4, sigma], seen, [20.0, 1e-4]);
         assert!(r.resolved && (r.slope - dilation).abs() < 1e-4, "{r:?}");
         let windowed = largest(&r.windowed.unwrap().errors.unwrap());
         assert!(last.is_none_or(|last| windowed < 0.4 * last), "{windowed}");
@@ -399,15 +380,8 @@ fn across_the_plane_the_dilation_is_that_of_the_sines() {
 fn without_a_slope_only_the_window_is_left() {
     let lambert = model("lambert", "albedo = 0.5");
     let profile = profile(&*lambert, 20, 1e-6);
-    let r = compare(
-        &*lambert,
-        &profile,
-        &Sky,
-        0.5,
-        Along::Theta,
-        &spec(5.0, 1e-4),
-    )
-    .unwrap();
+    let spec = spec(5.0, 1e-4);
+    let r = compare(&*lambert, &profile, &Sky, 0.5, Along::Theta, &spec).unwrap();
     assert!(r.slope.abs() < 1e-6 && r.printed.is_none() && r.corrected.is_none());
     let (rendered, windowed) = (r.rendered.unwrap(), r.windowed.unwrap().moments);
     // The radiance is the same for all views: mean 0 and the variance of the window.

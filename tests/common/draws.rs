@@ -95,7 +95,7 @@ pub fn chi_squared(
 
 /// Pearson's statistic and the number of bins it was taken over; bins too small to stand alone
 /// are pooled, and the pool joins the smallest other bin if it is still too small.
-fn statistic(expected: &[f64], observed: &[f64]) -> (f64, usize) {
+pub fn statistic(expected: &[f64], observed: &[f64]) -> (f64, usize) {
     let mut bins = Vec::with_capacity(expected.len());
     let mut pool = (0.0, 0.0);
     for (&e, &o) in expected.iter().zip(observed) {

@@ -10,14 +10,18 @@ pub mod light;
 pub mod png;
 
 use glam::DVec3;
-use gonio::brdf::{Brdf, Channels, Presence, Wavelengths};
+use gonio::brdf::measured::merl::MerlGrid;
+use gonio::brdf::{Brdf, Channels, Lambert, Presence, Spectrum, Wavelengths};
 #[cfg(feature = "experiments")]
 use gonio::experiment::{
     ByProduct, Event, Experiment, Extent, Known, Observer, Plan, Row, RowKey, Source, Summary,
 };
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
+use gonio::instrument::{self, InstrumentSpec};
 use gonio::metrics::{self, Errors, Measure, MetricsSpec};
-use gonio::parametrization::{self, Layout, Parametrization, ParametrizationSpec, WarpSpec};
+use gonio::parametrization::{
+    self, Coords, Layout, Parametrization, ParametrizationSpec, WarpSpec,
+};
 use gonio::registry::{self, Entry};
 use gonio::sampling::{Random, cosine_hemisphere};
 use gonio::schedule::{self, Schedule};
@@ -102,6 +106,45 @@ pub fn random_pair(random: &Random, i: u64) -> DirectionPair {
     DirectionPair::new(uniform(1.0 - u[0], u[1]), uniform(1.0 - u[2], u[3]))
 }
 
+/// Random pairs of a seed: both directions uniform on the hemisphere.
+pub fn random_pairs(seed: u64) -> impl Iterator<Item = DirectionPair> {
+    let random = Random::new(seed);
+    (0..).map(move |i| random_pair(&random, i))
+}
+
+/// The smaller cosine of the two directions.
+pub fn lowest(pair: &DirectionPair) -> f64 {
+    pair.omega_i.cos_theta().min(pair.omega_o.cos_theta())
+}
+
+/// The pair turned about the normal.
+pub fn turned(pair: &DirectionPair, by: f64) -> DirectionPair {
+    let turn = |d: Direction| Direction::from_spherical(d.theta(), d.phi() + by);
+    DirectionPair::new(turn(pair.omega_i), turn(pair.omega_o))
+}
+
+/// The pair with its azimuths negated.
+pub fn mirrored(pair: &DirectionPair) -> DirectionPair {
+    let mirror = |d: Direction| Direction::from_spherical(d.theta(), -d.phi());
+    DirectionPair::new(mirror(pair.omega_i), mirror(pair.omega_o))
+}
+
+/// The pairs that reciprocity and the two mirrors call equal to one, if they are in its symmetry: itself first.
+pub fn images(pair: &DirectionPair, symmetry: Symmetry) -> Vec<DirectionPair> {
+    let mut images = vec![*pair];
+    if symmetry.reciprocal {
+        images.push(pair.swapped());
+    }
+    if symmetry.bilateral {
+        let others = images.iter().flat_map(|p| {
+            let mirrored = mirrored(p);
+            [mirrored, turned(&mirrored, PI), turned(p, PI)]
+        });
+        images.extend(others.collect::<Vec<_>>());
+    }
+    images
+}
+
 /// Pair `i` of a random sequence: both directions cosine-distributed.
 pub fn cosine_pair(random: &Random, i: u64) -> DirectionPair {
     let u: [f64; 4] = random.point(i);
@@ -178,6 +221,26 @@ pub fn polar() -> impl Iterator<Item = Entry<ParametrizationSpec>> {
     parametrization::all().into_iter().filter(is_polar)
 }
 
+/// A parametrization under a symmetry, plain and with a square root on the first axis.
+pub fn bent(
+    entry: &Entry<ParametrizationSpec>,
+    symmetry: Symmetry,
+) -> [Arc<dyn Parametrization>; 2] {
+    let first = entry.axes(symmetry)[0].symbol.to_owned();
+    let root = [(first, WarpSpec::SquareRoot)].into();
+    let warped = entry.warped(symmetry, &root).expect("any radial axis");
+    [entry.form(symmetry), warped]
+}
+
+/// Coordinates at a share of every axis.
+pub fn at(p: &dyn Parametrization, shares: [f64; 4]) -> Coords {
+    let mut c = [0.0; 4];
+    for (c, (axis, share)) in c.iter_mut().zip(p.axes().iter().zip(shares)) {
+        *c = axis.range[0] + axis.length() * share;
+    }
+    c
+}
+
 /// Every example of every warp.
 pub fn warps() -> Vec<WarpSpec> {
     let mut warps = Vec::new();
@@ -248,6 +311,11 @@ pub fn present(brdf: &dyn Brdf, pair: &DirectionPair) -> Vec<f64> {
     out
 }
 
+/// A matte material in luminance.
+pub fn matte(albedo: f64) -> Lambert {
+    Lambert::new(Spectrum::Grey(albedo), Channels::Luminance)
+}
+
 /// A model from the registry, in luminance.
 pub fn model(kind: &str, keys: &str) -> Box<dyn Brdf> {
     material(kind, keys, Channels::Luminance)
@@ -263,6 +331,29 @@ pub fn material(kind: &str, keys: &str, channels: Channels) -> Box<dyn Brdf> {
 pub fn form(name: &str, symmetry: Symmetry) -> Arc<dyn Parametrization> {
     let entry = parametrization::find(name).expect("in the registry");
     entry.form(symmetry)
+}
+
+/// A file of MERL whose planes hold `value(channel, cell)` as stored, unscaled.
+pub fn merl_file(grid: MerlGrid, value: impl Fn(usize, [usize; 3]) -> f64) -> Vec<u8> {
+    let [n_h, n_d, n_phi] = grid.dims();
+    let mut bytes = Vec::with_capacity(grid.file_len() as usize);
+    for n in grid.dims() {
+        bytes.extend((n as i32).to_le_bytes());
+    }
+    for (c, h) in product(0..3, 0..n_h) {
+        for d in 0..n_d {
+            let row = (0..n_phi).flat_map(|phi| value(c, [h, d, phi]).to_le_bytes());
+            bytes.extend(row);
+        }
+    }
+    bytes
+}
+
+/// An instrument of the registry.
+pub fn preset(name: &str) -> InstrumentSpec {
+    let mut all = instrument::presets().into_iter();
+    let preset = all.find(|p| p.name == name).expect("a preset");
+    instrument::read(preset.text).unwrap()
 }
 
 /// What a function makes on so many threads.
@@ -302,7 +393,8 @@ where
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let values = (self.f)(pair);
-        out.copy_from_slice(&values.unwrap_or([0.0; N]));
+        // Whoever uses a value that is not there shall notice.
+        out.copy_from_slice(&values.unwrap_or([f64::NAN; N]));
         match values {
             Some(_) => Presence::Present,
             None => Presence::Missing,

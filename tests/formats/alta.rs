@@ -1,22 +1,19 @@
 //! ALTA text files: random pairs, written with our own parametrizations, come back.
 
-use super::common::{ISOTROPIC, edited, near, random_pair, table};
+use super::common::{ISOTROPIC, edited, lowest, near, random_pairs, table};
 use super::{chord, refused};
 use gonio::brdf::Channels;
 use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::measurement::Readings;
 use gonio::measurement::alta::{is_alta, read};
 use gonio::parametrization::{Coords, find};
-use gonio::sampling::Random;
 use gonio::schedule::{Assume, FileError};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Random pairs at least 3° above the horizon, where square roots keep twelve digits.
 fn pairs() -> Vec<DirectionPair> {
-    let random = Random::new(5);
-    let high = |p: &DirectionPair| p.omega_i.cos_theta() > 0.05 && p.omega_o.cos_theta() > 0.05;
-    let all = (0..400).map(|i| random_pair(&random, i));
-    all.filter(high).collect()
+    let all = random_pairs(5).take(400);
+    all.filter(|p| lowest(p) > 0.05).collect()
 }
 
 fn coords(name: &str, symmetry: Symmetry, pair: &DirectionPair) -> Coords {
@@ -265,12 +262,8 @@ fn a_reading_beyond_all_bounds_is_refused_with_its_line() {
                 assert!(values.iter().all(|v| v.is_finite()));
                 continue;
             }
-            let start = format!("a.txt:8: {value:e} is no reading");
-            refused(
-                try_read(&text),
-                "8",
-                &format!("{start} … because: without the cosine"),
-            );
+            let told = format!("a.txt:8: {value:e} is no reading … because: without the cosine");
+            refused(try_read(&text), "8", &told);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Readings of others: a file of ours, written in each of their conventions, is the same readings.
 
-use super::common::{ISOTROPIC, near, planned, product, random_pair, says, table};
+use super::common::{ISOTROPIC, near, planned, product, random_pairs, says, table};
 use super::{ALTA, ANGLES, bare, chain, chord, conventions, cuts, measurements, read, try_read};
 use gonio::brdf::Channels;
 use gonio::error::count;
@@ -14,9 +14,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Pairs above the horizon, none of them on the normal.
 fn pairs() -> Vec<DirectionPair> {
-    let random = Random::new(3);
     let good = |d: Direction| (0.05..0.999).contains(&d.cos_theta());
-    let all = (0..60).map(|i| random_pair(&random, i));
+    let all = random_pairs(3).take(60);
     all.filter(|p| good(p.omega_i) && good(p.omega_o)).collect()
 }
 

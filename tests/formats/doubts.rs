@@ -8,7 +8,7 @@ use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::{About, retro_peak};
 use gonio::parametrization::Parametrization;
 use gonio::registry::{self, Entry};
-use gonio::schedule::{Azimuth, Conventions, Pose, Quantity, UncertaintyUnit};
+use gonio::schedule::{Azimuth, Conventions, Quantity, UncertaintyUnit};
 use gonio::schedule::{Schedule, ScheduleFormat, Sequence};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -16,21 +16,12 @@ use std::sync::Arc;
 /// Sheets of constant incidence.
 fn sheets(form: &Arc<dyn Parametrization>, elevations: &[f64], step: usize) -> Arc<Schedule> {
     let sensors = product((2..90).step_by(step), (0..360).step_by(2 * step));
-    let pose = |(theta_i, (theta_o, phi)): (f64, (i32, i32))| {
+    let pair = |(theta_i, (theta_o, phi)): (f64, (i32, i32))| {
         let [a, b, c] = [theta_i, theta_o.into(), phi.into()].map(f64::to_radians);
-        let pair = DirectionPair::from_spherical(a, 0.0, b, c);
-        let coords = form.forward(&pair);
-        Pose { coords, pair }
+        DirectionPair::from_spherical(a, 0.0, b, c)
     };
-    let poses = product(elevations.iter().copied(), sensors).into_iter();
-    Arc::new(Schedule {
-        parametrization: Arc::clone(form),
-        sample_set: "file".into(),
-        poses: poses.map(pose).collect(),
-        lattice: None,
-        unphysical_share: 0.0,
-        assumes: None,
-    })
+    let pairs = product(elevations.iter().copied(), sensors).into_iter();
+    Arc::new(Schedule::of_pairs(Arc::clone(form), pairs.map(pair)))
 }
 
 #[test]

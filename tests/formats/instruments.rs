@@ -7,30 +7,19 @@ use gonio::formats::{self, READ_READINGS, Readings, WRITE_READINGS};
 use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::{About, Details, Flags, Measurement, Outcome};
-use gonio::schedule::{AngleUnit, Assume, Conventions, Pose, Schedule, Sequence};
+use gonio::schedule::{AngleUnit, Assume, Conventions, Schedule, Sequence};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 /// Readings at a few lights, some of which have none.
 fn measured(channels: Channels) -> Measurement {
     let form = crate::common::form("spherical", Symmetry::NONE);
-    let pose = |k: usize| {
+    let pair = |k: usize| {
         let (x, light) = (k as f64, (k / 5) as f64);
         let (theta_i, phi_i) = (0.1 + 0.3 * light, 2.0 - light);
-        let pair = DirectionPair::from_spherical(theta_i, phi_i, 0.1 + 0.013 * x, 2.9 * x % 3.0);
-        Pose {
-            coords: form.forward(&pair),
-            pair,
-        }
+        DirectionPair::from_spherical(theta_i, phi_i, 0.1 + 0.013 * x, 2.9 * x % 3.0)
     };
-    let schedule = Schedule {
-        sample_set: "some".into(),
-        poses: (0..20).map(pose).collect(),
-        lattice: None,
-        unphysical_share: 0.0,
-        assumes: None,
-        parametrization: form,
-    };
+    let schedule = Schedule::of_pairs(form, (0..20).map(pair));
     let lambert = model("lambert", "albedo = 0.5");
     let mut measurement = Ideal.measure(&*lambert, &Arc::new(schedule));
     let values = channels.count() * 20;
@@ -186,11 +175,8 @@ fn what_cannot_be_is_refused_with_its_line() {
         ASTM | 3.1,1.5,2.5 | 3.1,1.5 | 4 | 5 cells where VARS names 6"#,
     ) {
         let text = if text == "PAB" { PAB } else { ASTM };
-        refused(
-            try_read(&edited(text, old, new), Conventions::default()),
-            line,
-            part,
-        );
+        let read = try_read(&edited(text, old, new), Conventions::default());
+        refused(read, line, part);
     }
     // Light below the horizon is passed over.
     assert_eq!(read(&edited(ASTM, "0.5,0,", "2,0,")).notes.len(), 1);
@@ -247,11 +233,8 @@ fn angles_of_astm_are_in_radians_or_said_to_be_degrees() {
     let found = read(degrees, Some(AngleUnit::Degrees)).unwrap();
     let [ti, to] = [30_f64, 2.0].map(f64::to_radians);
     let pair = DirectionPair::from_spherical(ti, 0.0, to, PI);
-    let off = distance(
-        &found.measurement.schedule.poses[0].pair,
-        &pair,
-        Symmetry::NONE,
-    );
+    let back = &found.measurement.schedule.poses[0].pair;
+    let off = distance(back, &pair, Symmetry::NONE);
     near(off, 0.0, 1e-14, "pose");
     assert_eq!(found.about.material.as_deref(), Some("steel"));
     assert_eq!(found.unread, ["LAB_NAME"]);

@@ -236,12 +236,9 @@ fn a_reading_beyond_all_bounds_is_refused_with_its_line() {
                 continue;
             }
             let number: f64 = value.parse().unwrap();
-            let start = format!("m.csv:{line}: {column} = {number:e} is no reading");
-            refused(
-                try_read(&text),
-                line,
-                &format!("{start} … because: without the cosine"),
-            );
+            let told =
+                format!("m.csv:{line}: {column} = {number:e} is no reading … because: without");
+            refused(try_read(&text), line, &(told + " the cosine"));
         }
     }
 }
@@ -257,11 +254,8 @@ fn uncertainties_that_go_with_no_value_are_not_dropped() {
     ) {
         let cells = ",1".repeat(columns.split(',').count());
         let text = format!("{ANGLES},{columns}\n10,0,20,0{cells}\n");
-        refused(
-            try_read(&text),
-            "1",
-            &format!("m.csv:1: column {stray} does not go with"),
-        );
+        let told = format!("m.csv:1: column {stray} does not go with");
+        refused(try_read(&text), "1", &told);
     }
 }
 

@@ -1,6 +1,6 @@
 //! The list of formats: names and extensions say one thing each, and what it promises is there.
 
-use super::common::{model, near, planned, says};
+use super::common::{form, model, near, planned, says};
 use super::{ScheduleFormat, text};
 use gonio::brdf::{self, Channels};
 use gonio::formats::{
@@ -85,12 +85,7 @@ fn what_is_not_known_is_refused_with_what_is_allowed() {
 
 #[test]
 fn every_text_is_recognised_and_read_by_what_wrote_it() {
-    let schedule = planned(
-        &crate::common::form("hybrid", Symmetry::FULL),
-        "grid",
-        40,
-        1,
-    );
+    let schedule = planned(&form("hybrid", Symmetry::FULL), "grid", 40, 1);
     let measurement = Ideal.measure(&*model("lambert", "albedo = 0.5"), &schedule);
     let (about, order, assume) = (About::default(), Sequence::Generated, Assume::default());
     let text_of = |format: &formats::Format, bytes: &[u8]| {

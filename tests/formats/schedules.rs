@@ -292,11 +292,8 @@ fn what_is_no_schedule_is_refused_with_its_line() {
     ) {
         let text = text.replace("ZERO", "\0");
         let text = text.replace("H,", &format!("{ANGLES},"));
-        refused(
-            try_read(&text.replace('H', &format!("{ANGLES}\n"))),
-            line,
-            part,
-        );
+        let text = text.replace('H', &format!("{ANGLES}\n"));
+        refused(try_read(&text), line, part);
     }
 }
 
@@ -346,11 +343,8 @@ fn a_lattice_that_does_not_fit_its_rows_is_refused() {
     let mut cells: Vec<&str> = lines[last - 1].split(',').collect();
     cells[4] = "1.25";
     let moved = lines[..last - 1].join("\n") + "\n" + &cells.join(",") + "\n";
-    refused(
-        try_read(&moved),
-        &last.to_string(),
-        "of the lattice in the header",
-    );
+    let refusal = "of the lattice in the header";
+    refused(try_read(&moved), &last.to_string(), refusal);
     // A lattice of other nodes.
     let other = unsigned.replacen("\"n\":", "\"n\":1", 1);
     let line = lines.iter().position(|l| l.starts_with("# lattice"));

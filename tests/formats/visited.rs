@@ -1,8 +1,8 @@
 //! What is left of a schedule when some of it was read.
 
 use super::FORMATS;
-use super::common::{planned, random_pair, symmetries};
-use glam::{DMat3, DVec3};
+use super::common::{mirrored, planned, random_pairs, symmetries, turned};
+use glam::DVec3;
 use gonio::geometry::{Direction, DirectionPair, distance};
 use gonio::parametrization;
 use gonio::sampling::Random;
@@ -17,30 +17,24 @@ fn a_reading_counts_for_the_pose_it_is_of() {
         for (name, kind) in [("half-difference", "grid"), ("spherical", "sobol")] {
             let form = parametrization::find(name).unwrap().form(symmetry);
             let schedule = planned(&form, kind, 150, 1);
-            let of_both = |p: &DirectionPair, f: &dyn Fn(DVec3) -> DVec3| {
-                let [i, o] = [p.omega_i, p.omega_o].map(|d| Direction::from_unit(f(d.vector())));
-                DirectionPair::new(i, o)
-            };
             // Every third pose is read, a little off and as any of its images.
             let mut read = Vec::new();
             for (i, pose) in schedule.poses.iter().enumerate().step_by(3) {
                 let [a, b, c, d]: [f64; 4] = random.point(i as u64);
-                let aside = |v: DVec3, x: f64| {
-                    (v + 0.3 * TOLERANCE * DVec3::new(x, 1.0 - x, 0.0)).normalize()
+                let aside = |d: Direction, x: f64| {
+                    let moved = d.vector() + 0.3 * TOLERANCE * DVec3::new(x, 1.0 - x, 0.0);
+                    Direction::from_unit(moved.normalize())
                 };
-                let mut pair = DirectionPair::new(
-                    of_both(&pose.pair, &|v| aside(v, a)).omega_i,
-                    of_both(&pose.pair, &|v| aside(v, b)).omega_o,
-                );
+                let both = (aside(pose.pair.omega_i, a), aside(pose.pair.omega_o, b));
+                let mut pair = DirectionPair::new(both.0, both.1);
                 if symmetry.reciprocal && c > 0.5 {
                     pair = pair.swapped();
                 }
                 if symmetry.bilateral && d > 0.5 {
-                    pair = of_both(&pair, &|v| v * DVec3::new(1.0, -1.0, 1.0));
+                    pair = mirrored(&pair);
                 }
                 if symmetry.isotropic {
-                    let turn = DMat3::from_rotation_z(7.0 * a);
-                    pair = of_both(&pair, &|v| turn * v);
+                    pair = turned(&pair, 7.0 * a);
                 }
                 read.push(pair);
             }
@@ -51,7 +45,7 @@ fn a_reading_counts_for_the_pose_it_is_of() {
             };
             // Readings of other places count for none.
             let own = read.len();
-            let others = (0..50).map(|i| random_pair(&Random::new(4), i));
+            let others = random_pairs(4).take(50);
             read.extend(others.filter(|p| nearest(p) > 2.0 * TOLERANCE));
             let left = unvisited(&schedule, &read, TOLERANCE);
             let numbers = 0..schedule.poses.len() as u32;

@@ -1,7 +1,7 @@
 //! Slices far from the everyday: values at the ends of f64, black ones, needles, a dynamic range of
 //! 1e12, and tables with outliers and holes.
 
-use super::common::{made, model};
+use super::common::{made, merl_file, model};
 use super::gaussians::{ends, truncated};
 use super::{assert_within, estimate, estimators, from_raw, is_random, planar, resolving, scale};
 use gonio::brdf::measured::merl::{Interpolation, Merl, MerlGrid, SCALE};
@@ -105,24 +105,9 @@ fn a_lobe_a_million_million_times_its_base_keeps_both() {
 
 /// A table in sr⁻¹, the same in every channel; negative: no data.
 fn table(interpolation: Interpolation, value: impl Fn([usize; 3]) -> f64) -> Merl {
-    let grid = MerlGrid::RECIPROCAL;
-    let [n_h, n_d, n_phi] = grid.dims();
-    let mut bytes = Vec::with_capacity(grid.file_len() as usize);
-    for n in grid.dims() {
-        bytes.extend((n as i32).to_le_bytes());
-    }
-    for scale in SCALE {
-        for h in 0..n_h {
-            for d in 0..n_d {
-                for phi in 0..n_phi {
-                    bytes.extend((value([h, d, phi]) / scale).to_le_bytes());
-                }
-            }
-        }
-    }
-    Merl::read(bytes.as_slice(), Channels::Luminance)
-        .unwrap()
-        .with_interpolation(interpolation)
+    let bytes = merl_file(MerlGrid::RECIPROCAL, |c, cell| value(cell) / SCALE[c]);
+    let table = Merl::read(bytes.as_slice(), Channels::Luminance).unwrap();
+    table.with_interpolation(interpolation)
 }
 
 /// A midpoint rule over a rectangle of the square.

@@ -8,9 +8,9 @@ mod errata;
 mod jacobians;
 mod round_trips;
 
-use common::warps;
+use common::{at, warps};
 use gonio::geometry::Symmetry;
-use gonio::parametrization::{self, Coords, Parametrization};
+use gonio::parametrization::{self, Parametrization};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -39,13 +39,4 @@ fn forms(symmetry: Symmetry) -> Vec<Arc<dyn Parametrization>> {
         }
     }
     forms
-}
-
-/// Coordinates at a share of every axis.
-fn at(p: &dyn Parametrization, shares: [f64; 4]) -> Coords {
-    let mut c = [0.0; 4];
-    for (c, (axis, share)) in c.iter_mut().zip(p.axes().iter().zip(shares)) {
-        *c = axis.range[0] + axis.length() * share;
-    }
-    c
 }

@@ -1,8 +1,7 @@
 //! Pair → coordinates → pair, for every parametrization, warp and symmetry.
 
-use super::common::{edge_pairs, near, polar, random_pair, symmetries};
+use super::common::{edge_pairs, images, lowest, near, polar, random_pairs, symmetries, turned};
 use super::{at, forms};
-use glam::{DMat3, DVec3};
 use gonio::geometry::{Direction, DirectionPair, Symmetry, distance};
 use gonio::parametrization::{self, AxisKind, Parametrization};
 use gonio::sampling::Random;
@@ -34,18 +33,15 @@ fn assert_comes_back(p: &dyn Parametrization, pair: &DirectionPair, what: &str, 
 /// The error that a round trip may have. A warp rounds once more: a few ulp of the warped coordinate, times
 /// dx/du ≤ 2 x_max.
 fn allowed(p: &dyn Parametrization, pair: &DirectionPair) -> f64 {
-    let lowest = pair.omega_i.cos_theta().min(pair.omega_o.cos_theta());
     let [high, anywhere] = p.facts().round_trip;
     let warp = if p.warp_name() == "none" { 1.0 } else { 4.0 };
-    warp * if lowest > 1e-3 { high } else { anywhere }
+    warp * if lowest(pair) > 1e-3 { high } else { anywhere }
 }
 
 #[test]
 fn edge_and_random_pairs_come_back_under_every_symmetry_and_warp() {
-    let random = Random::new(2);
-    let mut pairs: Vec<_> = (0..2_000)
-        .map(|i| ("random".to_owned(), random_pair(&random, i)))
-        .collect();
+    let random = random_pairs(2).map(|pair| ("random".to_owned(), pair));
+    let mut pairs: Vec<_> = random.take(2_000).collect();
     pairs.extend(edge_pairs());
     for p in symmetries().into_iter().flat_map(forms) {
         for (what, pair) in &pairs {
@@ -85,7 +81,7 @@ fn bits<const N: usize>(numbers: [f64; N]) -> [u64; N] {
 #[test]
 fn batches_of_any_length_are_their_pairs_to_the_bit() {
     let mut pairs: Vec<_> = edge_pairs().into_iter().map(|(_, pair)| pair).collect();
-    pairs.extend((0..1000).map(|i| random_pair(&Random::new(3), i)));
+    pairs.extend(random_pairs(3).take(1000));
     let directions = |pair: DirectionPair| {
         let [i, o] = [pair.omega_i, pair.omega_o].map(|d| bits(d.vector().to_array()));
         [i, o]
@@ -96,12 +92,8 @@ fn batches_of_any_length_are_their_pairs_to_the_bit() {
                 let mut coords = vec![[f64::NAN; 4]; pairs.len()];
                 p.forward_batch(pairs, &mut coords);
                 for (pair, coords) in pairs.iter().zip(&coords) {
-                    assert_eq!(
-                        bits(p.forward(pair)),
-                        bits(*coords),
-                        "{} {pair:?}",
-                        p.name()
-                    );
+                    let one = bits(p.forward(pair));
+                    assert_eq!(one, bits(*coords), "{} {pair:?}", p.name());
                 }
                 // Beyond the ends of axes, beyond any turn, and nowhere.
                 for (k, c) in coords.iter_mut().enumerate() {
@@ -126,12 +118,10 @@ fn batches_of_any_length_are_their_pairs_to_the_bit() {
 
 #[test]
 fn symmetric_pairs_share_their_coordinates() {
-    let random = Random::new(3);
     for p in symmetries().into_iter().flat_map(forms) {
-        for i in 0..500 {
-            let pair = random_pair(&random, i);
+        for (i, pair) in random_pairs(3).take(500).enumerate() {
             let c = p.forward(&pair);
-            for image in images_of(&pair, p.symmetry(), i) {
+            for image in images_of(&pair, p.symmetry(), 0.7 * i as f64) {
                 let d = p.forward(&image);
                 for (axis, (c, d)) in p.axes().iter().zip(c.iter().zip(d)) {
                     let gap = (c - d).abs();
@@ -147,26 +137,11 @@ fn symmetric_pairs_share_their_coordinates() {
     }
 }
 
-/// Pairs that a symmetry calls equal to `pair`.
-fn images_of(pair: &DirectionPair, symmetry: Symmetry, seed: u64) -> Vec<DirectionPair> {
-    let moved = |pair: &DirectionPair, by: DMat3| {
-        let both = [pair.omega_i, pair.omega_o];
-        let [i, o] = both.map(|d| Direction::from_unit((by * d.vector()).normalize()));
-        DirectionPair::new(i, o)
-    };
-    let mirrors =
-        [[1.0, -1.0], [-1.0, 1.0]].map(|[x, y]| DMat3::from_diagonal(DVec3::new(x, y, 1.0)));
-    let mut images = vec![*pair];
-    if symmetry.reciprocal {
-        images.push(pair.swapped());
-    }
-    if symmetry.bilateral {
-        let mirrored = images.iter().flat_map(|p| mirrors.map(|by| moved(p, by)));
-        images.extend(mirrored.collect::<Vec<_>>());
-    }
+/// Pairs that a symmetry calls equal to `pair`, with a turn where turns are in it.
+fn images_of(pair: &DirectionPair, symmetry: Symmetry, turn: f64) -> Vec<DirectionPair> {
+    let mut images = images(pair, symmetry);
     if symmetry.isotropic {
-        let turn = DMat3::from_rotation_z(seed as f64 * 0.7);
-        images.extend(images.clone().iter().map(|p| moved(p, turn)));
+        images.extend(images.clone().iter().map(|p| turned(p, turn)));
     }
     images
 }
@@ -194,12 +169,9 @@ fn canonical_coordinates_name_the_same_configuration() {
                         }
                         AxisKind::Straight => continue,
                     }
-                    let Some(home) = p.canonical(&moved) else {
-                        panic!(
-                            "{} {symmetry:?}: {moved:?} has no representative",
-                            entry.kind
-                        )
-                    };
+                    let home = p.canonical(&moved);
+                    let home =
+                        home.unwrap_or_else(|| panic!("{} {symmetry:?}: {moved:?}", p.name()));
                     let (there, back) = (p.inverse(&moved), p.inverse(&home));
                     assert_eq!(there.is_some(), back.is_some(), "{} {moved:?}", entry.kind);
                     let (Some(there), Some(back)) = (there, back) else {
@@ -245,12 +217,8 @@ fn both_mirrors_fold_a_pole() {
                     assert!((c - d).abs() < 1e-15, "{} {reciprocal}", entry.kind);
                 }
                 let folded = at(a);
-                let error = distance(
-                    &p.inverse(&[0.0, 0.0, 0.3, a]).unwrap(),
-                    &p.inverse(&folded).unwrap(),
-                    symmetry,
-                );
-                assert!(error < 1e-15, "{} {error:e}", entry.kind);
+                let [a, b] = [[0.0, 0.0, 0.3, a], folded].map(|c| p.inverse(&c).unwrap());
+                near(distance(&a, &b, symmetry), 0.0, 1e-15, entry.kind);
             }
         }
     }
@@ -279,12 +247,8 @@ fn through_the_pole_is_the_other_side() {
                 let gap = distance(&pair, &there, p.symmetry());
                 // A warp's step of 1e-6 moves at most as much; a length that is the root of its
                 // coordinate moves 1e-3.
-                near(
-                    gap,
-                    0.0,
-                    5e-3,
-                    (p.name(), p.warp_name(), p.symmetry(), axis.symbol),
-                );
+                let what = (p.name(), p.warp_name(), p.symmetry(), axis.symbol);
+                near(gap, 0.0, 5e-3, what);
             }
         }
     }
