@@ -3,10 +3,11 @@
 
 mod common;
 
-use common::{ISOTROPIC, form, member, near, planned, product, says};
+use common::draws::statistic;
+use common::{ISOTROPIC, at, bent, form, lowest, member, near, planned, product, says};
 use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::numeric::GRAZING_COS;
-use gonio::parametrization::{self, AxisKind, Coords, Parametrization, WarpSpec};
+use gonio::parametrization::{self, AxisKind, Coords, Parametrization};
 use gonio::registry;
 use gonio::sampling::Sobol;
 use gonio::schedule::{self, Pose, SampleSet, Schedule};
@@ -37,17 +38,9 @@ fn set(kind: &str, body: &str) -> Box<dyn SampleSet> {
 }
 
 /// Every parametrization under the symmetries, plain and with its first radial axis bent.
-fn forms() -> Vec<Arc<dyn Parametrization>> {
-    let mut forms = Vec::new();
-    for symmetry in SYMMETRIES {
-        for entry in parametrization::all() {
-            forms.push(entry.form(symmetry));
-            let first = entry.axes(symmetry)[0].symbol.to_owned();
-            let warps = BTreeMap::from([(first, WarpSpec::SquareRoot)]);
-            forms.push(entry.warped(symmetry, &warps).expect("any radial axis"));
-        }
-    }
-    forms
+fn forms() -> impl Iterator<Item = Arc<dyn Parametrization>> {
+    let forms = product(SYMMETRIES, parametrization::all());
+    forms.into_iter().flat_map(|(s, entry)| bent(&entry, s))
 }
 
 fn name(p: &dyn Parametrization) -> String {
@@ -98,12 +91,7 @@ fn check_poses(s: &Schedule, what: &str) {
     let p = &*s.parametrization;
     assert!((0.0..=1.0).contains(&s.unphysical_share), "{what}");
     for pose in &s.poses {
-        let visible = pose
-            .pair
-            .omega_i
-            .cos_theta()
-            .min(pose.pair.omega_o.cos_theta());
-        assert!(visible > GRAZING_COS, "{what}");
+        assert!(lowest(&pose.pair) > GRAZING_COS, "{what}");
         assert_eq!(p.inverse(&pose.coords), Some(pose.pair), "{what}");
         let home = p.canonical(&pose.coords).expect("in the box");
         near(gap(p, &pose.coords, &home), 0.0, 1e-12, what);
@@ -133,7 +121,6 @@ fn check_lattice(s: &Schedule, what: &str) {
         assert_eq!(lattice.node(index), Some(node), "{what}");
         let coords = lattice.coords(index);
         let pair = p.inverse(&coords);
-        let visible = |pair: &DirectionPair| pair.omega_i.cos_theta().min(pair.omega_o.cos_theta());
         match lattice.pose[node] {
             Some(pose) => {
                 let pair = pair.expect("a physical node");
@@ -144,7 +131,7 @@ fn check_lattice(s: &Schedule, what: &str) {
             None => {
                 unphysical += 1;
                 // On the threshold itself the two may round differently.
-                let cos = pair.as_ref().map_or(0.0, visible);
+                let cos = pair.as_ref().map_or(0.0, lowest);
                 assert!(cos < 2.0 * GRAZING_COS, "{what}: {coords:?} is physical");
             }
         }
@@ -188,7 +175,6 @@ fn schedules_hold_distinct_physical_configurations_within_the_budget() {
             *least = fill.min(*least);
         }
     }
-    println!("least share of a budget ≥ 250 used: {least_fill:.2?}");
     for ((_, dimensions), fill) in least_fill {
         // In 4-D several axes gain a node at once and full turns two or four: measured 0.34.
         let allowed = if dimensions == 3 { 0.5 } else { 0.25 };
@@ -198,12 +184,8 @@ fn schedules_hold_distinct_physical_configurations_within_the_budget() {
 
 /// Every parametrization under every combination of symmetries.
 fn plain_forms() -> impl Iterator<Item = Arc<dyn Parametrization>> {
-    let forms = |symmetry| {
-        parametrization::all()
-            .into_iter()
-            .map(move |e| e.form(symmetry))
-    };
-    common::symmetries().into_iter().flat_map(forms)
+    let forms = product(common::symmetries(), parametrization::all());
+    forms.into_iter().map(|(s, entry)| entry.form(s))
 }
 
 /// TOML for one entry per axis.
@@ -259,8 +241,7 @@ fn nodes_on_poles_and_mirrors_count_once() {
             merged += usize::from(physical > s.poses.len());
         }
     }
-    println!("{merged} grids had nodes that coincide");
-    assert!(merged > 400);
+    assert!(merged > 400, "{merged}");
 }
 
 #[test]
@@ -525,10 +506,7 @@ fn chi_squared(s: &Schedule) -> (f64, f64) {
     let (probes, mut inside) = (1 << 18, 0.0);
     for i in 0..probes {
         let u: [f64; 4] = sobol.point(i);
-        let mut c = [0.0; 4];
-        for (d, axis) in p.axes().iter().enumerate() {
-            c[d] = axis.range[0] + axis.length() * u[d];
-        }
+        let c = at(p, u);
         // Where the box holds mirror images, points are told by their representatives.
         if p.inverse(&c).is_some() {
             volume[cell(&p.canonical(&c).expect("in the box"))] += 1.0;
@@ -539,23 +517,9 @@ fn chi_squared(s: &Schedule) -> (f64, f64) {
     for pose in &s.poses {
         found[cell(&pose.coords)] += 1.0;
     }
-    let (mut chi2, mut cells, mut rest) = (0.0, 0.0, [0.0; 2]);
-    for (v, n) in volume.iter().zip(found) {
-        let expected = v / inside * s.poses.len() as f64;
-        // Cells with few points are pooled, as the test asks.
-        if expected < 5.0 {
-            rest[0] += expected;
-            rest[1] += n;
-        } else {
-            chi2 += (n - expected).powi(2) / expected;
-            cells += 1.0;
-        }
-    }
-    if rest[0] >= 5.0 {
-        chi2 += (rest[1] - rest[0]).powi(2) / rest[0];
-        cells += 1.0;
-    }
-    (chi2, cells - 1.0)
+    let expected = volume.iter().map(|v| v / inside * s.poses.len() as f64);
+    let (chi2, cells) = statistic(&expected.collect::<Vec<_>>(), &found);
+    (chi2, cells as f64 - 1.0)
 }
 
 #[test]

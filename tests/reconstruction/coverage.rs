@@ -1,17 +1,13 @@
 //! What readings say of a pair.
 
+use super::layouts::pair;
 use super::{form, measure, smooth_material};
 use gonio::brdf::{Brdf, Presence};
-use gonio::geometry::{Direction, DirectionPair, Symmetry};
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::measurement::Outcome;
 use gonio::metrics::{self, Measure, MetricsSpec, TestSet, Uncovered};
 use gonio::reconstruct::{Cover, Coverage, Covered, Fill, NearestReading, Reconstruct};
 use gonio::schedule::SobolSet;
-
-fn pair(theta_i: f64, theta_o: f64, phi: f64) -> DirectionPair {
-    let direction =
-        |theta: f64, phi: f64| Direction::from_spherical(theta.to_radians(), phi.to_radians());
-    DirectionPair::new(direction(theta_i, 0.0), direction(theta_o, phi))
-}
 
 #[test]
 fn a_full_set_covers_all_and_a_half_one_its_half() {
@@ -20,13 +16,7 @@ fn a_full_set_covers_all_and_a_half_one_its_half() {
     let brdf = NearestReading::default().reconstruct(&m).unwrap();
     let grid = || {
         let angles = (0..8).flat_map(|i| (0..8).flat_map(move |o| (0..7).map(move |a| (i, o, a))));
-        angles.map(|(i, o, a)| {
-            pair(
-                10.0 * f64::from(i),
-                10.0 * f64::from(o),
-                30.0 * f64::from(a),
-            )
-        })
+        angles.map(|(i, o, a)| pair([10 * i, 10 * o, 30 * a].map(f64::from)))
     };
     let share = |cover: &Cover, of: Coverage, keep: &dyn Fn(&DirectionPair) -> bool| {
         let pairs: Vec<_> = grid().filter(|p| keep(p)).collect();
@@ -46,7 +36,7 @@ fn a_full_set_covers_all_and_a_half_one_its_half() {
     let axis = |p: &DirectionPair| form.forward(p)[0].to_degrees();
     for (pose, outcome) in m.schedule.poses.iter().zip(&mut m.outcomes) {
         if axis(&pose.pair) > 30.0 {
-            *outcome = gonio::measurement::Outcome::NotVisited;
+            *outcome = Outcome::NotVisited;
         }
     }
     let cover = Cover::of(&m).unwrap();
@@ -54,8 +44,8 @@ fn a_full_set_covers_all_and_a_half_one_its_half() {
     assert!(share(&cover, Coverage::Interpolated, &|p| axis(p) > 40.0) < 0.03);
     assert!(share(&cover, Coverage::Unknown, &|p| axis(p) > 65.0) > 0.97);
     // One reading covers what is near to it.
-    m.outcomes.fill(gonio::measurement::Outcome::NotVisited);
-    m.outcomes[0] = gonio::measurement::Outcome::Reading;
+    m.outcomes.fill(Outcome::NotVisited);
+    m.outcomes[0] = Outcome::Reading;
     let cover = Cover::of(&m).unwrap();
     assert_eq!(
         cover.coverage(&m.schedule.poses[0].pair),
@@ -70,7 +60,7 @@ fn some_pairs_speak_for_all() {
     let mut m = measure(&smooth_material(Symmetry::FULL), &form, &SobolSet {}, 1000);
     for (pose, outcome) in m.schedule.poses.iter().zip(&mut m.outcomes) {
         if pose.pair.omega_i.theta() > 0.8 {
-            *outcome = gonio::measurement::Outcome::NotVisited;
+            *outcome = Outcome::NotVisited;
         }
     }
     let cover = Cover::of(&m).unwrap();

@@ -3,13 +3,14 @@
 use super::common::{Level, levels, model, test_pairs};
 use super::{material, method};
 use gonio::brdf::{self, Brdf, Channels};
-use gonio::geometry::{Direction, DirectionPair, Symmetry};
+use gonio::geometry::{DirectionPair, Symmetry};
+use gonio::measurement::Measurement;
 use gonio::metrics::{self, Measure};
-use gonio::parametrization;
+use gonio::parametrization::{self, Coords};
 use gonio::reconstruct::{self, Coordinates, Interpolant, Readings, Reconstruct, values_at};
 use gonio::registry;
 use gonio::sampling::{Random, Sobol};
-use gonio::schedule::{Pose, Schedule};
+use gonio::schedule::Schedule;
 use std::sync::Arc;
 
 levels! {
@@ -82,30 +83,27 @@ fn layouts() -> Vec<(&'static str, Vec<Angles>)> {
     ]
 }
 
-fn pair([theta_i, theta_o, phi]: Angles) -> DirectionPair {
-    let direction =
-        |theta: f64, phi: f64| Direction::from_spherical(theta.to_radians(), phi.to_radians());
-    DirectionPair::new(direction(theta_i, 0.0), direction(theta_o, phi))
+pub fn pair([theta_i, theta_o, phi]: Angles) -> DirectionPair {
+    let [i, o, phi] = [theta_i, theta_o, phi].map(f64::to_radians);
+    DirectionPair::from_spherical(i, 0.0, o, phi)
 }
 
 pub fn schedule(angles: &[Angles]) -> Arc<Schedule> {
     let form = crate::common::form("half-difference", Symmetry::FULL);
-    let mut poses: Vec<Pose> = Vec::new();
-    for &angles in angles {
-        let pair = pair(angles);
-        let coords = form.forward(&pair);
-        if poses.iter().all(|p| p.coords != coords) {
-            poses.push(Pose { coords, pair });
-        }
-    }
-    Arc::new(Schedule {
-        parametrization: form,
-        sample_set: "list".into(),
-        poses,
-        lattice: None,
-        unphysical_share: 0.0,
-        assumes: None,
-    })
+    let mut schedule = Schedule::of_pairs(form, angles.iter().copied().map(pair));
+    let mut places: Vec<Coords> = Vec::new();
+    schedule.poses.retain(|pose| {
+        let is_new = !places.contains(&pose.coords);
+        places.push(pose.coords);
+        is_new
+    });
+    Arc::new(schedule)
+}
+
+/// What a model has at a layout, with uncertainties of 0.
+pub fn readings_of(model: &dyn Brdf, angles: &[Angles]) -> Measurement {
+    let value = |pair: &DirectionPair| model.luminance(pair).unwrap_or(0.0);
+    super::read(schedule(angles), value)
 }
 
 /// Every example of every model with all symmetries.

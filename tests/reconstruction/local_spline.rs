@@ -1,16 +1,14 @@
 //! The local thin-plate spline against the textbook: neighbours by brute force, the full saddle
 //! system by LU.
 
-use super::symmetric::moved;
+use super::common::{ISOTROPIC, images, random_pairs};
 use super::{form, material, measure, method, smooth, smooth_material, value};
 use gonio::brdf::Brdf;
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::measurement::Measurement;
 use gonio::parametrization::{Layout, Parametrization};
-use gonio::sampling::Random;
 use gonio::schedule::{Centring, Grid, Ratio, SampleSet, SobolSet};
 use nalgebra::{DMatrix, DVector};
-use std::f64::consts::PI;
 
 /// Points of the embedding as plain vectors.
 type Point = Vec<f64>;
@@ -44,20 +42,8 @@ fn points(m: &Measurement, unfolded: &dyn Parametrization) -> Vec<(Point, f64)> 
     let symmetry = m.schedule.parametrization.symmetry();
     let mut points = Vec::new();
     for (i, pose) in m.schedule.poses.iter().enumerate() {
-        let mut images = vec![pose.pair];
-        if symmetry.reciprocal {
-            images.push(pose.pair.swapped());
-        }
-        if symmetry.bilateral {
-            for i in 0..images.len() {
-                let mirrored = moved(&images[i], 0.0)[2];
-                images.push(mirrored);
-                images.push(moved(&mirrored, PI)[0]);
-                images.push(moved(&images[i], PI)[0]);
-            }
-        }
         let mut own: Vec<Point> = Vec::new();
-        for image in &images {
+        for image in &images(&pose.pair, symmetry) {
             for through_pole in [false, true] {
                 if through_pole && !symmetry.isotropic {
                     continue;
@@ -109,14 +95,7 @@ fn thin_plate(data: &[(Point, f64)], x: &Point) -> f64 {
 fn values_are_those_of_the_full_system() {
     for (name, symmetry, budget) in [
         ("half-difference", Symmetry::FULL, 1000),
-        (
-            "half-difference",
-            Symmetry {
-                isotropic: true,
-                ..Symmetry::NONE
-            },
-            1000,
-        ),
+        ("half-difference", ISOTROPIC, 1000),
         ("hybrid", Symmetry::FULL, 1000),
         ("half-difference", Symmetry::ORTHOTROPIC, 1000),
         ("half-difference", Symmetry::NONE, 3000),
@@ -127,18 +106,11 @@ fn values_are_those_of_the_full_system() {
         let brdf = method("thin-plate", "values = \"linear\"")
             .reconstruct(&m)
             .unwrap();
-        let unfolded = super::form(
-            name,
-            Symmetry {
-                isotropic: symmetry.isotropic,
-                ..Symmetry::NONE
-            },
-        );
+        let isotropic = symmetry.isotropic;
+        let unfolded = super::form(name, if isotropic { ISOTROPIC } else { Symmetry::NONE });
         let points = points(&m, &*unfolded);
-        let random = Random::new(5);
         let mut worst = 0.0f64;
-        for i in 0..40 {
-            let pair = super::common::random_pair(&random, i);
+        for pair in random_pairs(5).take(40) {
             // The representative that the folded form looks at.
             let home = form.inverse(&form.forward(&pair)).unwrap();
             let x = embed(&*unfolded, &home, false);
@@ -155,7 +127,6 @@ fn values_are_those_of_the_full_system() {
 
 #[test]
 fn neighbours_in_a_line_or_a_plane_are_enough() {
-    let random = Random::new(6);
     let form = form("half-difference", Symmetry::FULL);
     let truth = material(Symmetry::FULL, |pair| smooth(Symmetry::FULL, pair));
     for (ratio, budget) in [
@@ -174,13 +145,11 @@ fn neighbours_in_a_line_or_a_plane_are_enough() {
         };
         let m = measure(&truth, &form, &grid, budget);
         let brdf = method("thin-plate", "").reconstruct(&m).unwrap();
-        for (i, pose) in m.schedule.poses.iter().enumerate() {
-            let reading = m.value(i).unwrap()[0];
+        for (pose, reading) in m.schedule.poses.iter().zip(&m.values) {
             let error = (value(&*brdf, &pose.pair) / reading - 1.0).abs();
             assert!(error < 1e-9, "{ratio:?} {:?}: {error:e}", pose.coords);
         }
-        for i in 0..500 {
-            let pair = super::common::random_pair(&random, i);
+        for pair in random_pairs(6).take(500) {
             let f = value(&*brdf, &pair);
             // The readings are in [0.2, 2]; far from all of them a slope may carry on.
             assert!((0.05..8.0).contains(&f), "{ratio:?} {pair:?}: {f}");
@@ -190,7 +159,6 @@ fn neighbours_in_a_line_or_a_plane_are_enough() {
 
 #[test]
 fn few_readings_and_many_neighbours_are_fine() {
-    let random = Random::new(7);
     let form = form("half-difference", Symmetry::FULL);
     let truth = smooth_material(Symmetry::FULL);
     for budget in [6, 7, 10, 20] {
@@ -200,8 +168,7 @@ fn few_readings_and_many_neighbours_are_fine() {
             .unwrap();
         let mean = m.values.iter().sum::<f64>() / m.values.len() as f64;
         let mut errors = [0.0; 2];
-        for i in 0..300 {
-            let pair = super::common::random_pair(&random, i);
+        for pair in random_pairs(7).take(300) {
             let f = truth.luminance(&pair).unwrap();
             errors[0] += (value(&*brdf, &pair) / f - 1.0).abs() / 300.0;
             errors[1] += (mean / f - 1.0).abs() / 300.0;

@@ -17,55 +17,20 @@ mod symmetric;
 mod uncertainty;
 mod validation;
 
-use common::form;
-use common::{Level, polar};
-use gonio::brdf::{Brdf, Channels, Presence};
+use common::{ISOTROPIC, Level, bent, form, made, member, polar};
+use gonio::brdf::{Brdf, Channels};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::{Details, Flags, Measurement, Outcome};
-use gonio::parametrization::{AxisKind, Layout, Parametrization, WarpSpec};
+use gonio::parametrization::{AxisKind, Layout, Parametrization};
 use gonio::reconstruct::{self, Reconstruct};
 use gonio::registry;
-use gonio::schedule::{Grid, SampleSet, Schedule, SobolSet};
-use std::collections::BTreeMap;
+use gonio::schedule::{Grid, Pose, SampleSet, Schedule, SobolSet};
 use std::sync::Arc;
-
-/// A function as a BRDF.
-struct Material<F> {
-    symmetry: Symmetry,
-    channels: Channels,
-    /// R, G, B (luminance takes the first); `None` where there is no data.
-    f: F,
-}
-
-impl<F: Fn(&DirectionPair) -> Option<[f64; 3]> + Send + Sync> Brdf for Material<F> {
-    fn channels(&self) -> &Channels {
-        &self.channels
-    }
-    fn symmetry(&self) -> Symmetry {
-        self.symmetry
-    }
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let Some(values) = (self.f)(pair) else {
-            // Whoever uses a value that is not there shall notice.
-            out.fill(f64::NAN);
-            return Presence::Missing;
-        };
-        out.copy_from_slice(&values[..self.channels.count()]);
-        if !pair.is_above_horizon() {
-            out.fill(0.0);
-        }
-        Presence::Present
-    }
-}
 
 /// A material in luminance that has data everywhere.
 fn material(symmetry: Symmetry, f: impl Fn(&DirectionPair) -> f64 + Send + Sync) -> impl Brdf {
-    Material {
-        symmetry,
-        channels: Channels::Luminance,
-        f: move |pair: &DirectionPair| Some([f(pair); 3]),
-    }
+    made(symmetry, move |pair| Some([f(pair)]))
 }
 
 /// A polynomial of the directions, so smooth through every pole and fold of every chart, that has
@@ -98,16 +63,8 @@ fn smooth_material(symmetry: Symmetry) -> impl Brdf {
 
 /// Every polar parametrization under the symmetries, plain and with a square root on the first axis.
 fn forms(symmetries: &[Symmetry]) -> Vec<Arc<dyn Parametrization>> {
-    let mut forms = Vec::new();
-    for entry in polar() {
-        for &symmetry in symmetries {
-            forms.push(entry.form(symmetry));
-            let first = entry.axes(symmetry)[0].symbol.to_owned();
-            let root = BTreeMap::from([(first, WarpSpec::SquareRoot)]);
-            forms.push(entry.warped(symmetry, &root).unwrap());
-        }
-    }
-    forms
+    let both = |entry| symmetries.iter().flat_map(move |s| bent(&entry, *s));
+    polar().flat_map(both).collect()
 }
 
 /// Every reconstruction that goes through its readings, and with linear values too where it has a choice. A fit and
@@ -137,9 +94,15 @@ fn missed(method: &dyn Reconstruct, m: &Measurement) -> f64 {
 }
 
 fn method(kind: &str, text: &str) -> Box<dyn Reconstruct> {
-    let entries = reconstruct::all();
-    let entry = entries.iter().find(|e| e.kind == kind).unwrap();
-    registry::read_text(entry, text).unwrap()
+    member(reconstruct::all(), kind, text)
+}
+
+/// The methods that take a sample set.
+fn methods_on(set: &dyn SampleSet) -> impl Iterator<Item = Box<dyn Reconstruct>> {
+    let is_grid = set.is_grid();
+    methods()
+        .into_iter()
+        .filter(move |m| is_grid || !m.needs_grid())
 }
 
 /// A grid and a Sobol set.
@@ -250,26 +213,30 @@ fn value(brdf: &dyn Brdf, pair: &DirectionPair) -> f64 {
     brdf.luminance(pair).expect("reconstructions have no holes")
 }
 
+/// The readings on nodes ([`on_node`]), and the errors of a reconstruction there.
+fn errors_on_nodes(m: &Measurement, brdf: &dyn Brdf) -> Vec<(Pose, f64, f64)> {
+    let poses = m.schedule.poses.iter().enumerate();
+    let on_nodes = poses.filter(|(i, _)| on_node(m, *i));
+    let errors = on_nodes.filter_map(|(i, pose)| {
+        let reading = m.value(i)?[0];
+        Some((*pose, reading, (value(brdf, &pose.pair) - reading).abs()))
+    });
+    errors.collect()
+}
+
 /// The symmetries most materials have: three in 3-D, three in 4-D.
 fn some_symmetries() -> Vec<Symmetry> {
-    let isotropic = Symmetry {
-        isotropic: true,
-        ..Symmetry::NONE
-    };
-    let helmholtz = Symmetry {
+    let helmholtz = |symmetry| Symmetry {
         reciprocal: true,
-        ..Symmetry::NONE
+        ..symmetry
     };
     vec![
         Symmetry::FULL,
-        isotropic,
-        Symmetry {
-            reciprocal: true,
-            ..isotropic
-        },
+        ISOTROPIC,
+        helmholtz(ISOTROPIC),
         Symmetry::ORTHOTROPIC,
         Symmetry::NONE,
-        helmholtz,
+        helmholtz(Symmetry::NONE),
     ]
 }
 

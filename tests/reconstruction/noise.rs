@@ -1,12 +1,12 @@
 //! Readings that are known to be uncertain.
 
 use super::common::{Level, levels, test_pairs};
-use super::layouts::{models, scattered, schedule, sheets};
-use super::{method, read};
+use super::layouts::{models, readings_of, scattered, sheets};
+use super::method;
+use super::uncertainty::err;
 use gonio::brdf::Brdf;
 use gonio::measurement::Measurement;
 use gonio::metrics::{self, Measure};
-use gonio::sampling::Random;
 
 levels! {
     known_noise_is_smoothed: "thorough: every model";
@@ -14,21 +14,10 @@ levels! {
 
 /// What a model has at a layout with this relative noise, whose uncertainty is told.
 fn noisy(model: &dyn Brdf, angles: &[[f64; 3]], noise: f64) -> Measurement {
-    let mut m = read(schedule(angles), |pair| {
-        model.luminance(pair).unwrap_or(0.0)
-    });
-    let random = Random::new(5);
-    for (i, (value, u)) in m
-        .values
-        .iter_mut()
-        .zip(&mut m.details.as_mut().unwrap().type_a)
-        .enumerate()
-    {
-        *u = noise * *value;
-        // Twelve uniform numbers less six: near enough to normal.
-        let parts: [f64; 12] = random.point(i as u64);
-        *value = (*value + *u * (parts.iter().sum::<f64>() - 6.0)).max(0.0);
-    }
+    let mut m = readings_of(model, angles);
+    m.details.as_mut().unwrap().type_a = m.values.iter().map(|v| noise * v).collect();
+    err(&mut m, 5);
+    m.values.iter_mut().for_each(|v| *v = v.max(0.0));
     m
 }
 

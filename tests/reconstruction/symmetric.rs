@@ -1,10 +1,11 @@
 //! Reconstructions run smoothly across folds and poles.
 
-use super::common::{Level, levels, near};
-use super::{Material, material, some_symmetries};
-use super::{each, form, forms, measure, method, methods, radial, smooth, smooth_material, value};
-use gonio::brdf::Channels;
-use gonio::geometry::{Direction, DirectionPair, Symmetry};
+use super::common::{ISOTROPIC, Level, at as in_box, levels, made, mirrored, near, turned};
+use super::{
+    each, form, forms, material, measure, method, methods, radial, smooth, smooth_material,
+    some_symmetries, value,
+};
+use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{AxisKind, Parametrization};
 use gonio::sampling::Random;
 use gonio::schedule::{Centring, Grid, Ratio, SobolSet};
@@ -16,14 +17,7 @@ levels! {
 
 /// The pair turned about the normal, with light and sensor exchanged, and mirrored.
 pub fn moved(pair: &DirectionPair, turn: f64) -> [DirectionPair; 3] {
-    let (i, o) = (pair.omega_i, pair.omega_o);
-    let turned = |d: Direction| Direction::from_spherical(d.theta(), d.phi() + turn);
-    let mirrored = |d: Direction| Direction::from_spherical(d.theta(), -d.phi());
-    [
-        DirectionPair::new(turned(i), turned(o)),
-        pair.swapped(),
-        DirectionPair::new(mirrored(i), mirrored(o)),
-    ]
+    [turned(pair, turn), pair.swapped(), mirrored(pair)]
 }
 
 /// A random configuration, up to some share of every axis, one of whose coordinates is replaced; `None` if it is not physical.
@@ -34,10 +28,7 @@ fn pair_at(
     at: usize,
     coordinate: f64,
 ) -> Option<DirectionPair> {
-    let mut c = [0.0; 4];
-    for (c, (axis, u)) in c.iter_mut().zip(form.axes().iter().zip(u)) {
-        *c = axis.range[0] + axis.length() * (0.1 + share * u);
-    }
+    let mut c = in_box(form, u.map(|u| 0.1 + share * u));
     c[at] = coordinate;
     let pair = form.inverse(&form.canonical(&c)?)?;
     pair.is_above_horizon().then_some(pair)
@@ -187,20 +178,12 @@ fn readings_at_the_first_pole_speak_for_every_azimuth() {
 #[test]
 fn a_pole_without_data_is_one_place() {
     // Its nodes continue the readings around it together: one value, whatever the azimuth.
-    let symmetry = Symmetry {
-        isotropic: true,
-        ..Symmetry::NONE
-    };
-    let material = Material {
-        symmetry,
-        channels: Channels::Luminance,
-        f: move |pair: &DirectionPair| {
-            let h = pair.half();
-            let off_peak = h.truncate().length() > 0.01 * h.length();
-            off_peak.then(|| [smooth(symmetry, pair); 3])
-        },
-    };
-    let form = form("half-difference", symmetry);
+    let material = made(ISOTROPIC, |pair| {
+        let h = pair.half();
+        let off_peak = h.truncate().length() > 0.01 * h.length();
+        off_peak.then(|| [smooth(ISOTROPIC, pair)])
+    });
+    let form = form("half-difference", ISOTROPIC);
     let m = measure(&material, &form, &from_the_pole(), 2000);
     assert!(m.no_data() > 5);
     for kind in ["nearest", "multilinear", "cubic"] {

@@ -1,9 +1,9 @@
 //! What uncertainties of readings make of their reconstruction.
 
-use super::common::{Level, levels, model, test_pairs};
-use super::layouts::{named, scattered, schedule};
-use super::{Material, each, form, method, methods, read, smooth, value};
-use gonio::brdf::{Brdf, Channels};
+use super::common::{Level, levels, made, model, test_pairs};
+use super::layouts::{named, pair, readings_of, scattered, schedule};
+use super::{each, form, method, methods, read, smooth, value};
+use gonio::brdf::Brdf;
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::measurement::{Details, Flags, Measurement};
 use gonio::metrics::{self, Measure, MetricsSpec};
@@ -43,7 +43,7 @@ fn scattered_methods() -> impl Iterator<Item = Box<dyn Reconstruct>> {
 }
 
 /// Lets readings err by their type A.
-fn err(m: &mut Measurement, seed: u64) {
+pub fn err(m: &mut Measurement, seed: u64) {
     let random = Random::new(seed);
     let Some(details) = &m.details else { return };
     for (i, (value, u)) in m.values.iter_mut().zip(&details.type_a).enumerate() {
@@ -81,10 +81,8 @@ fn the_uncertainty_of_a_reading_decays_around_it() {
     m.details.as_mut().unwrap().type_a[last] = u;
     for method in scattered_methods() {
         let of = replicated(&m, &*method);
-        let at = |theta_o: f64, phi: f64| {
-            let [i, o, phi] = [40.0, theta_o, phi].map(f64::to_radians);
-            of.luminance_at(&[DirectionPair::from_spherical(i, 0.0, o, phi)])[0].type_a / u
-        };
+        let at =
+            |theta_o: f64, phi: f64| of.luminance_at(&[pair([40.0, theta_o, phi])])[0].type_a / u;
         if is_predictive(&*method, &m) {
             // Least where the readings are, and never less than nothing beside.
             assert!(at(20.0, 60.0) < at(89.0, 175.0), "{}", method.label());
@@ -135,9 +133,7 @@ fn a_mean_is_less_uncertain_than_readings() {
 fn readings_alone_are_within_their_uncertainty() {
     let share = |name: &str, claimed: f64| {
         let model = named(name);
-        let mut m = readings(&scattered(3000), 0.0, 0.0);
-        let of_model = |p: &DirectionPair| value(&*model, p);
-        m.values = m.schedule.poses.iter().map(|p| of_model(&p.pair)).collect();
+        let mut m = readings_of(&*model, &scattered(3000));
         let truth = ReferenceReadings::new(&m).unwrap();
         m.details.as_mut().unwrap().type_a = m.values.iter().map(|v| 0.03 * v).collect();
         err(&mut m, 7);
@@ -185,9 +181,7 @@ fn kriging_errs_as_it_says(level: Level) {
         vec![(lobe(0.3), 0.03)],
         vec![(lobe(0.3), 0.03), (lobe(0.3), 0.01), (lobe(0.1), 0.03)],
     ) {
-        let mut m = readings(&scattered(250), 0.0, 0.0);
-        let poses = m.schedule.poses.iter();
-        m.values = poses.map(|p| value(&*truth, &p.pair)).collect();
+        let mut m = readings_of(&*truth, &scattered(250));
         m.details.as_mut().unwrap().type_a = m.values.iter().map(|v| noise * v).collect();
         let within_hull = Cover::of(&m).unwrap();
         let mut all = metrics::test_pairs(Measure::Cosine, &MetricsSpec::default()).unwrap();
@@ -227,12 +221,9 @@ fn readings_without_uncertainties_have_none() {
 #[test]
 fn channels_and_grids_keep_a_common_scale() {
     let coloured = |symmetry: Symmetry| -> Box<dyn Brdf> {
-        let f = move |p: &DirectionPair| Some([1.0, 0.5, 0.8].map(|c| c * smooth(symmetry, p)));
-        Box::new(Material {
-            symmetry,
-            channels: Channels::Rgb,
-            f,
-        })
+        Box::new(made(symmetry, move |p| {
+            Some([1.0, 0.5, 0.8].map(|c| c * smooth(symmetry, p)))
+        }))
     };
     let forms = ["half-difference", "spherical"].map(|name| form(name, Symmetry::FULL));
     each(

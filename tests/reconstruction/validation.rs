@@ -1,10 +1,9 @@
 //! Readings as judges: their weights, what is left out, and what they choose.
 
-use super::common::{Level, levels};
-use super::layouts::{named, scattered, schedule, sheets};
-use super::{method, read};
+use super::common::{Level, levels, turned};
+use super::layouts::{named, readings_of, scattered, sheets};
+use super::method;
 use gonio::brdf::Brdf;
-use gonio::geometry::DirectionPair;
 use gonio::measurement::Measurement;
 use gonio::metrics::{self, Errors, Measure, MetricsSpec};
 use gonio::reconstruct::Reconstruct;
@@ -15,13 +14,12 @@ levels! {
     readings_choose_well: "thorough: three models, more readings";
 }
 
-/// What a model has at a layout.
+/// What a model has at a layout, of which no uncertainty is told.
 fn readings(model: &dyn Brdf, angles: &[[f64; 3]]) -> Measurement {
-    let mut m = read(schedule(angles), |pair| {
-        model.luminance(pair).unwrap_or(0.0)
-    });
-    m.details = None;
-    m
+    Measurement {
+        details: None,
+        ..readings_of(model, angles)
+    }
 }
 
 /// `nrmse`, `cosine`, between two BRDFs.
@@ -154,15 +152,12 @@ fn a_turned_sheet_is_left_out_as_it_was() {
     };
     let angles: Vec<_> = [15.0, 30.0, 60.0].into_iter().flat_map(sheet).collect();
     let m = readings(&*model, &angles);
-    let mut turned = (*m.schedule).clone();
-    for pose in &mut turned.poses {
-        let [i, o] = [pose.pair.omega_i, pose.pair.omega_o];
-        let turn = 5.0 * i.theta();
-        pose.pair =
-            DirectionPair::from_spherical(i.theta(), i.phi() + turn, o.theta(), o.phi() + turn);
+    let mut schedule = (*m.schedule).clone();
+    for pose in &mut schedule.poses {
+        pose.pair = turned(&pose.pair, 5.0 * pose.pair.omega_i.theta());
     }
     let turned = Measurement {
-        schedule: Arc::new(turned),
+        schedule: Arc::new(schedule),
         ..m.clone()
     };
     let [plain, turned] =
