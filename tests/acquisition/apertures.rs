@@ -30,7 +30,6 @@ fn known_apertures_are_divided_out(level: Level) {
             error_of(&*kriging(&m), &*truth)
         };
         let (unknown, known) = (error([0.0; 2]), error(half_angles_deg));
-        println!("{alpha}: {unknown:.4} {known:.4}");
         assert!(known < 0.5 * unknown, "{alpha}: {known} {unknown}");
     }
 }

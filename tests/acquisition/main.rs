@@ -2,6 +2,7 @@
 #![cfg(feature = "experiments")]
 
 mod apertures;
+mod beforehand;
 #[path = "../common/mod.rs"]
 mod common;
 mod outliers;
@@ -202,8 +203,8 @@ fn poses_are_distinct_and_above_the_horizon_in_any_coordinates(level: Level) {
                 let distinct: HashSet<_> = bits(&measured.schedule).into_iter().collect();
                 assert_eq!(distinct.len(), budget, "{what}");
                 for pose in poses {
-                    let [i, o] = [pose.pair.omega_i, pose.pair.omega_o];
-                    assert!(i.cos_theta().min(o.cos_theta()) > 0.0);
+                    assert!(common::lowest(&pose.pair) > 0.0);
+                    let i = pose.pair.omega_i;
                     let back = task.form.inverse(&pose.coords).unwrap().omega_i;
                     assert!((back.vector() - i.vector()).length() < 1e-6, "{what}");
                 }
@@ -307,10 +308,9 @@ fn what_a_machine_refused_is_not_asked_for_again() {
     let first = acquire(&planner, &begun, &truth).unwrap();
     let wanted = planner.next(&task, &first, 10).unwrap();
     // All that would come next is refused, in a frame that is turned.
-    let turned = |pose: &Pose| {
-        let turn = |d: Direction| Direction::from_spherical(d.theta(), d.phi() + 0.65);
-        let pair = DirectionPair::new(turn(pose.pair.omega_i), turn(pose.pair.omega_o));
-        Pose { pair, ..*pose }
+    let turned = |pose: &Pose| Pose {
+        pair: common::turned(&pose.pair, 0.65),
+        ..*pose
     };
     for frame in [wanted.clone(), wanted.iter().map(turned).collect()] {
         let refused = in_vain(frame, Outcome::Unreachable(Unreachable::Occluded));

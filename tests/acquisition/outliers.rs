@@ -51,10 +51,8 @@ fn faults_are_found_and_cost_little(level: Level) {
         }
         let draws = f64::from(level.of(4, 32));
         let ratio = ((with_faults - clean) / draws).exp();
-        println!("{readings} readings: {ratio:.3} times the error");
         assert!(ratio < most, "{readings}: {ratio}");
     }
-    println!("{found} of {faults} faults found, {doubted} of {good} good readings doubted");
     assert!((doubted as f64) < 0.01 * good as f64, "{doubted} of {good}");
     // The others are within what the readings about them leave open.
     assert!(found * 2 > faults, "{found} of {faults}");

@@ -64,30 +64,30 @@ fn links_stay_and_what_they_lead_to_is_written() {
 }
 
 #[test]
-fn a_text_is_utf_8_with_a_mark_in_front_or_without() {
+fn a_text_is_utf_8_without_zero_bytes_and_has_an_end() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.txt");
-    fs::write(&path, "\u{feff}°\n\u{feff}").unwrap();
-    assert_eq!(read_text(&path, 99).unwrap(), "°\n\u{feff}");
+    let text = |bytes: &[u8], most| {
+        fs::write(&path, bytes).unwrap();
+        read_text(&path, most).map_err(|e| e.to_string())
+    };
+    // A mark in front is none of it.
+    let marked = text("\u{feff}°\n\u{feff}".as_bytes(), 99);
+    assert_eq!(marked.unwrap(), "°\n\u{feff}");
     // A degree sign in Latin-1.
-    fs::write(&path, b"\xc2\xb0\nin \xb0\n").unwrap();
-    let told = read_text(&path, 99).unwrap_err().to_string();
+    let told = text(b"\xc2\xb0\nin \xb0\n", 99).unwrap_err();
     assert_eq!(told, "line 2 is no UTF-8; allowed: text in UTF-8");
-}
-
-#[test]
-fn a_zero_byte_is_found_where_it_is() {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("a.txt");
     let mut bytes = b"twelve bytes".repeat(1 << 18);
     bytes.extend(b"\n\0\n");
-    fs::write(&path, &bytes).unwrap();
-    let told = read_text(&path, 1 << 30).unwrap_err().to_string();
+    let told = text(&bytes, 1 << 30).unwrap_err();
     assert!(told.starts_with("line 2 has a zero byte"), "{told}");
     bytes.truncate(bytes.len() - 2);
-    fs::write(&path, &bytes).unwrap();
-    let text = read_text(&path, 1 << 30).unwrap();
-    assert!(text.as_bytes() == bytes && text.capacity() <= 2 * bytes.len());
+    let whole = text(&bytes, 1 << 30).unwrap();
+    assert!(whole.as_bytes() == bytes && whole.capacity() <= 2 * bytes.len());
+    assert_eq!(text(b"12345", 5).unwrap(), "12345");
+    for (path, why) in [(&*path, "too long"), (dir.path(), "no regular file")] {
+        says(&read_text(path, 4).unwrap_err().to_string(), why);
+    }
 }
 
 #[test]
@@ -98,15 +98,4 @@ fn what_is_unpacked_has_a_limit() {
     assert!(may_unpack(u64::MAX, UNPACKED_LIMIT).is_ok());
     assert!(may_unpack(u64::MAX, UNPACKED_LIMIT + 1).is_err());
     assert!(may_unpack(0, 0).is_ok() && may_unpack(0, 1).is_err());
-}
-
-#[test]
-fn a_text_has_an_end() {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("a.txt");
-    fs::write(&path, "12345").unwrap();
-    assert_eq!(read_text(&path, 5).unwrap(), "12345");
-    for (path, why) in [(&*path, "too long"), (dir.path(), "no regular file")] {
-        says(&read_text(path, 4).unwrap_err().to_string(), why);
-    }
 }

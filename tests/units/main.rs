@@ -3,7 +3,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-mod acquisition;
 #[cfg(feature = "experiments")]
 mod analysis;
 #[cfg(feature = "pictures")]

@@ -1,8 +1,7 @@
 //! Verdicts that follow from the equations, and verdicts on materials made to have them.
 
-use crate::common::model;
+use crate::common::{matte, model};
 use gonio::analysis::{Claim, Verdict, on_material, on_materials, on_test_functions};
-use gonio::brdf::{Channels, Lambert, Spectrum};
 use std::sync::LazyLock;
 
 fn verdict(claims: &[Claim], id: &str) -> Verdict {
@@ -123,7 +122,7 @@ fn a_constant_neither_holds_nor_fails() {
     // No variance: no share of it, on no slice. Two averages of a constant are that constant, but
     // an error relative to black is no number.
     for (albedo, projection) in [(0.5, Verdict::Holds), (0.0, Verdict::NotDefined)] {
-        let lambert = Lambert::new(Spectrum::Grey(albedo), Channels::Luminance);
+        let lambert = matte(albedo);
         for claim in on_material("matte", &lambert).unwrap() {
             let want = match claim.id {
                 "projection-to-two-dimensions" => projection,
@@ -150,7 +149,7 @@ fn the_claim_on_common_materials_is_on_their_averages() {
     // S and F are sums in hybrid coordinates; S is none in half/difference ones, F none in orthographic ones.
     assert_eq!(claim.verdict, Verdict::Holds, "{}", claim.finding);
     // A material that leaves nothing to measure has no say.
-    let black = Lambert::new(Spectrum::Grey(0.0), Channels::Luminance);
+    let black = matte(0.0);
     let with_black = [both, on_material("black", &black).unwrap()].concat();
     assert_eq!(on_materials(&with_black), Some(claim));
 }

@@ -1,8 +1,7 @@
 //! Sets whose measure is known, and pairs that must be in them.
 
-use crate::common::{ISOTROPIC, model};
+use crate::common::{ISOTROPIC, matte, model};
 use gonio::analysis::{Estimate, Subset};
-use gonio::brdf::{Channels, Lambert, Spectrum};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{all, find};
 use std::f64::consts::{PI, TAU};
@@ -166,7 +165,7 @@ fn the_angles_of_a_spherical_box_are_its_own() {
 #[test]
 fn the_energy_of_a_matte_surface_is_known() {
     // ∫∫ a/π cos cos = π a over everything; over elevations below 30° of either, sin⁴ 30° of it.
-    let lambert = Lambert::new(Spectrum::Grey(0.6), Channels::Luminance);
+    let lambert = matte(0.6);
     let whole = full("half-difference", "").energy(&lambert);
     assert!((whole.value / (0.6 * PI) - 1.0).abs() < 2e-3, "{whole:?}");
     let part = full("spherical", "theta_i=0..30, theta_o=0..30").energy(&lambert);
@@ -256,6 +255,6 @@ fn the_energy_of_a_sharp_lobe_is_found() {
     // So is a box that few of the others fall into.
     let small = full("hybrid", "h_bar=0.3..0.31, k=0.3..0.31, delta=40..45");
     assert!(small.energy_share(&*wide).unwrap().resolved());
-    let black = Lambert::new(Spectrum::Grey(0.0), Channels::Luminance);
+    let black = matte(0.0);
     assert_eq!(subset.energy_share(&black), None);
 }

@@ -1,10 +1,8 @@
 //! When visits take place: stops, sweeps and calibrations.
 
-use crate::common::{form, near, planned, product};
+use crate::common::{form, near, planned, preset, product};
 use gonio::geometry::Symmetry;
-use gonio::instrument::{
-    AxisMotion, Machine, Motion, Scan, Stop, TimingSpec, Travel, presets, read,
-};
+use gonio::instrument::{AxisMotion, Machine, Motion, Scan, Stop, TimingSpec, Travel};
 use gonio::sampling::Random;
 use gonio::schedule::{Schedule, Visit};
 
@@ -40,9 +38,7 @@ const TILE: f64 = 20.0;
 
 /// Three axes that are alike, and one exposure.
 fn motion(setting: &Setting) -> Motion {
-    let presets = presets();
-    let cornell = presets.iter().find(|p| p.name == "cornell").unwrap();
-    let mut spec = read(cornell.text).unwrap();
+    let mut spec = preset("cornell");
     for axis in &mut spec.axis {
         axis.speed_deg_per_s = 0.5_f64.to_degrees();
         axis.acceleration_deg_per_s2 = 1.0_f64.to_degrees();

@@ -4,7 +4,7 @@ mod pairs;
 mod tally;
 mod test_set;
 
-use crate::common::{made, test_pairs};
+use crate::common::{made, matte, test_pairs};
 use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::metrics::{
@@ -68,7 +68,7 @@ fn a_batch_equals_single_look_ups() {
 #[test]
 fn lambert_is_exact_to_rounding() {
     let probe = AlbedoProbe::new();
-    let values = probe.evaluate(&Lambert::new(Spectrum::Grey(0.7), Channels::Luminance));
+    let values = probe.evaluate(&matte(0.7));
     for albedo in probe.albedos(&values, &values) {
         assert!((albedo / 0.7 - 1.0).abs() < 1e-13, "{albedo}");
     }
@@ -77,7 +77,7 @@ fn lambert_is_exact_to_rounding() {
 #[test]
 fn missing_pairs_are_left_out_of_both() {
     let probe = AlbedoProbe::new();
-    let grey = |albedo| probe.evaluate(&Lambert::new(Spectrum::Grey(albedo), Channels::Luminance));
+    let grey = |albedo| probe.evaluate(&matte(albedo));
     let (mut truth, mut reconstruction) = (grey(0.5), grey(0.6));
     let whole = probe.error(&truth, &reconstruction).unwrap();
     assert!((whole - 0.2).abs() < 1e-12, "{whole}");

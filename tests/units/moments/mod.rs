@@ -1,7 +1,7 @@
 mod correlation;
 mod fit;
 
-use crate::common::{model, near};
+use crate::common::{matte, model, near};
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
 use gonio::geometry::{Direction, DirectionPair};
@@ -44,7 +44,7 @@ fn channels_are_those_of_the_brdf() {
     for (channel, want) in Channel::ALL.into_iter().zip(expected) {
         assert!((at(channel) - want).abs() < 1e-14);
     }
-    let grey = lambert(0.5);
+    let grey = matte(0.5);
     assert!(Slice::new(&grey, Channel::Luminance, 0.3).is_ok());
     assert!(Slice::new(&grey, Channel::Average, 0.3).is_err());
     for theta_o in [-0.1, PI / 2.0 + 1e-9, f64::NAN] {
@@ -54,7 +54,7 @@ fn channels_are_those_of_the_brdf() {
 
 #[test]
 fn what_is_below_the_diffuse_part_is_clamped() {
-    let grey = lambert(0.5);
+    let grey = matte(0.5);
     let slice = Slice::new(&grey, Channel::Luminance, 0.3).unwrap();
     for (diffuse, kind) in [(0.5, Kind::Clamped), (0.1, Kind::Value)] {
         let mut batch = Batch::default();
@@ -68,7 +68,7 @@ fn what_is_below_the_diffuse_part_is_clamped() {
 
 #[test]
 fn all_of_lambert_is_diffuse() {
-    let part = lambertian_part(&lambert(0.3), Channel::Luminance).unwrap();
+    let part = lambertian_part(&matte(0.3), Channel::Luminance).unwrap();
     assert!((part * PI / 0.3 - 1.0).abs() < 1e-15);
 }
 
@@ -97,16 +97,11 @@ fn profile(brdf: &dyn Brdf, views: usize, max_view_deg: f64) -> Profile {
     Profile::new(brdf, Channel::Luminance, &spec, &estimator, 1).unwrap()
 }
 
-/// A matte material in luminance.
-fn lambert(albedo: f64) -> Lambert {
-    Lambert::new(Spectrum::Grey(albedo), Channels::Luminance)
-}
-
 #[test]
 fn a_darker_copy_errs_in_energy_alone() {
     let errors = MomentErrors::between(
-        &profile(&lambert(0.8), 3, 60.0),
-        &profile(&lambert(0.6), 3, 60.0),
+        &profile(&matte(0.8), 3, 60.0),
+        &profile(&matte(0.6), 3, 60.0),
     );
     assert!((errors.energy.unwrap() - 0.25).abs() < 1e-12);
     for e in [

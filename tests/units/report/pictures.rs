@@ -2,7 +2,7 @@
 
 mod render;
 
-use crate::common::{made, png::pixels};
+use crate::common::{made, matte, png::pixels};
 use gonio::brdf::{Brdf, BrdfSpec, Channels, Lambert, Spectrum, TestFunctionSpec};
 use gonio::geometry::Symmetry;
 use gonio::lighting::{Lighting, LightingSpec, SkySpec};
@@ -30,10 +30,6 @@ fn light(kind: &str, keys: &str) -> Box<dyn Lighting> {
     let all = gonio::lighting::all();
     let entry = all.iter().find(|e| e.kind == kind).unwrap();
     registry::read_text(entry, keys).unwrap().build().unwrap()
-}
-
-fn matte(albedo: f64) -> Lambert {
-    Lambert::new(Spectrum::Grey(albedo), Channels::Luminance)
 }
 
 fn compare(truth: f64, other: f64) -> Comparison {

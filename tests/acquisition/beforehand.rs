@@ -1,27 +1,10 @@
-use crate::common::made;
-use gonio::acquisition::{Retro, Slices, Task, acquire};
-use gonio::brdf::microfacet::{Beckmann, FresnelSpec, Microfacet};
-use gonio::brdf::{Channels, Roughness};
+//! Planners that scan first, and then follow what they found.
+
+use super::common::made;
+use super::{lobe, task};
+use gonio::acquisition::{Retro, Slices, acquire};
 use gonio::geometry::{Direction, Symmetry};
-use gonio::parametrization::usual_form;
 use gonio::schedule::SampleSet;
-
-/// Any machine, and all the time there is.
-fn task(budget: usize) -> Task<'static> {
-    Task {
-        form: usual_form(Symmetry::FULL),
-        budget,
-        seed: 1,
-        machine: None,
-        go_on: &|| true,
-        truth: None,
-    }
-}
-
-fn lobe(alpha: f64) -> Microfacet<Beckmann> {
-    let (alpha, fresnel) = (Roughness::Isotropic(alpha), FresnelSpec::default());
-    Microfacet::new(alpha, &fresnel, Channels::Luminance)
-}
 
 #[test]
 fn a_scan_comes_first_and_lights_then_reflect_the_view() {
