@@ -3,10 +3,10 @@
 
 mod common;
 
-use common::{form, member, near, planned, present, test_pairs};
+use common::{form, member, near, planned, present, preset, test_pairs};
 use gonio::brdf::{self, Brdf, BrdfSpec, Channels};
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::instrument::{self, Bench, Ideal, Instrument, InstrumentSpec, Order, Parts};
+use gonio::instrument::{Bench, Ideal, Instrument, Order, Parts};
 use gonio::measurement::Measurement;
 use gonio::metrics::{self, Measure};
 use gonio::moments::{Channel, Slice};
@@ -81,12 +81,6 @@ fn sampled(values: &[f64]) -> String {
 
 fn poses(budget: usize) -> Arc<Schedule> {
     planned(&form("half-difference", Symmetry::FULL), "sobol", budget, 3)
-}
-
-fn preset(name: &str) -> InstrumentSpec {
-    let all = instrument::presets();
-    let preset = all.iter().find(|p| p.name == name).unwrap();
-    instrument::read(preset.text).unwrap()
 }
 
 /// Everything but noise.

@@ -1,6 +1,6 @@
 //! What a session states about its readings is what they do.
 
-use crate::common::{form, material, model, near, planned};
+use crate::common::{form, material, model, near, planned, preset};
 use gonio::brdf::{Brdf, Channels};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Bench, Instrument, InstrumentSpec, Order, Parts};
@@ -10,11 +10,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// The first preset.
 fn cornell() -> InstrumentSpec {
-    let spec = super::specs().swap_remove(0);
-    assert_eq!(spec.name, "cornell");
-    spec
+    preset("cornell")
 }
 
 /// No error of any kind, one exposure.
@@ -87,7 +84,6 @@ fn assert_chi_squared(deviations: impl Iterator<Item = f64>, degrees: usize, tex
     let sum: f64 = deviations.map(|d| d * d).sum();
     let p = ChiSquared::new(degrees as f64).expect("degrees").cdf(sum);
     let ratio = sum / degrees as f64;
-    println!("{text}: χ²/n = {ratio:.4}, p = {p:.4}");
     assert!((5e-5..=1.0 - 5e-5).contains(&p), "{text}: χ²/n = {ratio}");
 }
 
@@ -281,7 +277,6 @@ fn bracketing_recovers_six_decades() {
             *good += usize::from((0..200).filter(fine).count() >= 199);
         }
     }
-    println!("decades: {good} and {good_single} of 13 steps");
     assert_eq!(good, 13);
     assert!(good_single < 10, "{good_single}");
 }
@@ -400,7 +395,6 @@ fn a_peak_is_as_uncertain_as_it_is_stated() {
         stated += d.type_a[0].powi(2) + d.type_b[0].powi(2);
     }
     let ratio = (squares / stated).sqrt();
-    println!("rms deviation over stated uncertainty on a peak: {ratio:.2}");
     // To the second order of each axis: what is left out are higher orders and products.
     assert!((0.6..1.7).contains(&ratio), "{ratio}");
 }

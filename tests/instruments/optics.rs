@@ -1,11 +1,11 @@
 //! Averages over both apertures: closed forms, brute force, and what they do to a lobe.
 
-use crate::common::{Level, cosine_pairs, levels, made, model, near, product, random_pair};
+use crate::common::{Level, cosine_pairs, levels, made, model, near, product, random_pairs};
 use glam::DVec3;
 use gonio::brdf::Brdf;
 use gonio::geometry::{Direction, DirectionPair, Symmetry, angle_between};
 use gonio::instrument::{Average, Filling, Optics, Tolerance, Workspace};
-use gonio::sampling::{Random, Sobol, gauss_legendre, ggx_half_vector, ggx_half_vector_pdf};
+use gonio::sampling::{Sobol, gauss_legendre, ggx_half_vector, ggx_half_vector_pdf};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Mutex;
@@ -295,7 +295,6 @@ fn smooth_materials_cost_few_values() {
             values += got.evaluations;
         }
         let mean = values as f64 / 2000.0;
-        println!("{kind} {text}: {mean} values a reading");
         assert!(mean <= most, "{kind} {text}: {mean}");
     }
 }
@@ -384,12 +383,10 @@ fn data_that_are_missing_are_left_out() {
 #[test]
 fn without_apertures_a_reading_is_the_brdf_bit_for_bit() {
     let optics = Optics::new(0.0, 0.0, Tolerance::default());
-    let random = Random::new(2);
     let mut work = Workspace::default();
     for (kind, text) in [("ggx", "alpha = 0.05"), ("oren-nayar", "")] {
         let brdf = model(kind, text);
-        for i in 0..1000 {
-            let pair = random_pair(&random, i);
+        for pair in random_pairs(2).take(1000) {
             let got = optics.average(&*brdf, &pair, &mut work).expect("a value");
             assert_eq!(Some(got.value[0]), brdf.luminance(&pair));
             assert_eq!((&got.error[..], got.evaluations), (&[0.0][..], 1));

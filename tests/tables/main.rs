@@ -11,7 +11,7 @@ mod tensor_tree;
 mod utia;
 mod zemax;
 
-use common::{cosine_pairs, material, says, table, wavelengths};
+use common::{cosine_pairs, lowest, material, says, table, wavelengths};
 use gonio::brdf::measured::TableError;
 use gonio::brdf::{Brdf, Channels};
 use gonio::formats::{Tabulation, WRITE_TABLE};
@@ -19,8 +19,7 @@ use gonio::geometry::DirectionPair;
 
 /// Cosine-distributed pairs of elevations up to 80°.
 fn high_pairs(count: usize) -> Vec<DirectionPair> {
-    let low = |p: &DirectionPair| p.omega_i.cos_theta().min(p.omega_o.cos_theta());
-    let high = cosine_pairs(1).filter(|p| low(p) > 80f64.to_radians().cos());
+    let high = cosine_pairs(1).filter(|p| lowest(p) > 80f64.to_radians().cos());
     high.take(count).collect()
 }
 

@@ -2,7 +2,8 @@
 
 use super::nrmse;
 use crate::common::{
-    Level as Size, levels, made, material, member, near, present, random_pair, says, wavelengths,
+    Level as Size, levels, lowest, made, material, member, near, present, random_pairs, says,
+    wavelengths,
 };
 use gonio::brdf::measured::TableError;
 use gonio::brdf::measured::rgl::file::{Colours, Head};
@@ -48,10 +49,7 @@ fn read(bytes: &[u8]) -> Result<Fields, String> {
 
 /// Pairs of elevations up to 80°, uniform in their cosines.
 fn pairs(count: usize) -> Vec<DirectionPair> {
-    let random = Random::new(1);
-    let all = (0..).map(|i| random_pair(&random, i));
-    let low = |p: &DirectionPair| p.omega_i.cos_theta().min(p.omega_o.cos_theta());
-    let high = all.filter(|p| low(p) > 80f64.to_radians().cos());
+    let high = random_pairs(1).filter(|p| lowest(p) > 80f64.to_radians().cos());
     high.take(count).collect()
 }
 

@@ -156,7 +156,6 @@ fn a_tree_has_the_values_and_few_leaves() {
             .iter()
             .filter(|p| ours.luminance(p) == Some(tree.at(place(p))));
         assert!(same.count() > 495);
-        println!("2^{level}: {} bytes, nrmse {errors:.4?}", text.len());
         if level == 7 {
             assert!(text.len() < 4_500_000, "{} bytes", text.len());
         }

@@ -43,10 +43,6 @@ fn a_zemax_table_comes_back_and_finer_ones_err_less() {
             let text = zemax(&*truth, *level);
             let table = Zemax::read(&text, Channels::Rgb).unwrap();
             let found = error(&*truth, &table, &pairs);
-            println!(
-                "alpha {alpha}: {level:?} {found:.2e}, {:.1} MB",
-                text.len() as f64 / 1e6
-            );
             assert!(found < last, "{level:?}: {found}");
             last = 0.5 * found;
         }

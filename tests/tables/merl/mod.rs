@@ -4,28 +4,10 @@ mod format;
 mod lookup;
 mod writing;
 
+use crate::common::merl_file as file;
 use gonio::brdf::measured::merl::{Merl, MerlGrid, SCALE};
 use gonio::brdf::{Brdf, Channels, Presence};
 use gonio::geometry::{Direction, DirectionPair};
-
-/// A file whose planes hold `value(channel, cell)` as stored, unscaled.
-fn file(grid: MerlGrid, value: impl Fn(usize, [usize; 3]) -> f64) -> Vec<u8> {
-    let [n_h, n_d, n_phi] = grid.dims();
-    let mut bytes = Vec::with_capacity(grid.file_len() as usize);
-    for n in grid.dims() {
-        bytes.extend((n as i32).to_le_bytes());
-    }
-    for c in 0..3 {
-        for h in 0..n_h {
-            for d in 0..n_d {
-                for phi in 0..n_phi {
-                    bytes.extend(value(c, [h, d, phi]).to_le_bytes());
-                }
-            }
-        }
-    }
-    bytes
-}
 
 /// A table whose three channels all read `value(cell)` in sr⁻¹ to an ulp or two.
 fn grey(grid: MerlGrid, channels: Channels, value: impl Fn([usize; 3]) -> f64) -> Merl {
