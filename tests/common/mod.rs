@@ -350,6 +350,7 @@ pub fn merl_file(grid: MerlGrid, value: impl Fn(usize, [usize; 3]) -> f64) -> Ve
 }
 
 /// An instrument of the registry.
+#[cfg(feature = "experiments")]
 pub fn preset(name: &str) -> InstrumentSpec {
     let mut all = instrument::presets().into_iter();
     let preset = all.find(|p| p.name == name).expect("a preset");
