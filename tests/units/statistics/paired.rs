@@ -9,21 +9,15 @@ fn pairs(n: u32, shift: f64, spread: f64) -> Vec<(f64, f64)> {
     (1..=n).map(pair).collect()
 }
 
-fn of(pairs: &[(f64, f64)]) -> Option<Paired> {
-    Paired::new(pairs, BAND, &Bootstrap::new(1))
-}
-
-fn paired(pairs: &[(f64, f64)]) -> Paired {
-    of(pairs).expect("errors")
-}
-
 fn verdict(n: u32, shift: f64, spread: f64) -> Verdict {
-    paired(&pairs(n, shift, spread)).verdict()
+    Paired::new(&pairs(n, shift, spread), BAND, &Bootstrap::new(1))
+        .unwrap()
+        .verdict()
 }
 
 #[test]
 fn what_is_known_badly_has_a_wider_interval() {
-    let plain = paired(&pairs(20, 0.1, 0.05));
+    let plain = Paired::new(&pairs(20, 0.1, 0.05), BAND, &Bootstrap::new(1)).unwrap();
     assert_eq!(plain.known_to(&[(0.0, 0.0); 20]).interval, plain.interval);
     let wide = plain.known_to(&[(0.3, 0.4); 20]);
     let [a, b] = [plain, wide].map(|p| p.interval.unwrap().map(|end| (end / p.ratio).ln()));
@@ -59,13 +53,13 @@ fn mean_and_sign_must_agree() {
     // A single material on which A is hopeless: the test leans to A, the mean does not.
     let mut one = pairs(30, -0.1, 0.05);
     one[7] = (1.0, 1e-6);
-    let one = paired(&one);
+    let one = Paired::new(&one, BAND, &Bootstrap::new(1)).unwrap();
     assert!(one.p.unwrap() < 1e-4 && one.ratio > 1.0);
     assert_eq!(one.verdict(), Verdict::Undecided);
     // Five of thirty differ, all to one side: the mean leans, the sign cannot be tested.
     let mut five = vec![(0.1, 0.1); 25];
     five.extend(pairs(5, -2.0, 0.1));
-    let five = paired(&five);
+    let five = Paired::new(&five, BAND, &Bootstrap::new(1)).unwrap();
     assert!(five.interval.unwrap()[1] < 1.0);
     assert_eq!((five.p, five.verdict()), (None, Verdict::Undecided));
 }
@@ -79,7 +73,7 @@ fn known_ratios() {
         (0.0, 1e-15),
         (1.005, 1.0),
     ];
-    let found = paired(&pairs);
+    let found = Paired::new(&pairs, BAND, &Bootstrap::new(1)).unwrap();
     assert!((found.ratio / (0.25f64 * 1.005).powf(0.2) - 1.0).abs() < 1e-14);
     assert_eq!((found.wins, found.losses, found.ties), (2, 1, 2));
     assert_eq!((found.n, found.interval, found.p), (5, None, None));
@@ -103,9 +97,9 @@ fn known_ratios() {
 #[test]
 fn exchanged_and_shuffled() {
     let pairs = pairs(24, -0.1, 0.4);
-    let found = paired(&pairs);
+    let found = Paired::new(&pairs, BAND, &Bootstrap::new(1)).unwrap();
     let swapped: Vec<_> = pairs.iter().map(|(a, b)| (*b, *a)).collect();
-    let back = paired(&swapped);
+    let back = Paired::new(&swapped, BAND, &Bootstrap::new(1)).unwrap();
     let [low, high] = found.interval.unwrap();
     let [low_back, high_back] = back.interval.unwrap();
     for product in [found.ratio * back.ratio, low * high_back, high * low_back] {
@@ -117,18 +111,18 @@ fn exchanged_and_shuffled() {
     );
     let mut turned = pairs.clone();
     turned.reverse();
-    assert_eq!(of(&turned), Some(found));
+    assert_eq!(Paired::new(&turned, BAND, &Bootstrap::new(1)), Some(found));
 }
 
 #[test]
 fn refuses_what_is_no_error() {
     for bad in [f64::NAN, f64::INFINITY, -0.1] {
-        assert_eq!(of(&[(0.1, bad)]), None);
-        assert_eq!(of(&[(bad, 0.1)]), None);
+        assert_eq!(Paired::new(&[(0.1, bad)], BAND, &Bootstrap::new(1)), None);
+        assert_eq!(Paired::new(&[(bad, 0.1)], BAND, &Bootstrap::new(1)), None);
         assert_eq!(Paired::new(&[(0.1, 0.1)], bad, &Bootstrap::new(1)), None);
     }
     assert_eq!(Paired::new(&[(0.1, 0.1)], 0.99, &Bootstrap::new(1)), None);
-    assert_eq!(of(&[]), None);
+    assert_eq!(Paired::new(&[], BAND, &Bootstrap::new(1)), None);
 }
 
 #[test]
@@ -147,13 +141,13 @@ fn many_comparisons_need_more() {
         })
         .collect();
     let together = Paired::adjusted(&alone);
-    let decided = |list: &[Paired]| -> Vec<usize> {
+    let found = |list: &[Paired]| -> Vec<usize> {
         (0..40)
             .filter(|k| list[*k].verdict() != Verdict::Undecided)
             .collect()
     };
-    assert!(decided(&alone).len() > 1, "no false finding to lose");
-    assert_eq!(decided(&together), [0]);
-    let none = paired(&[(0.1, 0.2)]);
+    assert!(found(&alone).len() > 1, "no false finding to lose");
+    assert_eq!(found(&together), [0]);
+    let none = Paired::new(&[(0.1, 0.2)], BAND, &Bootstrap::new(1)).unwrap();
     assert_eq!(Paired::adjusted(&[none]), [none]);
 }
