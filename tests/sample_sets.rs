@@ -543,3 +543,36 @@ fn points_are_uniform_in_the_physical_part_of_the_box() {
         assert!(is_uniform && freedom > 50.0, "{text}");
     }
 }
+
+/// Directions that are uniform in the cosine measure have uniform cos² θ, in solid angle uniform cos θ, and are the same in every
+/// parametrization.
+#[test]
+fn directions_are_uniform_in_any_coordinates() {
+    for (density, power) in [("cosine", 2), ("solid-angle", 1)] {
+        let set = set("directions", &format!("density = \"{density}\""));
+        let mut first: Option<Vec<[f64; 2]>> = None;
+        for entry in parametrization::all() {
+            let schedule = set.plan(&entry.form(Symmetry::FULL), 1024, 5).unwrap();
+            // Which of both is the light is a matter of the fold.
+            let cosines = schedule.poses.iter().map(|pose| {
+                let [i, o] = [pose.pair.omega_i, pose.pair.omega_o].map(|d| d.cos_theta());
+                [i.min(o), i.max(o)]
+            });
+            let cosines: Vec<[f64; 2]> = cosines.collect();
+            let mut uniform: Vec<f64> = cosines.concat().iter().map(|c| c.powi(power)).collect();
+            uniform.sort_by(f64::total_cmp);
+            let n = uniform.len() as f64;
+            let off = uniform
+                .iter()
+                .enumerate()
+                .map(|(i, u)| (u - (i as f64 + 0.5) / n).abs());
+            // Of independent points it would be 0.03 (Kolmogorov, one in twenty).
+            let off = off.fold(0.0, f64::max);
+            assert!(off < 0.01, "{density} {}: {off}", entry.kind);
+            let first = first.get_or_insert_with(|| cosines.clone());
+            let apart = first.concat().into_iter().zip(cosines.concat());
+            let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(apart < 1e-7, "{density} {}: {apart:e}", entry.kind);
+        }
+    }
+}

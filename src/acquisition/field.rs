@@ -6,7 +6,7 @@ use crate::instrument::Machine;
 use crate::measurement::{Measurement, Outcome};
 use crate::numeric::{GRAZING_COS, hashed};
 use crate::parametrization::{Coords, Parametrization, usual_form};
-use crate::reconstruct::{Posterior, Prior};
+use crate::reconstruct::Posterior;
 use crate::schedule::{PlanError, Pose, SampleSet, SobolSet};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -104,7 +104,9 @@ impl<'a> Reach<'a> {
             form: &*task.form,
             machine: task.machine,
             refused: refused.map(|pose| pose.pair).collect(),
-            asked: asked.then(|| supposed(task, None, so_far)).flatten(),
+            asked: asked
+                .then(|| supposed(Posterior::before(task.form.symmetry(), None), so_far))
+                .flatten(),
         }
     }
 
@@ -153,13 +155,8 @@ pub(super) fn pairs(so_far: &Measurement, read: bool) -> Vec<DirectionPair> {
     wanted.map(|(_, pose)| pose.pair).collect()
 }
 
-/// The process given where readings were and were not to be had, but not what was read; `None` if it is singular.
-pub(super) fn supposed(
-    task: &Task<'_>,
-    prior: Option<&Arc<Prior>>,
-    so_far: &Measurement,
-) -> Option<Posterior> {
-    let process = Posterior::before(task.form.symmetry(), prior);
+/// The process without a reading, given where readings were and were not to be had, but not what was read; `None` if it is singular.
+pub(super) fn supposed(process: Posterior, so_far: &Measurement) -> Option<Posterior> {
     let process = process.supposing(&pairs(so_far, true), true)?;
     process.supposing(&pairs(so_far, false), false)
 }

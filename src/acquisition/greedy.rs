@@ -16,14 +16,13 @@ use crate::measurement::Measurement;
 use crate::metrics::Expected;
 use crate::parametrization::Axis;
 use crate::reconstruct::{
-    KRIGING, Kriging, Mixture, Places, Posterior, Predictive, Prior, PriorFile, ReconstructError,
-    Values,
+    Coordinates, KRIGING, Kriging, Mixture, Places, Posterior, Predictive, PriorFile, Reconstruct,
+    ReconstructError, Values,
 };
 use crate::registry::{self, Entry, Keys, keys, named};
 use crate::schedule::{PlanError, Pose, SampleSet};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_PI;
-use std::sync::Arc;
 
 /// Poses of the first batch, which all materials share.
 const FIRST: usize = 8;
@@ -66,6 +65,9 @@ keys! {
         /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
         #[serde(skip_serializing_if = "Option::is_none")]
         prior: Option<PriorFile> = None;
+        /// Coordinates of the kernel, by default those of `kriging`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        coordinates: Option<Coordinates> = None;
         /// Errors that are small enough: once what nine of ten materials are below has reached all, no pose is asked for.
         #[serde(skip_serializing_if = "Option::is_none")]
         target: Option<Target> = None;
@@ -135,15 +137,11 @@ impl Greedy {
         Self { rule, aim }
     }
 
-    /// What is known beforehand, if that is in a file.
-    fn known(&self) -> Result<Option<Arc<Prior>>, ParameterError> {
-        self.aim.prior.as_ref().map(PriorFile::load).transpose()
-    }
-
     /// What makes something of readings.
     fn kriging(&self) -> Kriging {
         Kriging {
             prior: self.aim.prior.clone(),
+            coordinates: self.aim.coordinates.clone(),
             ..Kriging::default()
         }
     }
@@ -175,7 +173,8 @@ impl Greedy {
     ) -> Result<Vec<Pose>, PlanError> {
         let asked = so_far.schedule.poses.len();
         let field = self.field(task, so_far, n, asked as u64)?;
-        let process = supposed(task, self.known()?.as_ref(), so_far);
+        let process = Posterior::beforehand(&self.kriging(), task.form.symmetry())?;
+        let process = supposed(process, so_far);
         let process = process.ok_or_else(|| self.singular(asked))?;
         let candidates = process.places(&field.pairs());
         let chosen = if n <= MOST_COMPARED {
@@ -278,6 +277,9 @@ impl SampleSet for Greedy {
         if self.aim.prior.is_some() {
             label.push_str("-prior");
         }
+        if let Some(coordinates) = &self.aim.coordinates {
+            label.push_str(&format!("[{}]", coordinates.label()));
+        }
         for (name, error) in self.aim.target.iter().flat_map(Target::named) {
             label.push_str(&format!("-to-{name}-{error}"));
         }
@@ -287,7 +289,7 @@ impl SampleSet for Greedy {
     fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
         in_closed("weight", self.aim.weight, 0.0, 1.0)?;
         in_closed("mask_deg", self.aim.mask_deg, LEAST_MASK, 90.0)?;
-        self.known()?;
+        self.kriging().check()?;
         let Some(target) = self.aim.target else {
             return Ok(());
         };

@@ -69,7 +69,7 @@ impl Measure {
         file.refuse_existing(self.force)?;
         let mut source = Source::read(&self.config)?;
         set_all(&mut source, &self.set)?;
-        let plan = Plan::read(&source)?;
+        let plan = Plan::read_parts(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         super::remark(std::slice::from_ref(material));
         let assume = Assume {

@@ -181,7 +181,7 @@ impl Schedule {
         let mut source = self.config.source()?;
         self.seed.apply(&mut source)?;
         suppose_material(&mut source)?;
-        let mut plan = Plan::read(&source)?;
+        let mut plan = Plan::read_parts(&source)?;
         let symmetries = self.select(&mut plan)?;
         let units = plan.units();
         let of = |symmetry| units.iter().map(move |unit| (unit, symmetry));

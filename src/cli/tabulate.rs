@@ -65,7 +65,7 @@ impl Tabulate {
         let format = format_of(&WRITE_TABLE, self.format, &self.output)?;
         self.table.suits(format)?;
         let source = self.config.source()?;
-        let plan = Plan::read(&source)?;
+        let plan = Plan::read_parts(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         super::remark(std::slice::from_ref(material));
         refuse_unwritable(&self.output, self.force)?;

@@ -6,9 +6,9 @@ use super::verbosity::wrote;
 use super::{ThreadArgs, build, named, print, refuse_unwritable};
 use crate::brdf::Channels;
 use crate::error::{Error, count};
-use crate::experiment;
+use crate::experiment::{self, Material};
 use crate::files::write_atomically;
-use crate::reconstruct::{FUNCTIONS, NODES, TrainError, Training};
+use crate::reconstruct::{FUNCTIONS, KernelTraining, NODES, TrainError, Training};
 use clap::Args;
 use std::io::Write;
 use std::path::PathBuf;
@@ -24,6 +24,7 @@ channel; a run refuses one that was made of a file it tests. The last word of a 
 (red-paint and gold-paint2 are paint): how far to trust the prior is seen by families that are left out.
 
   gonio train MERL --except brass,nickel -o prior.gonio
+  gonio train MERL --except brass,nickel --kernel -o kernels.json
   gonio next --set 'prior=\"prior.gonio\"' --batch 8 -o poses.csv")]
 pub(super) struct Train {
     #[command(flatten)]
@@ -38,6 +39,9 @@ pub(super) struct Train {
     #[arg(long, value_name = "N", default_value_t = USUAL_NODES,
         value_parser = clap::value_parser!(u32).range(*NODES.start() as i64..=*NODES.end() as i64))]
     nodes: u32,
+    /// Kernels of kriging instead: for each parametrization, plain and warped, constants that suit these materials, as JSON
+    #[arg(long, conflicts_with_all = ["functions", "nodes"])]
+    kernel: bool,
     /// The file to write
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -58,6 +62,9 @@ impl Train {
         }
         materials.retain(|m| !self.except.contains(&m.name));
         let refused = |e: TrainError| Error::config("gonio train", e);
+        if self.kernel {
+            return self.kernels(&materials);
+        }
         let mut training = Training::new(self.nodes as usize).map_err(refused)?;
         let mut progress = Progress::with_work(materials.len() as u64, "");
         for material in &materials {
@@ -90,6 +97,37 @@ impl Train {
             } else {
                 ", not fitted: one family cannot be left out"
             },
+        ))
+    }
+
+    /// Writes kernels of these materials.
+    fn kernels(&self, materials: &[Material]) -> Result<(), Error> {
+        let mut training = KernelTraining::default();
+        let mut progress = Progress::with_work(materials.len() as u64, "");
+        for material in materials {
+            progress.doing(|| material.name.clone());
+            let brdf = build(material, Channels::Luminance)?;
+            let added = training.add(&material.name, &*brdf);
+            added.map_err(|e| Error::data(&material.name, e))?;
+            progress.advance(1.0);
+        }
+        let except = match self.except.as_slice() {
+            [] => String::new(),
+            names => format!(" --except {}", names.join(",")),
+        };
+        let command = format!("gonio train DIR{except} --kernel");
+        let kernels = training.kernels(command, |next| progress.doing(|| next.into()));
+        drop(progress);
+        let kernels = kernels.map_err(|e| Error::config("gonio train", e))?;
+        write_atomically(&self.output, |out| {
+            out.write_all(kernels.to_json().as_bytes())
+        })
+        .map_err(|e| Error::output(&self.output, e))?;
+        wrote(&self.output);
+        print(&format!(
+            "{}, {}\n",
+            count(kernels.materials.len(), "material"),
+            count(kernels.constants.len(), "kernel"),
         ))
     }
 }

@@ -92,11 +92,27 @@ impl Plan {
         Self::new(Config::read(source)?)
     }
 
+    /// As [`read`](Self::read), for who uses a part of it: sample sets without a reconstruction and reconstructions without a sample
+    /// set are allowed.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub(crate) fn read_parts(source: &Source) -> Result<Self, Error> {
+        Self::of_parts(Config::read(source)?)
+    }
+
     /// Puts a config together and checks it.
     ///
     /// # Errors
     /// As [`read`](Self::read).
     pub fn new(config: Config<'_>) -> Result<Self, Error> {
+        let source = config.source;
+        let plan = Self::of_parts(config)?;
+        plan.check_use(source)?;
+        Ok(plan)
+    }
+
+    fn of_parts(config: Config<'_>) -> Result<Self, Error> {
         let source = config.source;
         let numbers = Numbers::checked(&config)?;
         distinct(&source.place("measures"), &config.scalars.measures, |m| {
@@ -171,7 +187,6 @@ impl Plan {
             let methods = plan.methods(&at, name, method, &reach[i], &config.coordinates)?;
             plan.methods.extend(methods);
         }
-        plan.check_use(source)?;
         plan.check_report(source)?;
         let sets = plan.sample_sets.iter().enumerate();
         let sets = sets.map(|(i, set)| (of_sets.index(i), set.set.prior()));

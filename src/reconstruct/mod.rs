@@ -50,7 +50,8 @@ pub use interpolant::{
     Interpolant, LogNormal, Predictive, Readings, Suspect, noise, present, values_at,
 };
 pub use kriging::{
-    FUNCTIONS, Kriging, NODES, Prior, PriorFile, TRUSTED, TrainError, Trained, Training, suspects,
+    FUNCTIONS, KernelTraining, Kernels, Kriging, NODES, Prior, PriorFile, TRUSTED, TrainError,
+    Trained, Training, suspects,
 };
 pub(crate) use kriging::{KIND as KRIGING, Mixture, Places, Posterior};
 pub use lattice_method::{LatticeMethod, LatticeRule, Multilinear, MultilinearRule};

@@ -2,6 +2,7 @@
 
 pub(crate) mod arms;
 pub(crate) mod convention;
+mod directions;
 pub(crate) mod export;
 mod format;
 pub(crate) mod grid;
@@ -16,6 +17,7 @@ pub(crate) mod table;
 mod visited;
 
 pub use convention::{AngleUnit, Azimuth, Choice, Conventions, Quantity, UncertaintyUnit, choice};
+pub use directions::{Density, Directions};
 pub use export::{Sequence, schedule_hash, write_schedule};
 pub use format::ScheduleFormat;
 pub use grid::{Grid, Ratio, Stratified};
@@ -118,5 +120,6 @@ family! {
         Stratified::ENTRY,
         SobolSet::ENTRY,
         RandomSet::ENTRY,
+        Directions::ENTRY,
     ]
 }

@@ -1,7 +1,7 @@
 //! Sample sets of the physical points of a sequence in the unit cube.
 
-use super::Schedule;
 use super::sample_set::{PlanError, SampleSet, from_unit, place};
+use super::{Pose, Schedule};
 use crate::error::ParameterError;
 use crate::parametrization::{Axis, Parametrization};
 use crate::registry::{self, declare};
@@ -33,7 +33,10 @@ impl<S: PointSet> SampleSet for S {
         budget: usize,
         seed: u64,
     ) -> Result<Schedule, PlanError> {
-        accept(parametrization, budget, Self::KIND, Self::points(seed))
+        let axes = parametrization.axes();
+        let mut point = Self::points(seed);
+        let pose = |i: u64| place(&**parametrization, &from_unit(axes, &point(i)));
+        accept(parametrization, budget, Self::KIND, pose)
     }
 }
 
@@ -67,21 +70,20 @@ impl PointSet for RandomSet {
     }
 }
 
-/// The first `budget` physical points of a sequence.
-fn accept(
+/// The first `budget` physical poses of a sequence.
+pub(super) fn accept(
     parametrization: &Arc<dyn Parametrization>,
     budget: usize,
     kind: &'static str,
-    mut point: impl FnMut(u64) -> [f64; 4],
+    mut pose: impl FnMut(u64) -> Option<Pose>,
 ) -> Result<Schedule, PlanError> {
-    let axes = parametrization.axes();
     // Every parametrization has more than half of its box above the horizon in 3-D and more than
     // a quarter in 4-D; a sequence that misses a thousand times in a row never hits.
     let patience = 1000 * (budget as u64 + 1);
     let mut poses = Vec::with_capacity(budget);
     let mut tried = 0;
     while poses.len() < budget && tried < patience {
-        poses.extend(place(&**parametrization, &from_unit(axes, &point(tried))));
+        poses.extend(pose(tried));
         tried += 1;
     }
     if poses.is_empty() {

@@ -206,7 +206,7 @@ fn wrong_keys_are_named() {
         nearest inverse-distance thin-plate | coordinates = { kind = "hybird" } | coordinates.kind
         nearest inverse-distance thin-plate | coordinates = { kind = "half-difference", warp = { theta_x = "merl" } } | coordinates.warp.theta_x
         nearest inverse-distance thin-plate | coordinates = { kind = "half-difference", warp = { theta_d = "merl" } } | coordinates.warp.theta_d
-        nearest inverse-distance thin-plate | coordinates = { kind = "half-difference", warp = { phi_d = "square-root" } } | coordinates.warp.phi_d
+        nearest inverse-distance thin-plate kriging | coordinates = { kind = "half-difference", warp = { phi_d = "square-root" } } | coordinates.warp.phi_d
         inverse-distance | power = 0.0 | power
         inverse-distance | neighbours = 0 | neighbours
         thin-plate | neighbours = 5 | neighbours

@@ -5,10 +5,11 @@
 //! is Richardson's and Lucy's iteration (Richardson 1972, Lucy 1974) with the smoothness of the kernel.
 
 use super::Account;
-use super::kernel::{self, Kernel};
+use super::kernel::Kernel;
 use super::process::Part;
+use super::space::Space;
 use super::system::Data;
-use crate::geometry::{Direction, DirectionPair, Symmetry};
+use crate::geometry::{Direction, DirectionPair};
 use crate::reconstruct::transform::EPSILON;
 use glam::DVec3;
 use nalgebra::DMatrix;
@@ -51,7 +52,7 @@ fn cap(middle: Direction, half_angle: f64) -> Vec<(f64, DVec3)> {
 pub(super) fn log_ratios(
     data: &Data,
     pairs: &[DirectionPair],
-    symmetry: Symmetry,
+    space: &Space,
     kernel: &Kernel,
     half_angles: [f64; 2],
 ) -> Option<DMatrix<f64>> {
@@ -68,7 +69,7 @@ pub(super) fn log_ratios(
         let solved = quotients.solve_by(kernel, &factor);
         let process = Part::new(&Account::single(kernel.clone()), &data.sites, &solved);
         let some: Vec<DirectionPair> = open.iter().map(|&i| pairs[i]).collect();
-        let next = of_process(&process, &some, symmetry, width, half_angles);
+        let next = of_process(&process, &some, space, width, half_angles);
         let mut moved = vec![0.0_f64; open.len()];
         for (k, &i) in open.iter().enumerate() {
             for c in 0..width {
@@ -89,7 +90,7 @@ pub(super) fn log_ratios(
 fn of_process(
     process: &Part,
     pairs: &[DirectionPair],
-    symmetry: Symmetry,
+    space: &Space,
     width: usize,
     [of_source, of_sensor]: [f64; 2],
 ) -> DMatrix<f64> {
@@ -112,7 +113,7 @@ fn of_process(
             }
         }
         let mut values = vec![0.0; near.len() * width];
-        process.eval(&near, &kernel::columns(&near, symmetry), &mut values);
+        process.eval(&near, &space.columns(&near), &mut values);
         let f = |z: f64| (z.exp() - EPSILON).max(0.0);
         for (c, log) in logs.iter_mut().enumerate() {
             let mean = weights.iter().enumerate();

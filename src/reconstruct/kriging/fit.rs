@@ -19,9 +19,8 @@ const ENOUGH: f64 = 1e-3;
 pub(super) const UNSAID: f64 = 2.5e-5;
 const UNSAID_WIDTH: f64 = 2.0;
 
-/// The kernel of the largest posterior: quasi-Newton steps (BFGS, Nocedal & Wright 2006, algorithm 6.1) from
-/// `kernel`, each halved until it lowers the objective. The result is never less likely than `kernel`. `unsaid`: readings have a
-/// variance that nothing states, which is found as well.
+/// The kernel of the largest posterior, never less likely than `kernel`. `unsaid`: readings have a variance that nothing states,
+/// which is found as well.
 fn fit(kernel: &Kernel, data: &Data, unsaid: bool) -> Kernel {
     let mut start = kernel.logs();
     let lengths = start.len();
@@ -31,6 +30,7 @@ fn fit(kernel: &Kernel, data: &Data, unsaid: bool) -> Kernel {
         widths.push(UNSAID_WIDTH);
     }
     let widths = DVector::from_vec(widths);
+    let start = DVector::from_vec(start);
     let of = |x: &DVector<f64>| {
         let (logs, variance) = x.as_slice().split_at(lengths);
         Kernel {
@@ -45,18 +45,30 @@ fn fit(kernel: &Kernel, data: &Data, unsaid: bool) -> Kernel {
         if unsaid {
             slope.push(found.by_noise * kernel.unsaid);
         }
-        let off = (x - DVector::from_column_slice(&start)).component_div(&widths);
+        let off = (x - &start).component_div(&widths);
         let value = found.loss + 0.5 * off.norm_squared();
         Some((value, DVector::from_vec(slope) + off.component_div(&widths)))
     };
-    let n = start.len();
-    let mut x = DVector::from_column_slice(&start);
-    let Some((mut value, mut slope)) = objective(&x) else {
-        return kernel.clone();
-    };
     // The prior's own curvature.
-    let mut inverse = DMatrix::from_diagonal(&widths.map(|w| w * w));
-    for _ in 0..STEPS {
+    let inverse = DMatrix::from_diagonal(&widths.map(|w| w * w));
+    minimise(start.clone(), inverse, STEPS, ENOUGH, objective)
+        .map_or_else(|| kernel.clone(), |x| of(&x))
+}
+
+/// Where a function is least: quasi-Newton steps (BFGS, Nocedal & Wright 2006, algorithm 6.1) from `start` and an inverse of its
+/// curvature, each halved until it lowers the function; at most `steps`, until one lowers it by less than `enough`. `objective` is its
+/// value and its slope; the result is `None` if it has none at the start.
+pub(super) fn minimise(
+    start: DVector<f64>,
+    mut inverse: DMatrix<f64>,
+    steps: usize,
+    enough: f64,
+    objective: impl Fn(&DVector<f64>) -> Option<(f64, DVector<f64>)>,
+) -> Option<DVector<f64>> {
+    let n = start.len();
+    let mut x = start;
+    let (mut value, mut slope) = objective(&x)?;
+    for _ in 0..steps {
         let mut step = -(&inverse * &slope);
         // No logarithm moves by more than twice the width at once.
         step *= (2.0 * WIDTH / step.amax()).min(1.0);
@@ -81,11 +93,11 @@ fn fit(kernel: &Kernel, data: &Data, unsaid: bool) -> Kernel {
         }
         let gain = value - lower;
         (x, value, slope) = (next, lower, at);
-        if gain < ENOUGH {
+        if gain < enough {
             break;
         }
     }
-    of(&x)
+    Some(x)
 }
 
 /// The kernel that is [fitted](fit) to readings at some pairs, or `kernel` itself: the one that predicts better what is left out. That is

@@ -4,7 +4,8 @@
 //! degrees, u1 = √(θ_h/90), v = ln(1 + θ_h/0.7)/ln(1 + 90/0.7), u2 = θ_d/90, u3 = u1 sin θ_d cos 2φ_d,
 //! g = ½ ln(cos θ_i cos θ_o), q = |cos θ_i − cos θ_o|. Where the material is not isotropic, with φ_k = φ_h + φ_d:
 //! a = v cos φ_h, b = v sin φ_h, c = u2 cos 2φ_k, d = u2 sin 2φ_k, or for bilateral ones |a|, |b|, c and
-//! u1 d sin 2φ_h. Where it is isotropic and not bilateral d = u1 sin θ_d sin 2φ_d.
+//! u1 d sin 2φ_h. Where it is isotropic and not bilateral d = u1 sin θ_d sin 2φ_d. [`Space`](super::space::Space) has those of other
+//! coordinates.
 //!
 //! Everything is evaluated for [`LANES`] readings at a time, with the same bits on every processor: no sum
 //! depends on its width, and the exponential is our own. Products are added in one rounding (fused), which a processor
@@ -18,9 +19,9 @@ use std::array::from_fn;
 pub(super) const LANES: usize = 16;
 
 /// Columns of a pair.
-pub(super) const COLUMNS: usize = 10;
+pub(super) const COLUMNS: usize = 14;
 
-/// The columns of a pair: u1, v, u2, u3, g, q, a, b, c, d.
+/// The columns of a pair: u1, v, u2, u3, g, q, a, b, c, d, and those of chosen coordinates: r₁, r₂, e, f.
 pub(super) type Columns = [f64; COLUMNS];
 
 pub(super) const U1: usize = 0;
@@ -29,10 +30,14 @@ pub(super) const U2: usize = 2;
 pub(super) const U3: usize = 3;
 const G: usize = 4;
 const Q: usize = 5;
-const A: usize = 6;
-const B: usize = 7;
-const C: usize = 8;
-const D: usize = 9;
+pub(super) const A: usize = 6;
+pub(super) const B: usize = 7;
+pub(super) const C: usize = 8;
+pub(super) const D: usize = 9;
+pub(super) const P: usize = 10;
+pub(super) const R: usize = 11;
+pub(super) const E: usize = 12;
+pub(super) const F: usize = 13;
 
 /// Cosines below this count as it: ln cos has no end at the horizon.
 const LEAST_COSINE: f64 = 0.01;
@@ -43,8 +48,8 @@ pub(super) fn least_cosine(x: &Columns) -> f64 {
     0.5 * ((x[Q] * x[Q] + 4.0 * (2.0 * x[G]).exp()).sqrt() - x[Q])
 }
 
-/// Writes the columns of pairs.
-pub(super) fn columns(pairs: &[DirectionPair], symmetry: Symmetry) -> Vec<Columns> {
+/// The columns of pairs without a choice of coordinates.
+pub(super) fn usual_columns(pairs: &[DirectionPair], symmetry: Symmetry) -> Vec<Columns> {
     let form = Form::<HalfDifference>::new(Symmetry::NONE);
     let mut coords = vec![[0.0; 4]; pairs.len()];
     form.forward_batch(pairs, &mut coords);
@@ -74,7 +79,8 @@ pub(super) fn columns(pairs: &[DirectionPair], symmetry: Symmetry) -> Vec<Column
             }
         };
         let g = 0.5 * (i * o).ln();
-        [u1, v, u2, u3, g, (cosine[0] - cosine[1]).abs(), a, b, c, d]
+        let q = (cosine[0] - cosine[1]).abs();
+        [u1, v, u2, u3, g, q, a, b, c, d, 0.0, 0.0, 0.0, 0.0]
     };
     pairs.iter().zip(coords).map(of).collect()
 }
@@ -105,7 +111,8 @@ pub(super) struct Kernel {
 
 impl Kernel {
     /// Fitted to 82 materials of the MERL database (R, G, B and luminance of tables made from published
-    /// neural fits) by their likelihood; terms of a, b, c and d are chosen like those of v and u3.
+    /// neural fits) by their likelihood; terms of a, b, c and d are chosen like those of v and u3. What `gonio train --kernel` finds from 61
+    /// of them, from here on, is `default` in `kernels.json`.
     pub(crate) fn new(symmetry: Symmetry) -> Self {
         let term = |amplitude: f64, lengths: &[(usize, f64)]| Term {
             amplitude,
@@ -130,6 +137,11 @@ impl Kernel {
         } else if !symmetry.bilateral {
             terms.push(term(0.0166, &[(U1, 2.41), (U2, 1.89), (D, 2.46)]));
         }
+        Self::of_terms(terms)
+    }
+
+    /// Of some terms, without a prior.
+    pub(super) fn of_terms(terms: Vec<Term>) -> Self {
         Self {
             terms,
             level: LEVEL,
@@ -210,25 +222,23 @@ pub(super) fn blocks(columns: &[Columns]) -> Vec<Block> {
     columns.chunks(LANES).map(of).collect()
 }
 
-/// The squares of the differences between a pair and a block.
+/// The squares of the differences between a pair and a block in a column.
 #[inline(always)]
-fn squares(x: &Columns, block: &Block) -> Block {
-    from_fn(|c| {
-        from_fn(|i| {
-            let off = block[c][i] - x[c];
-            off * off
-        })
+fn squares(x: &Columns, block: &Block, c: usize) -> [f64; LANES] {
+    from_fn(|i| {
+        let off = block[c][i] - x[c];
+        off * off
     })
 }
 
 /// r² of a term.
 #[inline(always)]
-fn square_radius(term: &Flat, squares: &Block) -> [f64; LANES] {
+fn square_radius(term: &Flat, x: &Columns, block: &Block) -> [f64; LANES] {
     let mut sum = [0.0; LANES];
     for &(c, w) in &term.weights {
-        let column = &squares[c];
+        let squares = squares(x, block, c);
         for i in 0..LANES {
-            sum[i] = w.mul_add(column[i], sum[i]);
+            sum[i] = w.mul_add(squares[i], sum[i]);
         }
     }
     sum
@@ -237,10 +247,9 @@ fn square_radius(term: &Flat, squares: &Block) -> [f64; LANES] {
 /// The covariances of a pair with a block.
 #[inline(always)]
 pub(super) fn covariance(terms: &[Flat], x: &Columns, block: &Block) -> [f64; LANES] {
-    let squares = squares(x, block);
     let mut sum = [0.0; LANES];
     for term in terms {
-        let r2 = square_radius(term, &squares);
+        let r2 = square_radius(term, x, block);
         for i in 0..LANES {
             let r = r2[i].sqrt();
             sum[i] = term.amplitude.mul_add((1.0 + r) * decay(r), sum[i]);
@@ -258,10 +267,9 @@ pub(super) fn add_derivatives(
     weight: &[f64; LANES],
     out: &mut [f64],
 ) {
-    let squares = squares(x, block);
     let mut at = 0;
     for term in terms {
-        let r2 = square_radius(term, &squares);
+        let r2 = square_radius(term, x, block);
         let (mut by_amplitude, mut scaled) = ([0.0; LANES], [0.0; LANES]);
         for i in 0..LANES {
             let r = r2[i].sqrt();
@@ -272,8 +280,9 @@ pub(super) fn add_derivatives(
         at += 1;
         for &(c, w) in &term.weights {
             let mut by_length = [0.0; LANES];
+            let squares = squares(x, block, c);
             for i in 0..LANES {
-                by_length[i] = scaled[i] * (w * squares[c][i]);
+                by_length[i] = scaled[i] * (w * squares[i]);
             }
             out[at] += sum(&by_length);
             at += 1;

@@ -79,6 +79,7 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reconstruct::kriging::kernel::COLUMNS;
     use crate::sampling::Random;
 
     #[test]
@@ -89,7 +90,7 @@ mod tests {
             let readings: Vec<Columns> = (0..n)
                 .map(|i| {
                     random
-                        .point::<10>(i as u64)
+                        .point::<COLUMNS>(i as u64)
                         .map(|x| (40.0 * x).round() / 40.0)
                 })
                 .collect();
@@ -99,7 +100,7 @@ mod tests {
             for rate in [0.01, 1.0, 100.0, 3000.0] {
                 let line = Line::new((2.5, 4, rate), &readings, &weights);
                 for k in 0..200 {
-                    let mut pair = [0.0; 10];
+                    let mut pair = [0.0; COLUMNS];
                     pair[4] = f64::from(k) * 0.0075 - 0.25;
                     let mut found = [1.0; 3];
                     line.add(&pair, &mut found);

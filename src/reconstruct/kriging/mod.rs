@@ -14,32 +14,40 @@
 //! Readings that all others contradict are left out ([`outliers`]), and those over finite apertures are divided by what
 //! these make of them ([`apertures`]); both of at most 2000.
 //!
+//! With `coordinates` the columns are those of a parametrization and its warps ([`space`]), and the constants those that make 61 materials
+//! likeliest ([`trained`], [`kernel_training`]).
+//!
 //! More than 10 000 readings are approximated: 4000 of them, at random, determine the process everywhere, given all others
 //! ([`sparse`]).
 //!
 //! Readings in the plane of incidence alone say nothing of φ_d. It then continues by the kernel of other materials,
-//! which for Oren and Nayar's errs at most 2.5 times as much as the nearest reading does
+//! which for Oren and Nayar's errs at most 2.5 times as much as the nearest reading does, in spherical coordinates 4 times
 //! (`tests/reconstruction/layouts.rs`).
 
 mod apertures;
 mod fit;
 mod kernel;
+mod kernel_training;
 mod line;
 mod outliers;
 mod posterior;
 mod prior;
 mod process;
+mod space;
 mod sparse;
 mod system;
+mod trained;
 
+pub use kernel_training::KernelTraining;
 pub(crate) use posterior::{Mixture, Places, Posterior};
 pub(super) use prior::Mean;
 pub use prior::{FUNCTIONS, NODES, Prior, PriorFile, TrainError, Trained, Training};
+pub use trained::Kernels;
 
 use super::interpolant::{Interpolant, Readings};
 use super::sheets::are_in_plane;
 use super::transform::{EPSILON, Transform, Values};
-use super::{Predictive, Reconstruct, ReconstructError, Suspect, admit};
+use super::{Coordinates, Predictive, Reconstruct, ReconstructError, Suspect, admit};
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
@@ -48,6 +56,7 @@ use kernel::Kernel;
 use nalgebra::DMatrix;
 use prior::Centre;
 use process::{Part, Process};
+use space::Space;
 use std::sync::Arc;
 use system::{Data, Likelihood, NUGGET, Sites};
 
@@ -59,6 +68,7 @@ declare! {
         "noise = false",
         "fit = false\nnoise = false",
         "fit = false\nnoise = false\nprior = \"built-in\"",
+        "coordinates = { kind = \"hybrid\", warp = { h_bar = \"square-root\" } }",
     ]
     /// Kriging, as a config writes it.
     pub struct Kriging {
@@ -71,6 +81,9 @@ declare! {
         /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
         #[serde(skip_serializing_if = "Option::is_none")]
         prior: Option<PriorFile> = None;
+        /// Coordinates of the kernel; by default the columns of [`kernel`], of half/difference.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        coordinates: Option<Coordinates> = None;
     }
 }
 
@@ -93,6 +106,23 @@ const MOST: usize = 10_000;
 const MOST_SPARSE: usize = 100_000;
 
 impl Kriging {
+    /// This method for a material of such symmetries.
+    ///
+    /// # Errors
+    /// If its coordinates do not exist.
+    fn solver(&self, symmetry: Symmetry) -> Result<Solver<'_>, ParameterError> {
+        let space = Space::new(symmetry, self.coordinates.as_ref())?;
+        Ok(Solver { keys: self, space })
+    }
+}
+
+/// Kriging of a material.
+struct Solver<'a> {
+    keys: &'a Kriging,
+    space: Space,
+}
+
+impl Solver<'_> {
     /// Numbers of at most so many readings, spread evenly over all.
     fn chosen(&self, r: &Readings<'_>, most: usize) -> Vec<usize> {
         let all = (0..r.present.len()).filter(|&i| r.present[i]);
@@ -120,12 +150,12 @@ impl Kriging {
         let noise = |&i: &usize| {
             let of_first = r
                 .noise
-                .filter(|_| self.noise)
+                .filter(|_| self.keys.noise)
                 .map_or(0.0, |u| u[i * r.width]);
             let relative = of_first / (r.values[i * r.width].max(0.0) + EPSILON);
             NUGGET + relative * relative
         };
-        let sites = Sites::new(&pairs, symmetry(r), prior.map(|p| p.basis_at(&pairs)));
+        let sites = Sites::new(&pairs, &self.space, prior.map(|p| p.basis_at(&pairs)));
         let value = |k: usize, c: usize| {
             TRANSFORM.forward(r.values[chosen[k] * r.width + c]) - sites.mean[k]
         };
@@ -150,12 +180,12 @@ impl Kriging {
     /// True if a kernel is fitted to the readings. In the plane of incidence φ_d is one value: nothing can be left out that a fit
     /// along it would miss.
     fn fits(&self, r: &Readings<'_>) -> bool {
-        self.fit && !are_in_plane(&self.pairs(r, FITTED))
+        self.keys.fit && !are_in_plane(&self.pairs(r, FITTED))
     }
 
     /// The kernel of what all materials have in common, fitted if it is to be.
     fn fitted(&self, r: &Readings<'_>) -> Kernel {
-        let published = Kernel::new(symmetry(r));
+        let published = self.space.kernel();
         match self.fits(r) {
             true => {
                 let data = self.data(r, FITTED, 1, None);
@@ -173,12 +203,12 @@ impl Kriging {
             r.present[i] && noise.is_some_and(|u| u.iter().any(|&u| u > 0.0))
         };
         let stated = (0..r.present.len()).filter(states).count();
-        self.noise && 2 * stated < r.count() && r.count() > TRUSTED
+        self.keys.noise && 2 * stated < r.count() && r.count() > TRUSTED
     }
 
     /// The kernel fitted to all readings but the outliers, and the outliers: readings that contradict all others under it.
     fn common(&self, r: &Readings<'_>) -> (Kernel, Vec<outliers::Suspect>) {
-        if !self.robust || !(TRUSTED + 1..=MOST_COMPARED).contains(&r.count()) {
+        if !self.keys.robust || !(TRUSTED + 1..=MOST_COMPARED).contains(&r.count()) {
             return (self.fitted(r), Vec::new());
         }
         let all = self.data(r, MOST_COMPARED, r.width, None);
@@ -199,7 +229,7 @@ impl Kriging {
         // A kernel that is fitted to faults explains them.
         let published = Kernel {
             unsaid: if self.unsaid(r) { fit::UNSAID } else { 0.0 },
-            ..Kernel::new(symmetry(r))
+            ..self.space.kernel()
         };
         let first = suspects(&published);
         let kernel = fitted(&first);
@@ -234,7 +264,7 @@ impl Kriging {
         let rows = self.chosen(&sharp, MOST_COMPARED);
         let pairs = self.pairs(&sharp, MOST_COMPARED);
         let ratios =
-            apertures::log_ratios(&data, &pairs, symmetry(r), &prepared.kernel, half_angles);
+            apertures::log_ratios(&data, &pairs, &self.space, &prepared.kernel, half_angles);
         let Some(ratios) = ratios else {
             return prepared;
         };
@@ -254,13 +284,13 @@ impl Kriging {
     /// What explains the readings, with kernels that are fitted to their first value if they are to be and fill space:
     /// what all materials have in common, and a prior as far as the readings are likelier with it.
     fn accounts(&self, r: &Readings<'_>, common: Kernel) -> Result<Vec<Account>, ReconstructError> {
-        let prior = self.prior.as_ref().filter(|_| applies(r));
+        let prior = self.keys.prior.as_ref().filter(|_| applies(r));
         let prior = prior.map(PriorFile::load).transpose()?;
         let fits = self.fits(r);
         let Some(prior) = prior else {
             return Ok(vec![Account::single(common)]);
         };
-        let mut kernel = prior.kernel(Kernel::new(symmetry(r)));
+        let mut kernel = prior.kernel(self.space.kernel());
         let about = self.data(r, MOST, r.width, Some(&prior));
         let centred = |kernel: &Kernel| prior.centred(kernel, &about);
         let (centre, _) = centred(&kernel).ok_or_else(|| singular(r))?;
@@ -397,7 +427,7 @@ fn symmetry(r: &Readings<'_>) -> Symmetry {
 
 impl Reconstruct for Kriging {
     fn label(&self) -> String {
-        let mut label = super::label(KIND, Values::Log, false, None);
+        let mut label = super::label(KIND, Values::Log, false, self.coordinates.as_ref());
         for (given, name) in [
             (self.fit, "-published"),
             (self.noise, "-exact"),
@@ -413,6 +443,8 @@ impl Reconstruct for Kriging {
         label
     }
 
+    chooses_coordinates!();
+
     fn prior(&self) -> Option<&PriorFile> {
         self.prior.as_ref()
     }
@@ -427,6 +459,7 @@ impl Reconstruct for Kriging {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
+        Space::new(Symmetry::FULL, self.coordinates.as_ref())?;
         self.prior
             .iter()
             .try_for_each(|prior| prior.load().map(drop))
@@ -441,15 +474,16 @@ impl Reconstruct for Kriging {
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
         admit(KIND, r.count(), MOST_SPARSE)?;
-        let (kernel, suspects) = self.common(r);
-        let readings = self.prepared(r, kernel, &suspects);
+        let solver = self.solver(symmetry(r))?;
+        let (kernel, suspects) = solver.common(r);
+        let readings = solver.prepared(r, kernel, &suspects);
         let r = &readings.readings(r);
-        let accounts = self.accounts(r, readings.kernel.clone())?;
+        let accounts = solver.accounts(r, readings.kernel.clone())?;
         let left_out = accounts.iter().all(|account| account.known.is_none());
         let contradicts = self.prior.is_some() && applies(r) && left_out;
         let mut parts = Vec::new();
         for account in accounts {
-            let data = self.data_of(&account, r, MOST_SPARSE);
+            let data = solver.data_of(&account, r, MOST_SPARSE);
             let solved = match data.sites.len() {
                 ..=MOST => data
                     .solve(&account.kernel)
@@ -467,7 +501,7 @@ impl Reconstruct for Kriging {
             contradicts,
             left_out: suspects.len(),
             blurred: readings.doubts.iter().copied().fold(0.0, f64::max),
-            symmetry: symmetry(r),
+            space: solver.space,
         }))
     }
 }

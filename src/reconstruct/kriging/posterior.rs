@@ -1,9 +1,11 @@
 //! The process given readings: ln(f + ε) at pairs, and how certain it is.
 
-use super::kernel::{Columns, Kernel};
-use super::prior::{Centre, Prior};
+use super::kernel::Columns;
+use super::prior::{Centre, Prior, PriorFile};
+use super::space::Space;
 use super::system::{self, Covariance, Data, FREEDOM, NUGGET, Rows, Sites};
 use super::{Account, Known, Kriging};
+use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::numeric::upper_median;
@@ -17,7 +19,7 @@ use std::sync::Arc;
 /// ln(f + ε) of one value per pair as a Gaussian process: its level has a variance too, so that it is defined
 /// without a single reading.
 pub(crate) struct Posterior {
-    symmetry: Symmetry,
+    space: Space,
     covariance: Covariance,
     /// What other materials say; `None`: what all have in common.
     known: Option<Known>,
@@ -114,19 +116,19 @@ impl Posterior {
             noise: type_a.as_deref(),
             ..all
         };
-        let symmetry = measurement.schedule.parametrization.symmetry();
-        let (kernel, suspects) = kriging.common(&all);
+        let solver = kriging.solver(measurement.schedule.parametrization.symmetry())?;
+        let (kernel, suspects) = solver.common(&all);
         let kernel = match width {
             1 => kernel,
-            _ => kriging.fitted(&Readings {
+            _ => solver.fitted(&Readings {
                 present: &super::without(&readings, &suspects),
                 ..readings
             }),
         };
         let in_values = super::in_values(&readings, &suspects);
-        let prepared = kriging.prepared(&readings, kernel, &suspects);
+        let prepared = solver.prepared(&readings, kernel, &suspects);
         let readings = prepared.readings(&readings);
-        let accounts = kriging
+        let accounts = solver
             .accounts(&readings, prepared.kernel.clone())?
             .into_iter();
         let type_b = measurement.details.as_ref().map(|d| &d.type_b);
@@ -136,12 +138,12 @@ impl Posterior {
             let share = (b / of(values[i])).ln_1p();
             share.hypot(UNRESOLVED * prepared.doubts[i])
         };
-        let chosen = kriging.chosen(&readings, super::MOST);
+        let chosen = solver.chosen(&readings, super::MOST);
         let shared: Vec<f64> = chosen.into_iter().map(shared).collect();
         let process = |account: Account| {
-            let data = kriging.data_of(&account, &readings, super::MOST);
+            let data = solver.data_of(&account, &readings, super::MOST);
             let (share, kernel, known) = (account.share, account.kernel, account.known);
-            let given = Self::given(Covariance::new(&kernel), known, data, symmetry);
+            let given = Self::given(Covariance::new(&kernel), known, data, solver.space.clone());
             let given = given.ok_or_else(|| super::singular(&readings))?;
             let noise = Noise::estimate(&readings, kernel.unsaid);
             Ok((share, Self { noise, ..given }.sharing(&shared)))
@@ -150,16 +152,33 @@ impl Posterior {
         Ok((all?, in_values))
     }
 
-    /// The process without a reading.
+    /// The process without a reading, in no chosen coordinates.
     pub(crate) fn before(symmetry: Symmetry, prior: Option<&Arc<Prior>>) -> Self {
+        Self::unread(symmetry, Space::usual(symmetry), prior)
+    }
+
+    /// The process without a reading, by the keys of kriging.
+    ///
+    /// # Errors
+    /// If there are no such coordinates or no such prior.
+    pub(crate) fn beforehand(
+        kriging: &Kriging,
+        symmetry: Symmetry,
+    ) -> Result<Self, ParameterError> {
+        let prior = kriging.prior.as_ref().map(PriorFile::load).transpose()?;
+        let space = kriging.solver(symmetry)?.space;
+        Ok(Self::unread(symmetry, space, prior.as_ref()))
+    }
+
+    fn unread(symmetry: Symmetry, space: Space, prior: Option<&Arc<Prior>>) -> Self {
         let prior = prior.filter(|_| Prior::suits(symmetry)).cloned();
-        let kernel = Kernel::new(symmetry);
+        let kernel = space.kernel();
         let kernel = match &prior {
             Some(prior) => prior.kernel_before(kernel),
             None => kernel,
         };
         let none = Data {
-            sites: Sites::new(&[], symmetry, prior.as_ref().map(|p| p.basis_at(&[]))),
+            sites: Sites::new(&[], &space, prior.as_ref().map(|p| p.basis_at(&[]))),
             noise: Vec::new(),
             values: DMatrix::zeros(0, 1),
         };
@@ -170,7 +189,7 @@ impl Posterior {
             },
             prior,
         });
-        let before = Self::given(Covariance::new(&kernel), known, none, symmetry);
+        let before = Self::given(Covariance::new(&kernel), known, none, space);
         before.unwrap_or_else(|| unreachable!("nothing is not singular"))
     }
 
@@ -178,7 +197,7 @@ impl Posterior {
         covariance: Covariance,
         known: Option<Known>,
         data: Data,
-        symmetry: Symmetry,
+        space: Space,
     ) -> Option<Self> {
         let factor = covariance.factor(&data)?;
         let mut solved = data.values.clone();
@@ -191,7 +210,7 @@ impl Posterior {
         };
         system::forward(&factor, &mut spread);
         Some(Self {
-            symmetry,
+            space,
             spread,
             covariance,
             known,
@@ -242,7 +261,7 @@ impl Posterior {
         data.sites = data.sites.and(&places.sites);
         data.noise
             .extend(means.iter().map(|&log| noise.variance(log)));
-        let supposed = Self::given(self.covariance, self.known, data, self.symmetry)?;
+        let supposed = Self::given(self.covariance, self.known, data, self.space)?;
         Some(Self {
             scale,
             noise,
@@ -265,7 +284,7 @@ impl Posterior {
     /// Pairs, with what the readings say of them.
     pub(crate) fn places(&self, pairs: &[DirectionPair]) -> Places {
         let known = self.known.as_ref();
-        let mut sites = Sites::new(pairs, self.symmetry, known.map(|k| k.prior.basis_at(pairs)));
+        let mut sites = Sites::new(pairs, &self.space, known.map(|k| k.prior.basis_at(pairs)));
         let mut spread = DMatrix::zeros(0, sites.len());
         if let Some(Known { centre, .. }) = known {
             let update = sites.functions.tr_mul(&centre.mean);

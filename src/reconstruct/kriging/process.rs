@@ -3,10 +3,11 @@
 use super::kernel::{self, Block, Columns, Flat, LANES};
 use super::line::Line;
 use super::prior::Mean;
+use super::space::Space;
 use super::system::{Sites, Solved};
 use super::{Account, TRANSFORM};
 use crate::error::count_are;
-use crate::geometry::{DirectionPair, Symmetry};
+use crate::geometry::DirectionPair;
 use crate::reconstruct::interpolant::Interpolant;
 use pulp::{Arch, NullaryFnOnce};
 
@@ -19,7 +20,7 @@ pub(super) struct Process {
     pub left_out: usize,
     /// By how much ln f of a reading differs from that of the mean over apertures, at most.
     pub blurred: f64,
-    pub symmetry: Symmetry,
+    pub space: Space,
 }
 
 /// Least logarithm of a ratio of a value and its mean over apertures from which on a peak is not determined: a factor of 1.5.
@@ -144,7 +145,7 @@ impl Interpolant for Process {
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
-        let columns = kernel::columns(pairs, self.symmetry);
+        let columns = self.space.columns(pairs);
         match self.parts.as_slice() {
             [part] => part.eval(pairs, &columns, out),
             parts => {

@@ -1,7 +1,8 @@
 //! The linear system of the readings: covariances, their factor, and how likely a kernel makes the readings.
 
 use super::kernel::{self, Block, Columns, Flat, Kernel, LANES};
-use crate::geometry::{DirectionPair, Symmetry};
+use super::space::Space;
+use crate::geometry::DirectionPair;
 use nalgebra::DMatrix;
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
@@ -19,16 +20,16 @@ pub(super) struct Sites {
 }
 
 impl Sites {
-    /// Pairs of a material of this symmetry, with the mean and the functions of a prior there, if there is one.
+    /// Pairs in a space, with the mean and the functions of a prior there, if there is one.
     pub(crate) fn new(
         pairs: &[DirectionPair],
-        symmetry: Symmetry,
+        space: &Space,
         known: Option<(Vec<f64>, DMatrix<f64>)>,
     ) -> Self {
         let nothing = || (vec![MEAN; pairs.len()], DMatrix::zeros(0, pairs.len()));
         let (mean, functions) = known.unwrap_or_else(nothing);
         Self {
-            columns: kernel::columns(pairs, symmetry),
+            columns: space.columns(pairs),
             mean,
             functions,
         }

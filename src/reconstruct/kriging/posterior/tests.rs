@@ -1,4 +1,4 @@
-use super::super::kernel;
+use super::super::kernel::{self, Kernel};
 use super::super::prior::PriorFile;
 use super::super::system::{self, MEAN, NUGGET};
 use super::*;
@@ -19,7 +19,7 @@ fn pairs(first: u64, n: usize) -> Vec<DirectionPair> {
 fn data(pairs: &[DirectionPair]) -> Data {
     let n = pairs.len();
     Data {
-        sites: Sites::new(pairs, Symmetry::FULL, None),
+        sites: Sites::new(pairs, &Space::usual(Symmetry::FULL), None),
         // Enough for an inverse to keep nine digits.
         noise: (0..n).map(|i| 0.01 * (1 + i % 3) as f64).collect(),
         values: DMatrix::from_fn(n, 1, |i, _| (i as f64 * 0.7).sin()),
@@ -27,7 +27,13 @@ fn data(pairs: &[DirectionPair]) -> Data {
 }
 
 fn given(kernel: &Kernel, data: Data) -> Posterior {
-    Posterior::given(Covariance::new(kernel), None, data, Symmetry::FULL).unwrap()
+    Posterior::given(
+        Covariance::new(kernel),
+        None,
+        data,
+        Space::usual(Symmetry::FULL),
+    )
+    .unwrap()
 }
 
 /// The process of some readings, and the covariance of two lists by the formula.
@@ -40,7 +46,7 @@ fn process(
     let kernel = Kernel::new(Symmetry::FULL);
     let process = given(&kernel, data(read));
     let by_formula = move |a: &[DirectionPair], b: &[DirectionPair]| {
-        let [a, b] = [a, b].map(|list| kernel::columns(list, Symmetry::FULL));
+        let [a, b] = [a, b].map(|list| kernel::usual_columns(list, Symmetry::FULL));
         DMatrix::from_fn(a.len(), b.len(), |i, j| {
             kernel.level + system::tests::by_formula(&kernel, &a[i], &b[j])
         })
@@ -81,8 +87,13 @@ fn a_prior_adds_its_functions() {
         .unwrap();
     let kernel = prior.kernel(Kernel::new(Symmetry::FULL));
     let (read, at) = (pairs(0, 20), pairs(1000, 30));
-    let sites =
-        |list: &[DirectionPair]| Sites::new(list, Symmetry::FULL, Some(prior.basis_at(list)));
+    let sites = |list: &[DirectionPair]| {
+        Sites::new(
+            list,
+            &Space::usual(Symmetry::FULL),
+            Some(prior.basis_at(list)),
+        )
+    };
     // One of two materials, each as likely as the other.
     let centres = [1.0, 2.0]
         .map(|k: f64| DMatrix::from_fn(prior.functions(), 1, |i, _| (k * i as f64).cos()));
@@ -103,7 +114,8 @@ fn a_prior_adds_its_functions() {
         },
     };
     let covariance = Covariance::new(&kernel);
-    let process = Posterior::given(covariance, Some(known), data, Symmetry::FULL).unwrap();
+    let process =
+        Posterior::given(covariance, Some(known), data, Space::usual(Symmetry::FULL)).unwrap();
     // The posterior by inverses of dense matrices.
     let k = |a: &[DirectionPair], b: &[DirectionPair]| {
         let [a, b] = [sites(a), sites(b)];

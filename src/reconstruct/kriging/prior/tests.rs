@@ -1,5 +1,6 @@
 //! Laws of priors.
 use super::super::posterior::Posterior;
+use super::super::space::Space;
 use super::super::system::Sites;
 use super::super::{Kriging, TRANSFORM};
 use super::*;
@@ -109,7 +110,11 @@ fn a_material_that_it_was_made_of_is_recognized() {
     let member_6 = [0.8192, 0.6710, 0.5497].map(|k: f64| 4.0 * (6.0 * k).fract() - 2.0);
     let readings = measured(&member([member_6]), 12);
     let pairs: Vec<_> = readings.schedule.poses.iter().map(|p| p.pair).collect();
-    let sites = Sites::new(&pairs, Symmetry::FULL, Some(prior.basis_at(&pairs)));
+    let sites = Sites::new(
+        &pairs,
+        &Space::usual(Symmetry::FULL),
+        Some(prior.basis_at(&pairs)),
+    );
     let values = pairs
         .iter()
         .zip(&sites.mean)

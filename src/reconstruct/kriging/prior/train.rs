@@ -2,6 +2,7 @@
 
 use super::super::TRANSFORM;
 use super::super::kernel::Kernel;
+use super::super::space::Space;
 use super::super::system::{Data, NUGGET, Sites};
 use super::file::VERSION;
 use super::{About, BEFORE, FUNCTIONS, Prior, Trained, centred, lattice};
@@ -78,6 +79,12 @@ pub enum TrainError {
         name: String,
         /// What is amiss.
         source: ReconstructError,
+    },
+    /// A material has no value in some directions.
+    #[error("{name} has no value in some directions below 80°; allowed: materials without holes")]
+    Hole {
+        /// Its name.
+        name: String,
     },
     /// There are too few materials.
     #[error("a prior of {} says nothing; allowed: at least 2", count(*.0, "material"))]
@@ -269,7 +276,7 @@ impl Training {
                     sites: Sites {
                         mean,
                         functions,
-                        ..Sites::new(&pairs, Symmetry::FULL, None)
+                        ..Sites::new(&pairs, &Space::usual(Symmetry::FULL), None)
                     },
                 };
                 left_out.push((centres.clone(), data));
