@@ -81,7 +81,7 @@ declare! {
         /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
         #[serde(skip_serializing_if = "Option::is_none")]
         prior: Option<PriorFile> = None;
-        /// Coordinates of the kernel; by default the columns of [`kernel`], of half/difference.
+        /// Coordinates of the kernel; by default columns of half/difference ones.
         #[serde(skip_serializing_if = "Option::is_none")]
         coordinates: Option<Coordinates> = None;
     }
