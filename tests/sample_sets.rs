@@ -4,13 +4,14 @@
 mod common;
 
 use common::draws::statistic;
-use common::{ISOTROPIC, at, bent, form, lowest, member, near, planned, product, says};
+use common::{ISOTROPIC, at, bent, form, lowest, member, near, planned, product, says, table};
+use gonio::acquisition;
 use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::numeric::GRAZING_COS;
 use gonio::parametrization::{self, AxisKind, Coords, Parametrization};
 use gonio::registry;
 use gonio::sampling::Sobol;
-use gonio::schedule::{self, Pose, SampleSet, Schedule};
+use gonio::schedule::{self, Pose, SampleSet, Schedule, ScheduleFormat, Sequence};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
@@ -575,4 +576,156 @@ fn directions_are_uniform_in_any_coordinates() {
             assert!(apart < 1e-7, "{density} {}: {apart:e}", entry.kind);
         }
     }
+}
+
+/// Layouts by what their sources say of them: elevations and azimuths, angles from the mirror direction, cells.
+#[test]
+fn layouts_are_those_of_their_sources() {
+    let of = |name: &str, symmetry, budget| {
+        let set = set("layout", &format!("of = \"{name}\""));
+        let schedule = set.plan(&form("half-difference", symmetry), budget, 1);
+        schedule.unwrap().poses
+    };
+    let utia = of("utia", Symmetry::NONE, 10_000);
+    assert_eq!(utia.len(), 81 * 81);
+    for (theta, azimuths) in [(0, 1), (15, 6), (30, 12), (45, 18), (60, 20), (75, 24)] {
+        let here =
+            |p: &&Pose| (p.pair.omega_i.theta().to_degrees() - f64::from(theta)).abs() < 1e-9;
+        let here: Vec<&Pose> = utia.iter().filter(here).collect();
+        assert_eq!(here.len(), azimuths * 81, "{theta}");
+        for pose in here.iter().filter(|_| theta > 0) {
+            let turn = pose.pair.omega_i.phi().to_degrees() * azimuths as f64 / 360.0;
+            assert!((turn - turn.round()).abs() < 1e-9, "{theta} {turn}");
+        }
+    }
+    let part = of("utia", Symmetry::NONE, 500);
+    assert_eq!(part.len(), 500);
+    assert!(part.iter().all(|p| utia.contains(p)) && part != utia[..500]);
+    // Under isotropy azimuths count by their difference, under reciprocity both orders are one.
+    let folded = of("utia", Symmetry::FULL, 10_000).len();
+    assert!((200..6561 / 12).contains(&folded), "{folded}");
+    let angles: [(&str, &[[f64; 2]]); 2] = [
+        ("astm-e2194", &[[45.0, 15.0], [45.0, 45.0], [45.0, 110.0]]),
+        (
+            "astm-e2539",
+            &[
+                [45.0, -15.0],
+                [45.0, 15.0],
+                [45.0, 25.0],
+                [45.0, 45.0],
+                [45.0, 75.0],
+                [45.0, 110.0],
+                [15.0, -15.0],
+                [15.0, 15.0],
+            ],
+        ),
+    ];
+    for (name, angles) in angles {
+        let poses = of(name, ISOTROPIC, 100);
+        assert_eq!(poses.len(), angles.len());
+        for (pose, [light, aspecular]) in poses.iter().zip(angles) {
+            let (i, o) = (pose.pair.omega_i.vector(), pose.pair.omega_o.vector());
+            let mirror = glam::DVec3::new(-i.x, -i.y, i.z);
+            // Towards the normal, and on past it, the sensor comes nearer to the light.
+            let sign = (i.dot(o) - i.dot(mirror)).signum();
+            near(i.z.acos().to_degrees(), *light, 1e-9, name);
+            near(
+                sign * mirror.dot(o).acos().to_degrees(),
+                *aspecular,
+                1e-6,
+                name,
+            );
+            near(mirror.cross(o).dot(glam::DVec3::Z), 0.0, 1e-12, name);
+        }
+    }
+    for pose in of("merl", Symmetry::FULL, 2000) {
+        let [h, d, phi, _] = pose.coords;
+        let cells = [
+            90.0 * (h / std::f64::consts::FRAC_PI_2).sqrt(),
+            d.to_degrees(),
+            phi.to_degrees(),
+        ];
+        let off = cells.map(|x| (x - x.floor() - 0.5).abs());
+        // Cells of which the middle is below the horizon have their value elsewhere.
+        let is_rim = lowest(&pose.pair) < 0.03;
+        assert!(is_rim || off.iter().all(|x| *x < 1e-6), "{cells:?}");
+    }
+}
+
+/// Poses that were written and read are the same poses, in any coordinates, whatever the file is called; another file is refused where
+/// its hash is named.
+#[test]
+fn poses_of_a_file_are_those_that_were_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let plan = form("half-difference", Symmetry::FULL);
+    let sobol = set("sobol", "").plan(&plan, 100, 3).unwrap();
+    for (name, format) in [
+        ("a.csv", ScheduleFormat::Csv),
+        ("b.jsonl", ScheduleFormat::JsonLines),
+    ] {
+        let mut file = std::fs::File::create(path(name)).unwrap();
+        schedule::write_schedule(&sobol, Sequence::Generated, format, &mut file).unwrap();
+    }
+    let text = "theta_i,theta_o,delta_phi\n30,20,0\n30,20,180\n20,30,180\n60,1.5,90\n";
+    std::fs::write(path("c.csv"), text).unwrap();
+    let of = |name: &str, keys: &str| {
+        let body = format!("file = {:?}\n{keys}", path(name));
+        member(acquisition::all(), "file", &body)
+    };
+    for entry in parametrization::all() {
+        let form = entry.form(Symmetry::FULL);
+        for name in ["a.csv", "b.jsonl"] {
+            for budget in [40, 200] {
+                let found = of(name, "").plan(&form, budget, 1).unwrap();
+                assert_eq!(found.poses.len(), budget.min(100));
+                for (a, b) in sobol.poses.iter().zip(&found.poses) {
+                    let off =
+                        (a.coords.iter().zip(plan.forward(&b.pair))).map(|(a, b)| (a - b).abs());
+                    assert!(off.fold(0.0, f64::max) < 1e-6, "{} {name}", entry.kind);
+                }
+            }
+        }
+        let found = of("c.csv", "angles = \"deg\"").plan(&form, 9, 1).unwrap();
+        // The second and third are one by reciprocity.
+        assert_eq!(found.poses.len(), 3, "{}", entry.kind);
+        let mirror = of("c.csv", "angles = \"deg\"\nazimuth = \"mirror\"")
+            .plan(&form, 9, 1)
+            .unwrap();
+        let turned =
+            |p: &Pose| (p.pair.omega_i.vector().dot(p.pair.omega_o.vector()) * 1e9).round() as i64;
+        assert_eq!(turned(&found.poses[0]), turned(&mirror.poses[1]));
+    }
+    // The hash is that of the rows: of both formats the same, and not that of the other file.
+    let hash = |name: &str| {
+        let set = of(name, "angles = \"deg\"");
+        set.check(&[]).unwrap();
+        set.resolved()["schedule_hash"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(hash("a.csv"), hash("b.jsonl"));
+    let pinned = of(
+        "c.csv",
+        &format!("angles = \"deg\"\nschedule_hash = {:?}", hash("a.csv")),
+    );
+    let refused = pinned.check(&[]).unwrap_err();
+    says(
+        &refused.to_string(),
+        &format!("schedule_hash … {} … c.csv", hash("c.csv")),
+    );
+    let wrong = table::<2>(
+        "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg#95,0,20,0 | :2: theta_i_deg = 95
+         theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,colour#5,0,20,0,1 | colour
+         theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg# | no row
+         theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg#5,0,20,0#5,0,20,0 | :3: this pose is that of line 2
+         theta_i,phi_i,theta_o,phi_o#1,0,1,0 | unit",
+    );
+    for [text, why] in wrong {
+        std::fs::write(path("d.csv"), text.replace('#', "\n")).unwrap();
+        let refused = of("d.csv", "").check(&[]).unwrap_err().to_string();
+        says(&refused, &format!("file = … d.csv … {why}"));
+    }
+    says(
+        &of("e.csv", "").check(&[]).unwrap_err().to_string(),
+        "file = … e.csv … No such file",
+    );
 }

@@ -30,6 +30,21 @@ named! {
         HalfDifferenceTable = "half-difference table":
             "The table was sampled in half-difference coordinates with a square root in theta_h: \
              it favours a grid in the same coordinates with the same warp.",
+        /// Measured: the width of the lobe changes neither as over theta_h nor as over |h_bar|, or it is not known which.
+        Between = "between":
+            "The alignment q of the lobe is not told from one half: it is as far from a function of theta_h as of |h_bar|.",
+        /// A table over half/difference coordinates of a lobe over theta_h.
+        HalfAngleTable = "theta_h table":
+            "The lobe is one over theta_h, and the table was sampled in half-difference coordinates with a square root in \
+             theta_h: it favours these coordinates, most of all a grid with the same warp.",
+        /// A table over half/difference coordinates of a lobe over |h_bar|.
+        ProjectedHalfTable = "h_bar table":
+            "The lobe is one over |h_bar|, which favours hybrid, orthographic and Stark's coordinates; but the table was \
+             sampled in half-difference coordinates with a square root in theta_h, which favours a grid in these.",
+        /// A table over half/difference coordinates of a lobe between both.
+        BetweenTable = "between table":
+            "The lobe is as far from a function of theta_h as of |h_bar|, but the table was sampled in half-difference \
+             coordinates with a square root in theta_h, which favours a grid in these.",
         /// A table over spherical coordinates.
         SphericalTable = "spherical table":
             "The table was sampled in spherical coordinates: \
@@ -38,5 +53,29 @@ named! {
         Reconstruction = "reconstruction":
             "It is a reconstruction of readings: \
              it favours the coordinates that these were interpolated in.",
+    }
+}
+
+impl Favours {
+    /// What it favours by the alignment q of its lobe and the standard error of q: the class that the interval of two standard
+    /// errors lies in. Where what a table is sampled in, or a reconstruction interpolated in, is all that matters, that stays.
+    #[must_use]
+    pub fn measured(self, q: f64, standard_error: f64) -> Self {
+        let is_over = |sign: f64| sign * (q - 0.5) > 2.0 * standard_error;
+        let lobe = match () {
+            () if is_over(-1.0) => [Favours::HalfAngle, Favours::HalfAngleTable],
+            () if is_over(1.0) => [Favours::ProjectedHalf, Favours::ProjectedHalfTable],
+            () => [Favours::Between, Favours::BetweenTable],
+        };
+        match self {
+            Favours::SphericalTable | Favours::Reconstruction => self,
+            Favours::HalfDifferenceTable => lobe[1],
+            _ => lobe[0],
+        }
+    }
+
+    /// True if a comparison of parametrizations on such truths says as much about them.
+    pub fn is_biased(self) -> bool {
+        !matches!(self, Favours::Neither | Favours::Between)
     }
 }

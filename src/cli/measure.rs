@@ -23,7 +23,8 @@ use std::sync::Arc;
 The schedule is one that `gonio schedule` wrote, or any CSV with the columns theta_i_deg, phi_i_deg,
 theta_o_deg and phi_o_deg:
 
-  gonio schedule configs/quickstart.toml --parametrization hybrid --budget 1000 -o poses.csv
+  gonio schedule configs/quickstart.toml --parametrization hybrid --sample-set grid --budget 1000 \\
+    -o poses.csv
   gonio measure poses.csv --config configs/quickstart.toml --material ggx-0.05 -o readings.csv
   gonio reconstruct readings.csv --against configs/quickstart.toml --material ggx-0.05")]
 pub(super) struct Measure {

@@ -29,12 +29,13 @@ A config with several parametrizations, warps, sample sets, budgets, seeds or sy
 materials has several schedules. Choose one with the options, which take the names that
 results.csv has in its columns; or give a folder (-o DIR/) and get a file for each:
 
-  gonio schedule configs/quickstart.toml --parametrization hybrid --budget 1000 -o hybrid.csv
+  gonio schedule configs/quickstart.toml --parametrization hybrid --sample-set grid --budget 1000 \\
+    -o hybrid.csv
   gonio schedule configs/quickstart.toml -o schedules/ --format json-lines
 
 After an acquisition that was broken off:
 
-  gonio schedule configs/quickstart.toml --parametrization hybrid --budget 1000 \\
+  gonio schedule configs/quickstart.toml --parametrization hybrid --sample-set grid --budget 1000 \\
     --append readings.csv --partial -o left.csv")]
 #[command(mut_group("ReadingArgs", |group| group.requires("append")))]
 pub(super) struct Schedule {

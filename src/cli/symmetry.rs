@@ -122,8 +122,10 @@ impl Row {
 
 impl<'a> Sheet<'a> {
     fn new(material: &'a Material, brdf: &dyn Brdf, found: &Deviations, tolerance: f64) -> Self {
-        let favours = material.spec.favours();
-        let alignment = analysis::alignment(brdf).map(|a| Aligned {
+        let declared = material.spec.favours();
+        let aligned = analysis::alignment(brdf);
+        let favours = aligned.map_or(declared, |a| declared.measured(a.q, a.standard_error));
+        let alignment = aligned.map(|a| Aligned {
             q: a.q,
             standard_error: a.standard_error,
             half_width_deg: a.half_width.to_degrees(),

@@ -7,7 +7,7 @@ use super::observer::{Event, EventSink, GoOn, Job, ScheduleKey, Stop};
 use super::plan::Plan;
 use super::readings::Readings;
 use super::row::{HOLES, Quantities, Row};
-use crate::analysis::alignment;
+use crate::analysis::{Alignment, alignment};
 use crate::brdf::Brdf;
 use crate::error::{Error, ParameterError};
 use crate::geometry::DirectionPair;
@@ -33,7 +33,7 @@ const SLAB: usize = 1 << 15;
 /// A material with the values that its reconstructions are compared with.
 pub(super) struct Truth {
     pub brdf: Built,
-    pub alignment: Option<f64>,
+    pub alignment: Option<Alignment>,
     /// What its paths may be off by, one per measure; empty of what has none.
     errors: Vec<TruthErrors>,
     /// Values at the levels of test pairs that were asked for, sr⁻¹, without the cosine.
@@ -153,7 +153,7 @@ impl<'a> Evaluator<'a> {
         });
         let (first, albedo, errors) = found?;
         Ok(Truth {
-            alignment: alignment.map(|a| a.q),
+            alignment,
             errors,
             levels: Mutex::new(vec![Arc::new(first)]),
             albedo,

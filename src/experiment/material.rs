@@ -1,5 +1,6 @@
 //! Materials of a plan.
 
+use crate::analysis::Alignment;
 use crate::brdf::{BrdfSpec, Channels, Favours};
 use crate::geometry::Symmetry;
 
@@ -29,9 +30,11 @@ impl Material {
         self.spec.check(&Channels::Rgb).is_ok()
     }
 
-    /// Truth class of its rows: the coordinates it favours. Anisotropic materials are one class, as they are few.
-    pub(crate) fn truth(&self) -> &'static str {
-        let favours = self.spec.favours();
+    /// Truth class of its rows: the coordinates it favours, by its measured alignment if it has one. Anisotropic materials are one
+    /// class, as they are few.
+    pub(crate) fn truth(&self, alignment: Option<&Alignment>) -> &'static str {
+        let declared = self.spec.favours();
+        let favours = alignment.map_or(declared, |a| declared.measured(a.q, a.standard_error));
         if self.symmetry.isotropic || favours == Favours::SphericalTable {
             favours.name()
         } else {

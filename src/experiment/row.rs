@@ -49,8 +49,9 @@ row! {
     material: String,
     /// hash of what it is: its keys and the bytes of its files
     material_key: RowKey,
-    /// what the truth is aligned with or a table in, and may favour: theta_h, h_bar, neither,
-    /// half-difference table, spherical table, reconstruction; anisotropic ones say so
+    /// what the truth favours: theta_h or h_bar, if q is below or above one half by two standard errors, else between, each
+    /// with `table` of a table over half/difference coordinates; without a lobe what its formula favours: theta_h, h_bar, neither,
+    /// half-difference table; and spherical table, reconstruction, anisotropic
     truth: String,
     /// measured alignment q of the lobe, whose width in theta_h goes as (cos theta_d)^-q: 0 is
     /// theta_h, 1 is |h_bar|; empty without a lobe

@@ -1,6 +1,7 @@
 //! Arrays in and out: directions, numbers, columns.
 
 use crate::errors::refused;
+use crate::given::detached;
 use gonio::brdf::{Brdf, Presence};
 use gonio::geometry::{Direction, DirectionPair};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -321,7 +322,7 @@ impl<'a> Pairs<'a> {
         work: impl Fn(&[DirectionPair], &mut [f64]) + Sync,
     ) -> PyResult<Vec<f64>> {
         let (pairs, count) = (*self, self.count);
-        let made = py.detach(|| {
+        let made = detached(py, || {
             let mut out = vec![0.0; count * width];
             let chunks = out.par_chunks_mut(CHUNK * width.max(1)).enumerate();
             let wrong = chunks.map_init(Vec::new, |buffer, (i, out)| {
@@ -337,7 +338,7 @@ impl<'a> Pairs<'a> {
                 Some(row) => Err(row),
             }
         });
-        made.map_err(|row| self.refused(row))
+        made?.map_err(|row| self.refused(row))
     }
 
     /// f_r without the cosine, sr⁻¹, channel by channel; NaN where there is no data.

@@ -1,6 +1,7 @@
 //! Instruments, and measuring with them.
 
 use crate::errors::{of_files, of_keys, other_type, refused, warn};
+use crate::given::detached;
 use crate::keys::{self, parsed, source, table};
 use crate::material::PyMaterial;
 use crate::measurement::PyMeasurement;
@@ -169,14 +170,14 @@ pub fn measure(
     };
     let bench = instrument.map_or(Ok(None), |i| i.bench(seed))?;
     let (Some(planned), Some(bench)) = (planned, bench) else {
-        let measurement = py.detach(|| match &schedule.order {
+        let measurement = detached(py, || match &schedule.order {
             Some(order) => Ideal.measure(brdf, poses).of_poses(order, &schedule.lost),
             None => Ideal.measure(brdf, poses),
-        });
+        })?;
         return Ok(PyMeasurement::new(measurement, about(None), None));
     };
     check(planned, folded, "the schedule")?;
-    let (measurement, itinerary) = py.detach(|| {
+    let (measurement, itinerary) = detached(py, || {
         let mut itinerary = match &schedule.order {
             Some(order) => bench.plan_given(poses, order),
             None => bench.plan(poses, planned.use_of.order),
@@ -185,7 +186,7 @@ pub fn measure(
         itinerary.unreachable.extend(&schedule.lost);
         let measurement = bench.session(&itinerary, seed).measure(brdf, poses);
         (measurement, itinerary)
-    });
+    })?;
     Ok(PyMeasurement::new(
         measurement,
         about(Some(planned)),

@@ -1,6 +1,8 @@
 //! Keys of configs from Python's keyword arguments and dictionaries, and the library's sentences.
 
 use crate::errors::{of_keys, other_type, refused};
+use crate::given::keys_of;
+use crate::material::PyMaterial;
 use gonio::brdf::Channels;
 use gonio::error::ParameterError;
 use gonio::experiment::{MAX_BUDGET, Source};
@@ -62,6 +64,9 @@ fn value_of(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value
     if let Ok(keys) = value.cast::<PyDict>() {
         return Ok(Value::Table(nested(keys, depth)?));
     }
+    if let Ok(material) = value.cast::<PyMaterial>() {
+        return Ok(Value::Table(keys_of(material.get())));
+    }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
         let items = value
             .try_iter()?
@@ -77,7 +82,7 @@ fn value_of(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value
     }
     let kind = value.get_type().name()?;
     Err(refused(format!(
-        "{key} is a {kind}; allowed: a number, a text, a path, a list or a dictionary"
+        "{key} is a {kind}; allowed: a number, a text, a path, a list, a dictionary or a gonio.Material"
     )))
 }
 

@@ -8,6 +8,7 @@ mod advice;
 mod arrays;
 mod errors;
 mod files;
+mod given;
 mod instrument;
 mod keys;
 mod lists;

@@ -1,5 +1,6 @@
 //! What there is to choose from: the registries, as dictionaries of names and what they are.
 
+use crate::given;
 use gonio::experiment;
 use gonio::formats as files;
 use gonio::metrics::Measure;
@@ -26,7 +27,9 @@ macro_rules! families {
             $(#[$doc])*
             #[pyfunction]
             pub fn $name(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-                dictionary(py, $all().iter().map(|e| (e.kind, e.summary)))
+                // A material of Python in a config has a kind that no text of a config can use.
+                let all = $all().into_iter().filter(|e| e.kind != given::KIND);
+                dictionary(py, all.map(|e| (e.kind, e.summary)))
             }
         )*
     };

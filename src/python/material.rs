@@ -1,10 +1,12 @@
 //! Materials: models, tables, and reconstructions.
 
 use crate::arrays::{Column, Directions, Matrix, Sides, numbers, rows, shape, slice};
-use crate::errors::{of_files, of_keys, refused, warn};
+use crate::errors::{of_files, of_keys, other_type, refused, warn};
 use crate::files::{refuse_existing, unwritable, writer};
+use crate::given::{Array, Function, detached};
 use crate::keys::{self, channels, named, read, table};
 use crate::moments;
+use crate::parametrization::PyParametrization;
 use crate::table::{columns, of_json};
 use gonio::Error;
 use gonio::brdf::laws::max_albedo;
@@ -12,13 +14,14 @@ use gonio::brdf::{Brdf, Channels, Part, SampleBrdf};
 use gonio::error::{ParameterError, in_left_open, one_of};
 use gonio::experiment::{keys_of_file, materials, split_of};
 use gonio::formats::{READ_READINGS, READ_TABLE, TableError, Tabulation, WRITE_TABLE};
-use gonio::geometry::Direction;
+use gonio::geometry::{Direction, Symmetry};
 use gonio::parametrization;
 use gonio::report::BouncesReport;
 use numpy::{PyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use rayon::prelude::*;
+use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -90,6 +93,60 @@ impl PyMaterial {
         })?;
         all.extend(table(keys)?);
         Self::build(py, all, self::channels(channels)?)
+    }
+
+    /// The material of a function: f_r in 1/sr without the cosine, (n,) or (n, channels), of (n, 3) unit vectors omega_i and omega_o, which
+    /// point away from the surface and are above the horizon.
+    ///
+    /// It is called with many pairs at once, from one thread at a time. `symmetry` is what it has: of a symmetry that it is said to have
+    /// and has not, half is never looked at.
+    #[classmethod]
+    #[pyo3(signature = (function, /, *, symmetry = None, channels = None, name = "function"))]
+    fn from_function(
+        _class: &Bound<'_, PyType>,
+        function: &Bound<'_, PyAny>,
+        symmetry: Option<&Bound<'_, PyAny>>,
+        channels: Option<&Bound<'_, PyAny>>,
+        name: &str,
+    ) -> PyResult<Self> {
+        if !function.is_callable() {
+            let allowed = "a function of omega_i and omega_o";
+            return Err(other_type("function", function, allowed));
+        }
+        let function = Function {
+            function: function.clone().unbind(),
+            name: name.to_owned(),
+            channels: self::channels(channels)?,
+            symmetry: symmetry.map_or(Ok(Symmetry::NONE), keys::symmetry)?,
+        };
+        Ok(Self {
+            brdf: Arc::new(function),
+            label: name.to_owned(),
+        })
+    }
+
+    /// The material of an array over the nodes of coordinates, linear between them: f_r in 1/sr without the cosine, an index an axis, and
+    /// then one of the channel if there are several.
+    ///
+    /// `axes` are increasing nodes in the units of `Parametrization.ranges`, in the order of `Parametrization.axes`. Beyond the first
+    /// and last node an azimuth goes on round its turn, any other coordinate stays at their value.
+    #[classmethod]
+    #[pyo3(signature = (values, axes, *, parametrization, symmetry = None, channels = None, name = "array"))]
+    fn from_array(
+        _class: &Bound<'_, PyType>,
+        values: &Bound<'_, PyAny>,
+        axes: Vec<Bound<'_, PyAny>>,
+        parametrization: &Bound<'_, PyAny>,
+        symmetry: Option<&Bound<'_, PyAny>>,
+        channels: Option<&Bound<'_, PyAny>>,
+        name: &str,
+    ) -> PyResult<Self> {
+        let form = PyParametrization::read(parametrization, symmetry)?.form;
+        let array = Array::new(values, &axes, form, self::channels(channels)?)?;
+        Ok(Self {
+            brdf: Arc::new(array),
+            label: name.to_owned(),
+        })
     }
 
     /// f_r in 1/sr without the cosine, (n, channels); NaN where there is no data, 0 below the horizon.
@@ -227,18 +284,30 @@ impl PyMaterial {
             ))
         })?;
         refuse_existing(&path, force)?;
-        for sentence in py.detach(|| gains(&*self.brdf)) {
+        for sentence in detached(py, || gains(&*self.brdf))? {
             warn(py, &sentence)?;
         }
         let tabulation = Tabulation {
             size,
             ..Tabulation::default()
         };
-        let filled = py.detach(|| write(&*self.brdf, tabulation, &path));
-        let filled = filled.map_err(|e| match e {
-            TableError::Io(..) => unwritable(&path, e),
-            e => refused(e),
-        })?;
+        // Under another name until it is whole: a function may fail.
+        let mut part = path.clone().into_os_string();
+        part.push(".part");
+        let part = PathBuf::from(part);
+        let done = detached(py, || write(&*self.brdf, tabulation, &part));
+        let done = done.and_then(|done| {
+            let filled = done.map_err(|e| match e {
+                TableError::Io(..) => unwritable(&path, e),
+                e => refused(e),
+            })?;
+            let renamed = fs::rename(&part, &path).map(|()| filled);
+            renamed.map_err(|e| unwritable(&path, format_args!("cannot write this file: {e}")))
+        });
+        if done.is_err() {
+            _ = fs::remove_file(&part);
+        }
+        let filled = done?;
         match filled {
             0 => Ok(()),
             filled => warn(py, &format!("{filled} pairs had no data and were filled")),

@@ -1,6 +1,7 @@
 //! How far two materials are apart.
 
 use crate::errors::refused;
+use crate::given::detached;
 use crate::keys::{parsed, table};
 use crate::material::PyMaterial;
 use gonio::error::ParameterError;
@@ -46,12 +47,12 @@ pub fn compare<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let measures = self::measures(measures)?;
     let spec: MetricsSpec = parsed("metrics", table(keys)?)?;
-    let compared = py.detach(|| {
+    let compared = detached(py, || {
         let set = TestSet::new(&measures, &spec)?;
         let tally = set.compare(&*truth.brdf, &*copy.brdf).tally;
         Ok::<_, ParameterError>((set, tally))
     });
-    let (set, tally) = compared.map_err(refused)?;
+    let (set, tally) = compared?.map_err(refused)?;
     let all = PyDict::new(py);
     for (at, measure) in measures.iter().enumerate() {
         let (errors, standard) = (tally.errors(at), tally.standard_errors(at));

@@ -2,6 +2,7 @@
 
 use crate::arrays::list;
 use crate::errors::refused;
+use crate::given::detached;
 use crate::keys::{self, parsed, read, table};
 use crate::material::PyMaterial;
 use crate::metrics::quantities;
@@ -58,7 +59,7 @@ pub fn moments_at(
     let unknown = || refused(ParameterError::new("channel", channel, Channel::names()));
     let channel = named.ok_or_else(unknown)?;
     let estimator = estimator(table(keys)?)?;
-    let slices = py.detach(|| {
+    let slices = detached(py, || {
         let slice = |theta_o: &f64| {
             let slice = Slice::new(brdf, channel, *theta_o)?;
             Ok(estimator.estimate(&slice, Order::MAX, seed))
@@ -71,7 +72,7 @@ pub fn moments_at(
     Ok(Profile {
         channel,
         order: Order::MAX,
-        slices: slices.map_err(refused)?,
+        slices: slices?.map_err(refused)?,
         views,
         diffuse: 0.0,
     })
@@ -86,8 +87,10 @@ pub fn profiles(
 ) -> PyResult<Vec<Profile>> {
     let (spec, estimator) = settings(keys)?;
     let of = |&channel: &Channel| Profile::new(brdf, channel, &spec, &*estimator, seed);
-    let made = py.detach(|| spec.channels.iter().map(of).collect::<Result<_, _>>());
-    made.map_err(refused)
+    let made = detached(py, || {
+        spec.channels.iter().map(of).collect::<Result<_, _>>()
+    });
+    made?.map_err(refused)
 }
 
 /// Rows of profiles by the names of their columns.

@@ -1,6 +1,7 @@
 //! Whole experiments: a config in, a table out.
 
 use crate::errors::{goes_on, of_files, of_keys, other_type, refused, warn};
+use crate::given::detached;
 use crate::keys::{source, table};
 use crate::table::{columns, of_csv};
 use gonio::Error;
@@ -60,7 +61,7 @@ fn records<E: Experiment + Sync>(py: Python<'_>, plan: &E) -> PyResult<Vec<E::Re
 where
     E::Record: Send,
 {
-    let (mut records, summary) = py.detach(|| kept(plan)).map_err(|e| match e {
+    let (mut records, summary) = detached(py, || kept(plan))?.map_err(|e| match e {
         Stopped::Refused(e) => of_files(e),
         Stopped::Interrupted(e) => e,
     })?;

@@ -9,6 +9,7 @@ pub(crate) mod grid;
 pub(crate) mod import;
 mod itinerary;
 mod lattice;
+mod layout;
 mod points;
 pub(crate) mod record;
 mod sample_set;
@@ -24,6 +25,8 @@ pub use grid::{Grid, Ratio, Stratified};
 pub use import::{Assume, ScheduleFile, read_schedule};
 pub use itinerary::{Itinerary, MAX_AXES, Positions, Unreachable, Visit};
 pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};
+pub use layout::{Layout, LayoutSet};
+pub(crate) use points::first_of;
 pub use points::{PointSet, RandomSet, SobolSet};
 pub use record::schedule_schema;
 pub use sample_set::{PlanError, SampleSet};
@@ -121,5 +124,6 @@ family! {
         SobolSet::ENTRY,
         RandomSet::ENTRY,
         Directions::ENTRY,
+        LayoutSet::ENTRY,
     ]
 }

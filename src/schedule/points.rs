@@ -1,8 +1,10 @@
 //! Sample sets of the physical points of a sequence in the unit cube.
 
+use super::grid::Distinct;
 use super::sample_set::{PlanError, SampleSet, from_unit, place};
 use super::{Pose, Schedule};
 use crate::error::ParameterError;
+use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Parametrization};
 use crate::registry::{self, declare};
 use crate::sampling::{Random, Sobol};
@@ -101,4 +103,32 @@ pub(super) fn accept(
         poses,
         unphysical_share,
     ))
+}
+
+/// The first `budget` poses that differ under the symmetries of the coordinates.
+pub(crate) fn first_of(
+    parametrization: &Arc<dyn Parametrization>,
+    budget: usize,
+    kind: &'static str,
+    pairs: impl IntoIterator<Item = DirectionPair>,
+) -> Result<Schedule, PlanError> {
+    let mut distinct = Distinct::new(parametrization.axes());
+    let mut poses = Vec::new();
+    for pair in pairs {
+        if poses.len() == budget {
+            break;
+        }
+        let next = poses.len() as u32;
+        let pose = place(&**parametrization, &parametrization.forward(&pair));
+        poses.extend(pose.filter(|pose| distinct.first(&pose.coords, next) == next));
+    }
+    if poses.is_empty() {
+        return Err(PlanError::Empty {
+            budget,
+            sample_set: kind,
+            parametrization: parametrization.name(),
+        });
+    }
+    let parametrization = Arc::clone(parametrization);
+    Ok(Schedule::new(parametrization, kind, poses, 0.0))
 }

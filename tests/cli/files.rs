@@ -1,6 +1,6 @@
 //! Poses and readings as files: schedule → measure → reconstruct.
 
-use super::common::{says, table};
+use super::common::{edited, says, table};
 use super::{Bench, POSES, READINGS};
 use std::fs;
 
@@ -32,7 +32,9 @@ fn the_way_through_files_ends_where_a_run_does() {
     let material = rows.iter().map(|r| r.material.as_str());
     let material = { material }.find(|name| name.contains("ggx")).unwrap();
     // The same test pairs as the run.
-    let text = fs::read_to_string(config).unwrap() + "\n[metrics]\npairs = 500\nmax_pairs = 1\n";
+    let text = fs::read_to_string(config).unwrap();
+    let pairs = "pairs = 500\nmax_pairs = 1";
+    let text = edited(&text, "tolerance = 0.04\nmax_pairs = 32768", pairs);
     bench.write("c.toml", text);
     for [format, name, warp] in table(
         "csv | half-difference | theta_h:square-root
@@ -44,7 +46,7 @@ fn the_way_through_files_ends_where_a_run_does() {
         let choice = format!("--parametrization {name} --warp '{warp}'");
         let of = format!("--material {material}");
         bench.good(format!(
-            "schedule {config} {set} {choice} -o {poses} --force {of}"
+            "schedule {config} {set} {choice} --sample-set grid -o {poses} --force {of}"
         ));
         let measure = format!("measure {poses} --config {config} {of} -o {readings} --force");
         bench.tells(measure, " 0 without data");

@@ -457,6 +457,109 @@ def test_what_is_missing_is_nan(gonio, tmp_path):
     assert missing.any() and np.array_equal(np.isnan(measured.values[:, 0]), missing)
 
 
+# Materials of a program's own
+
+FULL = "isotropic, reciprocal, bilateral"
+
+
+def half(omega_i, omega_o):
+    """0.1 + 0.3 h_z^8: isotropic, reciprocal, bilateral."""
+    h = omega_i + omega_o
+    return 0.1 + 0.3 * (h[:, 2] / np.linalg.norm(h, axis=1)) ** 8
+
+
+def test_a_function_is_a_material_like_any_other(tmp_path):
+    blocks = []
+
+    def counted(omega_i, omega_o):
+        blocks.append(len(omega_i))
+        return half(omega_i, omega_o)
+
+    made = g.Material.from_function(counted, symmetry=FULL, name="mine")
+    light, sensor = cosine(3000, 1), cosine(3000, 2)
+    assert np.array_equal(made.eval(light, sensor)[:, 0], half(light, sensor))
+    assert made.eval([[0.0, 0.6, -0.8]], UP)[0, 0] == 0 and made.symmetry == ["isotropic", "reciprocal", "bilateral"]
+    ggx = g.Material("ggx", alpha=0.3)
+    same = g.Material.from_function(ggx.eval, symmetry=FULL)
+    assert g.compare(ggx, same)["cosine"]["nrmse"] < 1e-15
+    matte = g.Material.from_function(lambda i, o: np.full(len(i), 0.25), symmetry=FULL)
+    grey = g.Material("lambert", albedo=0.25 * np.pi)
+    for name, values in grey.moments([0.3, 1.0]).items():
+        if np.asarray(values).dtype == float and not name.endswith("uncertainty"):
+            assert np.allclose(values, matte.moments([0.3, 1.0])[name], rtol=1e-6, atol=1e-9, equal_nan=True), name
+    # In a config, alone and inside another material, and written as a table.
+    plan = {"budgets": [60], "measures": ["cosine"], "metrics": {"pairs": 2000}}
+    errors = [g.run(plan | {"material": [m]})["nrmse"] for m in (same, {"kind": "ggx", "alpha": 0.3})]
+    assert np.array_equal(*errors)
+    blocks.clear()
+    both = {"kind": "sum", "component": [{"weight": 0.5, "brdf": made}, {"weight": 0.5, "brdf": {"kind": "lambert"}}]}
+    of_sum = g.run(plan | {"material": [made, both, {"kind": "tabulated", "format": "merl", "of": made}]})
+    assert len(of_sum["nrmse"]) == 3 and np.all(of_sum["nrmse"] < 0.2)
+    # The lock is taken once a block.
+    assert sum(blocks) > 20 * len(blocks)
+    made.write(tmp_path / "mine.binary")
+    assert g.compare(made, g.Material.open(tmp_path / "mine.binary"))["cosine"]["nrmse"] < 0.01
+    coloured = g.Material.from_function(lambda i, o: half(i, o)[:, None] * [1, 0.5, 0], channels="rgb")
+    assert coloured.eval(light, sensor).shape == (3000, 3) and coloured.symmetry == []
+
+
+def test_a_function_that_fails_is_said_in_one_sentence(tmp_path):
+    def second(omega_i, omega_o):
+        """Fails once it has been called for a while."""
+        second.calls += 1
+        return half(omega_i, omega_o) if second.calls < 3 else np.full(len(omega_i), np.inf)
+
+    second.calls = 0
+    wrong = {
+        lambda i, o: half(i, o) * np.nan: "mine: what the function returns is NaN for omega_i = ",
+        lambda i, o: -half(i, o): "mine: what the function returns is -0.*at least 0",
+        lambda i, o: half(i, o)[:-1]: r"mine: .* has the shape \(.*,\) for .* pairs; allowed: \(",
+        lambda i, o: 1 / 0: "mine: the function raised ZeroDivisionError: division by zero",
+        lambda i: 1: "mine: the function raised TypeError",
+        lambda i, o: "bright": "mine: what the function returns is a str without numbers",
+    }
+    for function, sentence in wrong.items():
+        made = g.Material.from_function(function, symmetry=FULL, name="mine")
+        plan = {"budgets": [60], "material": [made], "metrics": {"pairs": 2000}}
+        for call in (
+            lambda made=made: made.eval(cosine(9), cosine(9, 1)),
+            lambda made=made: g.compare(made, g.Material("lambert")),
+            lambda made=made: made.moments([0.5]),
+            lambda made=made: g.measure(made, g.plan("sobol", 20)),
+            lambda plan=plan: g.run(plan),
+            lambda made=made: made.write(tmp_path / "x.binary"),
+        ):
+            with pytest.raises(ValueError, match=sentence) as told:
+                call()
+            assert "\n" not in str(told.value) and not list(tmp_path.iterdir())
+        # It is raised once.
+        assert g.Material("lambert").eval(UP, UP) > 0
+    made = g.Material.from_function(second, symmetry=FULL)
+    (tmp_path / "x.binary").write_bytes(b"before")
+    with pytest.raises(ValueError, match="inf"):
+        made.write(tmp_path / "x.binary", force=True)
+    assert (tmp_path / "x.binary").read_bytes() == b"before" and len(list(tmp_path.iterdir())) == 1
+
+
+def test_an_array_is_linear_between_its_nodes():
+    for name, symmetry in [("half-difference", FULL), ("spherical", "isotropic"), ("spherical", "none")]:
+        form = g.Parametrization(name, symmetry=symmetry)
+        # Nodes as uneven as they come; of a turn not the end, which is its beginning.
+        axes = [a + (b - a) * np.linspace(0, 1, 7 + k) ** (1 + 0.3 * k) for k, (a, b) in enumerate(form.ranges)]
+        grid = np.meshgrid(*axes, indexing="ij")
+        made = g.Material.from_array(20 + sum((k + 1) * x for k, x in enumerate(grid)), axes, parametrization=form)
+        light, sensor = cosine(2000, 5), cosine(2000, 6)
+        coords = form.forward(light, sensor)
+        want = 20 + coords @ np.arange(1, coords.shape[1] + 1)
+        assert np.allclose(made.eval(light, sensor)[:, 0], want, rtol=1e-12), name
+        assert g.compare(made, made)["cosine"]["nrmse"] == 0
+    # Round a turn the last node is followed by the first one.
+    turn, values = [-np.pi, -np.pi / 2, 0, np.pi / 2], [[[0.0, 1.0, 0.0, 3.0]]]
+    made = g.Material.from_array(values, [[0.5], [0.5], turn], parametrization="spherical", symmetry="isotropic")
+    at = [made.eval(g.direction(0.5, 0.0), g.direction(0.5, phi))[0, 0] for phi in np.pi * np.array([0.75, 0.5, 1.25])]
+    assert np.allclose(at, [1.5, 3.0, 0.5]) or np.allclose(at, [0.5, 1.0, 1.5])
+
+
 def test_any_array_is_taken():
     ggx = g.Material("ggx", alpha=0.3)
     light, sensor = cosine(1000, 1), cosine(1000, 2)
@@ -628,6 +731,13 @@ WRONG = [
         lambda: g.moment_errors(g.Material("lambert", channels="rgb"), g.Material("lambert", channels="rgb"), channels=["red", "green"]),
         "channels = red, green: allowed is one channel",
     ),
+    (lambda: g.Material.from_function(5), "function = 5: allowed is a function of omega_i and omega_o"),
+    (lambda: g.Material.from_array([1.0], [[0.5]], parametrization="stark"), "axes are 1; allowed: one list of nodes for each of "),
+    (lambda: g.Material.from_array([[[1.0]]], [[0.5], [0.5], [9]], parametrization="half-difference"), r"phi_d = \[9.0\]; allowed: increasing"),
+    (lambda: g.Material.from_array([[[1.0]]], [[0.5, 0.4], [0.5], [0]], parametrization="half-difference"), r"theta_h = \[0.5, 0.4\]"),
+    (lambda: g.Material.from_array([[1.0]], [[0.5], [0.5], [0]], parametrization="half-difference"), r"values has the shape \(1, 1\); allowed"),
+    (lambda: g.Material.from_array([[[-1.0]]], [[0.5], [0.5], [0]], parametrization="half-difference"), "values has -1; allowed"),
+    (lambda: g.Material("given", number=3), "given.*is not a material|number = 3"),
     (lambda: g.Material("lambert").paths(), "does not tell light by the number of facets.*smith-multiple"),
     (lambda: g.Material("smith-multiple").paths(paths=10), "paths = 10: allowed is a whole number from 1024"),
     (lambda: g.Material("smith-multiple").paths(bounce="all"), "bounce = all: allowed is first, second, later"),

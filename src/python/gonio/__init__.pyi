@@ -4,7 +4,7 @@ Directions are (n, 3) vectors of any length, or (n, 2) angles theta (from the no
 and one row stands for all. `**keys` are keys of a config: numbers, texts, paths, lists, dictionaries.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Any, final
 
@@ -22,6 +22,27 @@ class Material:
     def __new__(cls, kind: str, /, *, channels: str | ArrayLike | None = None, **keys: Any) -> Material: ...
     @classmethod
     def open(cls, path: _Path, *, channels: str | ArrayLike | None = None, **keys: Any) -> Material: ...
+    @classmethod
+    def from_function(
+        cls,
+        function: Callable[[_Floats, _Floats], ArrayLike],
+        /,
+        *,
+        symmetry: _Symmetry | None = None,
+        channels: str | ArrayLike | None = None,
+        name: str = "function",
+    ) -> Material: ...
+    @classmethod
+    def from_array(
+        cls,
+        values: ArrayLike,
+        axes: Sequence[ArrayLike],
+        *,
+        parametrization: str | Parametrization,
+        symmetry: _Symmetry | None = None,
+        channels: str | ArrayLike | None = None,
+        name: str = "array",
+    ) -> Material: ...
     def eval(self, omega_i: ArrayLike, omega_o: ArrayLike) -> _Floats: ...
     def sample(self, omega_o: ArrayLike, u: ArrayLike) -> _Floats: ...
     def pdf(self, omega_i: ArrayLike, omega_o: ArrayLike) -> _Floats: ...

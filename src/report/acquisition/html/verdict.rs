@@ -233,7 +233,7 @@ fn fairness(findings: &Findings, truth: &str, pair: Option<&Pair>, a: usize) -> 
         .rankings
         .iter()
         .find(|r| r.scope.truth.as_deref() == Some(truth) && r.scope.metric == Metric::Nrmse);
-    let biased = favours.is_some_and(|f| f != Favours::Neither);
+    let biased = favours.is_some_and(Favours::is_biased);
     let said = own.and_then(|ranking| {
         let pair = pair?;
         let at = findings.allowances.get(a)?;

@@ -1,0 +1,162 @@
+//! Published layouts of poses: directions that laboratories and standards measure at.
+
+use super::Schedule;
+use super::points::first_of;
+use super::sample_set::{PlanError, SampleSet};
+use crate::brdf::measured::merl::MerlGrid;
+use crate::error::ParameterError;
+use crate::geometry::DirectionPair;
+use crate::parametrization::{Axis, Parametrization};
+use crate::registry::{self, declare};
+use crate::sampling::Random;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+use std::iter;
+use std::sync::Arc;
+
+/// A layout of poses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layout {
+    /// The nodes of a MERL table (Matusik, Pfister, Brand, McMillan 2003): 90 of the root of θ_h, 90 of θ_d, of a degree each, and
+    /// 180 of φ_d.
+    Merl,
+    /// Light and sensor at any two of 81 directions (Sattler, Sarlette, Klein 2003, taken over by the UTIA database): the
+    /// normal, and 6, 12, 18, 20 and 24 azimuths at elevations of 15, 30, 45, 60 and 75°.
+    Utia,
+    /// ASTM E2194, of paint with metal flakes: light at 45°, sensor in its plane, 15, 45 and 110° from the mirror direction.
+    AstmE2194,
+    /// Multi-angle instruments for ASTM E2539, of interference pigments: light at 45°, sensor in its plane −15, 15, 25, 45, 75 and
+    /// 110° from the mirror direction (towards the normal); light at 15°, sensor −15 and 15° from it.
+    AstmE2539,
+}
+
+declare! {
+    impl dyn SampleSet, "layout": "poses of a published layout: of MERL, UTIA, ASTM E2194 or E2539; of a larger one so many at random", [
+        "",
+        "of = \"astm-e2539\"",
+    ]
+    /// A published layout.
+    pub struct LayoutSet {
+        /// `merl`, `utia`, `astm-e2194` or `astm-e2539`.
+        of: Layout = Layout::Utia;
+    }
+}
+
+/// Elevations of the directions of UTIA, degrees, and the number of azimuths at each, from 0 on.
+const RINGS: [(f64, usize); 6] = [
+    (0.0, 1),
+    (15.0, 6),
+    (30.0, 12),
+    (45.0, 18),
+    (60.0, 20),
+    (75.0, 24),
+];
+
+/// Directions of [`RINGS`].
+const DIRECTIONS: usize = 81;
+
+/// Elevation of the light and angles from the mirror direction, degrees.
+const E2194: [[f64; 2]; 3] = [[45.0, 15.0], [45.0, 45.0], [45.0, 110.0]];
+const E2539: [[f64; 2]; 8] = [
+    [45.0, -15.0],
+    [45.0, 15.0],
+    [45.0, 25.0],
+    [45.0, 45.0],
+    [45.0, 75.0],
+    [45.0, 110.0],
+    [15.0, -15.0],
+    [15.0, 15.0],
+];
+
+/// Elevation and azimuth of a direction of [`RINGS`], rad.
+fn of_rings(mut number: usize) -> [f64; 2] {
+    for (theta, azimuths) in RINGS {
+        if number < azimuths {
+            let phi = 360.0 * number as f64 / azimuths as f64;
+            return [theta.to_radians(), phi.to_radians()];
+        }
+        number -= azimuths;
+    }
+    unreachable!("there are {DIRECTIONS} directions")
+}
+
+/// A pose in the plane of the light, the sensor so far from the mirror direction towards the normal, degrees.
+fn aspecular([light, aspecular]: [f64; 2]) -> DirectionPair {
+    let sensor: f64 = light - aspecular;
+    let phi = if sensor < 0.0 { 0.0 } else { PI };
+    DirectionPair::from_spherical(light.to_radians(), 0.0, sensor.abs().to_radians(), phi)
+}
+
+impl Layout {
+    /// Poses, before those below the horizon are left out.
+    fn len(self) -> usize {
+        match self {
+            Layout::Merl => MerlGrid::RECIPROCAL.dims().iter().product(),
+            Layout::Utia => DIRECTIONS * DIRECTIONS,
+            Layout::AstmE2194 => E2194.len(),
+            Layout::AstmE2539 => E2539.len(),
+        }
+    }
+
+    /// A pose; `None` if it is below the horizon.
+    fn pose(self, number: usize) -> Option<DirectionPair> {
+        match self {
+            Layout::Merl => {
+                let [_, d, p] = MerlGrid::RECIPROCAL.dims();
+                MerlGrid::RECIPROCAL.pair([number / (d * p), number / p % d, number % p])
+            }
+            Layout::Utia => {
+                let [light, sensor] = [number / DIRECTIONS, number % DIRECTIONS].map(of_rings);
+                Some(DirectionPair::from_spherical(
+                    light[0], light[1], sensor[0], sensor[1],
+                ))
+            }
+            Layout::AstmE2194 => Some(aspecular(E2194[number])),
+            Layout::AstmE2539 => Some(aspecular(E2539[number])),
+        }
+    }
+}
+
+impl SampleSet for LayoutSet {
+    fn resolved(&self) -> registry::Keys {
+        registry::resolved(Self::KIND, self)
+    }
+
+    fn label(&self) -> String {
+        let name = serde_json::to_value(self.of).unwrap_or_default();
+        name.as_str().unwrap_or_default().to_owned()
+    }
+
+    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
+        Ok(())
+    }
+
+    fn plan(
+        &self,
+        parametrization: &Arc<dyn Parametrization>,
+        budget: usize,
+        seed: u64,
+    ) -> Result<Schedule, PlanError> {
+        let mut numbers: Vec<u32> = (0..self.of.len() as u32).collect();
+        let mut random = Random::new(seed).stream(0);
+        let is_part = budget < numbers.len();
+        let mut next = 0;
+        let pairs = iter::from_fn(|| {
+            while next < numbers.len() {
+                if is_part {
+                    // A step of the shuffle of Fisher and Yates.
+                    let left = numbers.len() - next;
+                    numbers.swap(next, next + (random.next() * left as f64) as usize);
+                }
+                next += 1;
+                let pose = self.of.pose(numbers[next - 1] as usize);
+                if pose.is_some() {
+                    return pose;
+                }
+            }
+            None
+        });
+        first_of(parametrization, budget, Self::KIND, pairs)
+    }
+}
