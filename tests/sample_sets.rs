@@ -5,7 +5,6 @@ mod common;
 
 use common::draws::statistic;
 use common::{ISOTROPIC, at, bent, form, lowest, member, near, planned, product, says, table};
-use gonio::acquisition;
 use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::numeric::GRAZING_COS;
 use gonio::parametrization::{self, AxisKind, Coords, Parametrization};
@@ -586,7 +585,7 @@ fn layouts_are_those_of_their_sources() {
         let schedule = set.plan(&form("half-difference", symmetry), budget, 1);
         schedule.unwrap().poses
     };
-    let utia = of("utia", Symmetry::NONE, 10_000);
+    let utia = of("utia-btf", Symmetry::NONE, 10_000);
     assert_eq!(utia.len(), 81 * 81);
     for (theta, azimuths) in [(0, 1), (15, 6), (30, 12), (45, 18), (60, 20), (75, 24)] {
         let here =
@@ -598,11 +597,11 @@ fn layouts_are_those_of_their_sources() {
             assert!((turn - turn.round()).abs() < 1e-9, "{theta} {turn}");
         }
     }
-    let part = of("utia", Symmetry::NONE, 500);
+    let part = of("utia-btf", Symmetry::NONE, 500);
     assert_eq!(part.len(), 500);
     assert!(part.iter().all(|p| utia.contains(p)) && part != utia[..500]);
     // Under isotropy azimuths count by their difference, under reciprocity both orders are one.
-    let folded = of("utia", Symmetry::FULL, 10_000).len();
+    let folded = of("utia-btf", Symmetry::FULL, 10_000).len();
     assert!((200..6561 / 12).contains(&folded), "{folded}");
     let angles: [(&str, &[[f64; 2]]); 2] = [
         ("astm-e2194", &[[45.0, 15.0], [45.0, 45.0], [45.0, 110.0]]),
@@ -638,6 +637,14 @@ fn layouts_are_those_of_their_sources() {
             near(mirror.cross(o).dot(glam::DVec3::Z), 0.0, 1e-12, name);
         }
     }
+    // Directions are those of the layout, whichever of two images is the representative.
+    for pose in of("astm-e2539", Symmetry::FULL, 100) {
+        let light = pose.pair.omega_i.theta().to_degrees();
+        assert!(
+            (light - 45.0).abs() < 1e-9 || (light - 15.0).abs() < 1e-9,
+            "{light}"
+        );
+    }
     for pose in of("merl", Symmetry::FULL, 2000) {
         let [h, d, phi, _] = pose.coords;
         let cells = [
@@ -671,7 +678,7 @@ fn poses_of_a_file_are_those_that_were_written() {
     std::fs::write(path("c.csv"), text).unwrap();
     let of = |name: &str, keys: &str| {
         let body = format!("file = {:?}\n{keys}", path(name));
-        member(acquisition::all(), "file", &body)
+        set("file", &body)
     };
     for entry in parametrization::all() {
         let form = entry.form(Symmetry::FULL);
@@ -695,6 +702,22 @@ fn poses_of_a_file_are_those_that_were_written() {
         let turned =
             |p: &Pose| (p.pair.omega_i.vector().dot(p.pair.omega_o.vector()) * 1e9).round() as i64;
         assert_eq!(turned(&found.poses[0]), turned(&mirror.poses[1]));
+    }
+    // Of a grid the poses that have a row, in the order of the rows.
+    let grid = set("grid", "").plan(&plan, 60, 3).unwrap();
+    let some: Vec<u32> = (0..grid.poses.len() as u32).rev().step_by(3).collect();
+    let mut file = std::fs::File::create(path("g.csv")).unwrap();
+    schedule::write_schedule(
+        &grid,
+        Sequence::Order(&some),
+        ScheduleFormat::Csv,
+        &mut file,
+    )
+    .unwrap();
+    let found = of("g.csv", "").plan(&plan, 500, 1).unwrap().poses;
+    assert_eq!(found.len(), some.len());
+    for (pose, number) in found.iter().zip(&some) {
+        assert!(gap(&*plan, &pose.coords, &grid.poses[*number as usize].coords) < 1e-9);
     }
     // The hash is that of the rows: of both formats the same, and not that of the other file.
     let hash = |name: &str| {

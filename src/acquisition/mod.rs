@@ -50,8 +50,6 @@ macro_rules! plans_by_design {
 mod choice;
 mod dupuy_jakob;
 mod field;
-#[cfg(feature = "experiments")]
-mod file;
 mod greedy;
 mod published;
 mod rows;
@@ -441,12 +439,7 @@ static JOINED: Joined<dyn Planner> = Joined::new();
 fn built_in() -> Vec<Entry<dyn Planner>> {
     let greedy = greedy::entries().into_iter();
     let published = published::entries().into_iter();
-    let others = [
-        dupuy_jakob::ENTRY,
-        vavra_filip::ENTRY,
-        #[cfg(feature = "experiments")]
-        file::entry(),
-    ];
+    let others = [dupuy_jakob::ENTRY, vavra_filip::ENTRY];
     greedy.chain(published).chain(others).collect()
 }
 

@@ -1,6 +1,7 @@
 //! Advice: which poses and reconstruction are best for materials like some.
 
 use crate::errors::{of_files, of_keys, refused, warn};
+use crate::given::detached;
 use crate::keys;
 use crate::run::{Stopped, config_source, kept};
 use crate::table::of_json;
@@ -58,7 +59,7 @@ pub fn advise<'py>(
         built_in_prior: config.is_some(),
     };
     let mut interrupt = None;
-    let advised = py.detach(|| {
+    let advised = detached(py, || {
         let materials = AnyPlan::read(&source)?.into_moments();
         asked.advise(materials, |plan| match kept(plan) {
             Ok((rows, summary)) => Ok((rows, summary.failures)),
@@ -73,7 +74,7 @@ pub fn advise<'py>(
     if let Some(e) = interrupt {
         return Err(e);
     }
-    let advised = advised.map_err(|e| match e {
+    let advised = advised?.map_err(|e| match e {
         Error::Data { .. } => of_files(e),
         e => refuse(e),
     })?;

@@ -2,23 +2,37 @@
 
 use crate::arrays::{list, numbers, shape, slice, vectors};
 use crate::errors::refused;
-use crate::material::PyMaterial;
+use crate::material::{PyMaterial, channel_names};
 use gonio::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Presence};
 use gonio::error::ParameterError;
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{AxisKind, Parametrization};
 use gonio::registry::{self, Entry, Keys, ReadError};
 use numpy::PyUntypedArrayMethods;
+use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::cell::Cell;
 use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError, Weak};
 
 /// The kind of a material that a config has as an object of Python.
 pub const KIND: &str = "given";
 
-/// The first error of a function since it was raised last.
+/// The first error of a function during the call of the library that goes on.
 static FAILED: Mutex<Option<PyErr>> = Mutex::new(None);
+
+/// Held by the call of the library that goes on, if there are functions: an error is raised by the call that it happened in.
+static CALL: Mutex<()> = Mutex::new(());
+
+/// True once there was a function.
+static FUNCTIONS: AtomicBool = AtomicBool::new(false);
+
+thread_local! {
+    /// True while this thread is in a function, which may call the library itself.
+    static INSIDE: Cell<bool> = const { Cell::new(false) };
+}
 
 /// Materials in configs, by their numbers.
 static GIVEN: Mutex<Vec<(String, Weak<dyn Brdf>)>> = Mutex::new(Vec::new());
@@ -30,13 +44,25 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 /// Does what may call functions of Python, without its lock.
 ///
 /// # Errors
-/// The first of a function.
+/// The first of a function. In a function that calls the library an error of another function ends the outer call too.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    let done = py.detach(work);
-    match locked(&FAILED).take() {
-        Some(error) => Err(error),
-        None => Ok(done),
+    if !FUNCTIONS.load(Ordering::Relaxed) {
+        return Ok(py.detach(work));
     }
+    if INSIDE.get() {
+        let done = py.detach(work);
+        return match &*locked(&FAILED) {
+            Some(error) => Err(error.clone_ref(py)),
+            None => Ok(done),
+        };
+    }
+    // The lock of Python is free while this waits for another thread's call.
+    let (done, failed) = py.detach(|| {
+        let _call = locked(&CALL);
+        let done = work();
+        (done, locked(&FAILED).take())
+    });
+    failed.map_or(Ok(done), Err)
 }
 
 /// A BRDF whose values a function of Python has.
@@ -52,8 +78,17 @@ impl Function {
     fn call(&self, py: Python<'_>, pairs: &[DirectionPair], out: &mut [f64]) -> PyResult<()> {
         let light = vectors(py, pairs.iter().map(|p| p.omega_i))?;
         let sensor = vectors(py, pairs.iter().map(|p| p.omega_o))?;
-        let found = self.function.bind(py).call1((light, sensor)).map_err(|e| {
-            let why = refused(format!("{}: the function raised {e}", self.name));
+        let outer = INSIDE.replace(true);
+        let found = self.function.bind(py).call1((light, sensor));
+        INSIDE.set(outer);
+        let found = found.map_err(|e| {
+            // An interrupt, or an exit, is no mistake of the function.
+            if !e.is_instance_of::<PyException>(py) {
+                return e;
+            }
+            let text = e.to_string();
+            let first = text.lines().next().unwrap_or_default();
+            let why = refused(format!("{}: the function raised {first}", self.name));
             why.set_cause(py, Some(e));
             why
         })?;
@@ -85,6 +120,14 @@ impl Function {
         }
         out.copy_from_slice(values);
         Ok(())
+    }
+}
+
+impl Function {
+    /// A function as a BRDF.
+    pub fn shared(self) -> Arc<dyn Brdf> {
+        FUNCTIONS.store(true, Ordering::Relaxed);
+        Arc::new(self)
     }
 }
 
@@ -264,8 +307,11 @@ struct Number {
     number: i64,
 }
 
-/// The keys of a material in a config.
+/// The keys of a material in a config: its own, or a number where it has none.
 pub fn keys_of(material: &PyMaterial) -> toml::Table {
+    if let Some(keys) = &material.keys {
+        return keys.clone();
+    }
     static JOIN: Once = Once::new();
     JOIN.call_once(|| _ = brdf::join(ENTRY));
     let mut given = locked(&GIVEN);
@@ -334,8 +380,9 @@ impl BrdfSpec for Given {
         if channels == held || *channels == Channels::Luminance {
             return Ok(());
         }
-        let allowed = format!("{held:?} or luminance, as {} has", self.name);
-        Err(ParameterError::new("channels", format!("{channels:?}"), allowed).into())
+        let [held, asked] = [held, channels].map(|c| channel_names(c).join(", "));
+        let allowed = format!("luminance, or {held} as {} has", self.name);
+        Err(ParameterError::new("channels", asked, allowed).into())
     }
 
     fn held_channels(&self) -> Result<Option<Channels>, BuildError> {

@@ -31,6 +31,8 @@ use std::sync::Arc;
 #[pyclass(frozen, subclass, name = "Material", module = "gonio")]
 pub struct PyMaterial {
     pub brdf: Arc<dyn Brdf>,
+    /// What a config has for it; none of functions, arrays and reconstructions.
+    pub keys: Option<toml::Table>,
     /// A short name.
     #[pyo3(get)]
     pub label: String,
@@ -40,12 +42,13 @@ impl PyMaterial {
     /// The material of all its keys.
     fn build(py: Python<'_>, keys: toml::Table, channels: Channels) -> PyResult<Self> {
         let spec = read("material", &materials(), keys)?;
-        let built = py.detach(|| {
+        let built = detached(py, || {
             spec.check(&channels)?;
             spec.build(channels)
-        });
+        })?;
         Ok(Self {
             brdf: Arc::from(built.map_err(refused)?),
+            keys: Some(spec.resolved()),
             label: spec.label(),
         })
     }
@@ -98,8 +101,8 @@ impl PyMaterial {
     /// The material of a function: f_r in 1/sr without the cosine, (n,) or (n, channels), of (n, 3) unit vectors omega_i and omega_o, which
     /// point away from the surface and are above the horizon.
     ///
-    /// It is called with many pairs at once, from one thread at a time. `symmetry` is what it has: of a symmetry that it is said to have
-    /// and has not, half is never looked at.
+    /// It is called with many pairs at once, perhaps by several threads. If you declare a symmetry that it lacks, a part of its domain is
+    /// never evaluated. An error of it ends the call of the library, a run too.
     #[classmethod]
     #[pyo3(signature = (function, /, *, symmetry = None, channels = None, name = "function"))]
     fn from_function(
@@ -120,7 +123,8 @@ impl PyMaterial {
             symmetry: symmetry.map_or(Ok(Symmetry::NONE), keys::symmetry)?,
         };
         Ok(Self {
-            brdf: Arc::new(function),
+            brdf: function.shared(),
+            keys: None,
             label: name.to_owned(),
         })
     }
@@ -145,6 +149,7 @@ impl PyMaterial {
         let array = Array::new(values, &axes, form, self::channels(channels)?)?;
         Ok(Self {
             brdf: Arc::new(array),
+            keys: None,
             label: name.to_owned(),
         })
     }

@@ -118,6 +118,7 @@ pub fn reconstruct(
     let made = made.map_err(refused)?;
     let material = PyMaterial {
         brdf: Arc::clone(&made.brdf),
+        keys: None,
         label: made.method.label(),
     };
     let of = PyClassInitializer::from(material).add_subclass(PyReconstruction { made });

@@ -117,7 +117,7 @@ pub fn run<'py>(
         let label = format!("set {assignment}");
         source.set(&assignment, label).map_err(refuse)?;
     }
-    let plan = py.detach(|| AnyPlan::read(&source)).map_err(refuse)?;
+    let plan = detached(py, || AnyPlan::read(&source))?.map_err(refuse)?;
     let rows = match plan {
         AnyPlan::Acquisition(plan) => {
             let rows: Vec<Row> = records(py, &*plan)?;

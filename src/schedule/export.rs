@@ -14,7 +14,7 @@
 
 use super::format::ScheduleFormat;
 use super::table::{Column, Part, Sheet};
-use super::{Itinerary, Schedule, Visit};
+use super::{Itinerary, LayoutSet, Schedule, Visit};
 use crate::error::count;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Unit};
@@ -73,7 +73,9 @@ pub(crate) fn description(schedule: &Schedule, what: &str) -> Vec<String> {
     };
     vec![
         format!("gonio {} {what}: {} above the horizon", env!("CARGO_PKG_VERSION"), count(schedule.poses.len(), "pose")),
-        if schedule.is_of_others() {
+        if schedule.sample_set == LayoutSet::KIND {
+            format!("of a published layout; coordinates are {} (warp: {}), each once under the symmetries {symmetries}", p.name(), p.warp_name())
+        } else if schedule.is_of_others() {
             format!("from a table; coordinates are {} (warp: {}), symmetries {symmetries}", p.name(), p.warp_name())
         } else if !super::all().iter().any(|set| set.kind == schedule.sample_set) {
             format!("chosen by {}; coordinates are {} (warp: {}), symmetries {symmetries}", schedule.sample_set, p.name(), p.warp_name())

@@ -21,9 +21,9 @@ pub enum Layout {
     /// The nodes of a MERL table (Matusik, Pfister, Brand, McMillan 2003): 90 of the root of θ_h, 90 of θ_d, of a degree each, and
     /// 180 of φ_d.
     Merl,
-    /// Light and sensor at any two of 81 directions (Sattler, Sarlette, Klein 2003, taken over by the UTIA database): the
-    /// normal, and 6, 12, 18, 20 and 24 azimuths at elevations of 15, 30, 45, 60 and 75°.
-    Utia,
+    /// Light and sensor at any two of 81 directions (Sattler, Sarlette, Klein 2003, taken over by the BTF database of UTIA; its tables
+    /// of BRDFs have 6 × 48 instead, a `grid` of spherical coordinates): the normal, and 6, 12, 18, 20 and 24 azimuths at elevations of 15, 30, 45, 60 and 75°.
+    UtiaBtf,
     /// ASTM E2194, of paint with metal flakes: light at 45°, sensor in its plane, 15, 45 and 110° from the mirror direction.
     AstmE2194,
     /// Multi-angle instruments for ASTM E2539, of interference pigments: light at 45°, sensor in its plane −15, 15, 25, 45, 75 and
@@ -32,18 +32,18 @@ pub enum Layout {
 }
 
 declare! {
-    impl dyn SampleSet, "layout": "poses of a published layout: of MERL, UTIA, ASTM E2194 or E2539; of a larger one so many at random", [
+    impl dyn SampleSet, "layout": "poses of a published layout: of MERL, UTIA's BTF, ASTM E2194 or E2539; of a larger one so many at random", [
         "",
         "of = \"astm-e2539\"",
     ]
     /// A published layout.
     pub struct LayoutSet {
-        /// `merl`, `utia`, `astm-e2194` or `astm-e2539`.
-        of: Layout = Layout::Utia;
+        /// `merl`, `utia-btf`, `astm-e2194` or `astm-e2539`.
+        of: Layout = Layout::UtiaBtf;
     }
 }
 
-/// Elevations of the directions of UTIA, degrees, and the number of azimuths at each, from 0 on.
+/// Elevations of the directions of UTIA's BTF, degrees, and the number of azimuths at each, from 0 on.
 const RINGS: [(f64, usize); 6] = [
     (0.0, 1),
     (15.0, 6),
@@ -93,7 +93,7 @@ impl Layout {
     fn len(self) -> usize {
         match self {
             Layout::Merl => MerlGrid::RECIPROCAL.dims().iter().product(),
-            Layout::Utia => DIRECTIONS * DIRECTIONS,
+            Layout::UtiaBtf => DIRECTIONS * DIRECTIONS,
             Layout::AstmE2194 => E2194.len(),
             Layout::AstmE2539 => E2539.len(),
         }
@@ -106,7 +106,7 @@ impl Layout {
                 let [_, d, p] = MerlGrid::RECIPROCAL.dims();
                 MerlGrid::RECIPROCAL.pair([number / (d * p), number / p % d, number % p])
             }
-            Layout::Utia => {
+            Layout::UtiaBtf => {
                 let [light, sensor] = [number / DIRECTIONS, number % DIRECTIONS].map(of_rings);
                 Some(DirectionPair::from_spherical(
                     light[0], light[1], sensor[0], sensor[1],

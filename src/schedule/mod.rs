@@ -4,6 +4,7 @@ pub(crate) mod arms;
 pub(crate) mod convention;
 mod directions;
 pub(crate) mod export;
+mod file;
 mod format;
 pub(crate) mod grid;
 pub(crate) mod import;
@@ -20,13 +21,13 @@ mod visited;
 pub use convention::{AngleUnit, Azimuth, Choice, Conventions, Quantity, UncertaintyUnit, choice};
 pub use directions::{Density, Directions};
 pub use export::{Sequence, schedule_hash, write_schedule};
+pub use file::FileSet;
 pub use format::ScheduleFormat;
 pub use grid::{Grid, Ratio, Stratified};
 pub use import::{Assume, ScheduleFile, read_schedule};
 pub use itinerary::{Itinerary, MAX_AXES, Positions, Unreachable, Visit};
 pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};
 pub use layout::{Layout, LayoutSet};
-pub(crate) use points::first_of;
 pub use points::{PointSet, RandomSet, SobolSet};
 pub use record::schedule_schema;
 pub use sample_set::{PlanError, SampleSet};
@@ -125,5 +126,6 @@ family! {
         RandomSet::ENTRY,
         Directions::ENTRY,
         LayoutSet::ENTRY,
+        FileSet::ENTRY,
     ]
 }

@@ -5,6 +5,7 @@ use super::sample_set::{PlanError, SampleSet, from_unit, place};
 use super::{Pose, Schedule};
 use crate::error::ParameterError;
 use crate::geometry::DirectionPair;
+use crate::numeric::GRAZING_COS;
 use crate::parametrization::{Axis, Parametrization};
 use crate::registry::{self, declare};
 use crate::sampling::{Random, Sobol};
@@ -105,8 +106,9 @@ pub(super) fn accept(
     ))
 }
 
-/// The first `budget` poses that differ under the symmetries of the coordinates.
-pub(crate) fn first_of(
+/// The first `budget` poses that differ under the symmetries of the coordinates; directions stay as they are given, for
+/// instruments whose arms differ.
+pub(super) fn first_of(
     parametrization: &Arc<dyn Parametrization>,
     budget: usize,
     kind: &'static str,
@@ -119,8 +121,12 @@ pub(crate) fn first_of(
             break;
         }
         let next = poses.len() as u32;
-        let pose = place(&**parametrization, &parametrization.forward(&pair));
-        poses.extend(pose.filter(|pose| distinct.first(&pose.coords, next) == next));
+        let visible = [pair.omega_i, pair.omega_o]
+            .iter()
+            .all(|d| d.cos_theta() > GRAZING_COS);
+        let coords = parametrization.canonical(&parametrization.forward(&pair));
+        let new = coords.filter(|coords| visible && distinct.first(coords, next) == next);
+        poses.extend(new.map(|coords| Pose { coords, pair }));
     }
     if poses.is_empty() {
         return Err(PlanError::Empty {

@@ -19,6 +19,26 @@ pub(crate) use read::Table;
 pub(crate) use write::{Cell, Column, Part, Sheet};
 
 use crate::error::{Cause, Error, printable};
+use crate::files;
+use std::io;
+use std::path::Path;
+
+/// The text of a file of poses: of an archive of NumPy the equivalent one.
+pub(crate) fn as_text(path: &Path) -> Result<String, FileError> {
+    let name = path.display().to_string();
+    let failed = |e: io::Error| FileError::whole(&name, format!("cannot read this file: {e}"));
+    #[cfg(feature = "arrays")]
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("npz"))
+    {
+        return as_lines(
+            &files::read(path, files::TABLE_LIMIT).map_err(failed)?,
+            &name,
+        );
+    }
+    files::read_text(path, files::TABLE_LIMIT).map_err(failed)
+}
 
 /// Columns that hold whole numbers.
 pub(crate) const WHOLE: [&str; 3] = ["index", "block", "attempt"];

@@ -489,8 +489,9 @@ def test_a_function_is_a_material_like_any_other(tmp_path):
             assert np.allclose(values, matte.moments([0.3, 1.0])[name], rtol=1e-6, atol=1e-9, equal_nan=True), name
     # In a config, alone and inside another material, and written as a table.
     plan = {"budgets": [60], "measures": ["cosine"], "metrics": {"pairs": 2000}}
-    errors = [g.run(plan | {"material": [m]})["nrmse"] for m in (same, {"kind": "ggx", "alpha": 0.3})]
-    assert np.array_equal(*errors)
+    first, *others = [g.run(plan | {"material": [m]}) for m in ({"kind": "ggx", "alpha": 0.3}, ggx, same)]
+    assert all(np.array_equal(first["nrmse"], other["nrmse"]) for other in others)
+    assert first["material_key"] == others[0]["material_key"]
     blocks.clear()
     both = {"kind": "sum", "component": [{"weight": 0.5, "brdf": made}, {"weight": 0.5, "brdf": {"kind": "lambert"}}]}
     of_sum = g.run(plan | {"material": [made, both, {"kind": "tabulated", "format": "merl", "of": made}]})
@@ -534,6 +535,28 @@ def test_a_function_that_fails_is_said_in_one_sentence(tmp_path):
             assert "\n" not in str(told.value) and not list(tmp_path.iterdir())
         # It is raised once.
         assert g.Material("lambert").eval(UP, UP) > 0
+    # Where it happened, also inside another material, and in no other thread's call.
+    bad = g.Material.from_function(lambda i, o: 1 / 0, symmetry=FULL, name="mine")
+    with pytest.raises(ValueError, match="mine: the function raised"):
+        g.Material("tabulated", format="merl", of=bad)
+    with pytest.raises(ValueError, match="mine: the function raised"):
+        g.advise({"material": [bad]}, budget=12)
+    good, failed, stop = g.Material.from_function(lambda i, o: np.full(len(i), 0.5)), [], threading.Event()
+
+    def fails():
+        while not stop.is_set():
+            with pytest.raises(ValueError, match="mine"):
+                bad.eval(cosine(99), cosine(99, 1))
+            failed.append(1)
+
+    other = threading.Thread(target=fails)
+    other.start()
+    assert all(np.all(good.eval(cosine(99), cosine(99, 1)) == 0.5) for _ in range(50))
+    stop.set()
+    other.join()
+    assert failed
+    with pytest.raises(KeyboardInterrupt):
+        g.Material.from_function(lambda i, o: signal.raise_signal(signal.SIGINT) or time.sleep(1)).eval(UP, UP)
     made = g.Material.from_function(second, symmetry=FULL)
     (tmp_path / "x.binary").write_bytes(b"before")
     with pytest.raises(ValueError, match="inf"):

@@ -1,15 +1,13 @@
 //! Poses of a file: a schedule of this program, or a table of angles that others wrote.
 
-use super::{Planner, once};
+use super::points::first_of;
+use super::sample_set::{PlanError, SampleSet};
+use super::table::as_text;
+use super::{AngleUnit, Assume, Azimuth, Conventions, Schedule, read_schedule};
 use crate::error::ParameterError;
-use crate::formats::READ_SCHEDULE;
 use crate::geometry::DirectionPair;
-use crate::instrument::axis_names;
 use crate::parametrization::{Axis, Parametrization};
-use crate::registry::{self, Entry, declare};
-use crate::schedule::{
-    AngleUnit, Assume, Azimuth, Conventions, PlanError, SampleSet, Schedule, first_of,
-};
+use crate::registry::{self, declare};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -31,38 +29,15 @@ declare! {
         elevation: bool = false;
         /// Where azimuths count from: `sample`, `light`, `mirror` or `propagation`.
         azimuth: Option<Azimuth> = None;
-        /// The poses, as they were when they were first asked for.
+        /// The hash of its rows and their poses, as they were when they were first asked for.
         #[serde(skip)]
-        known: OnceLock<Poses> = OnceLock::new();
-    }
-}
-
-/// What is known of a file: the hash of its rows and its pairs.
-#[derive(Clone, Debug)]
-pub(super) struct Poses {
-    hash: String,
-    pairs: Arc<[DirectionPair]>,
-}
-
-/// The registry entry.
-pub(super) fn entry() -> Entry<dyn Planner> {
-    let Entry {
-        kind,
-        summary,
-        examples,
-        ..
-    } = FileSet::ENTRY;
-    Entry {
-        kind,
-        summary,
-        examples,
-        read: |table| Ok(once((FileSet::ENTRY.read)(table)?)),
+        known: OnceLock<(String, Arc<[DirectionPair]>)> = OnceLock::new();
     }
 }
 
 impl FileSet {
     /// The poses of the file, as they were when they were first asked for.
-    fn load(&self) -> Result<&Poses, ParameterError> {
+    fn load(&self) -> Result<&(String, Arc<[DirectionPair]>), ParameterError> {
         if let Some(known) = self.known.get() {
             return Ok(known);
         }
@@ -70,8 +45,10 @@ impl FileSet {
             let file = format!("{:?}", self.file);
             ParameterError::new("file", file, format!("a file of poses ({why})"))
         };
+        if self.file.as_os_str().is_empty() {
+            return Err(refuse("it is not named".into()));
+        }
         let assume = Assume {
-            axes: axis_names(),
             conventions: Conventions {
                 columns: self.columns.clone().into_iter().collect(),
                 angles: self.angles,
@@ -82,9 +59,8 @@ impl FileSet {
             ..Assume::default()
         };
         let name = self.file.display().to_string();
-        let found = READ_SCHEDULE.open(&self.file);
-        let (text, read) = found.map_err(|e| refuse(e.to_string()))?;
-        let found = read(&text, &name, &assume).map_err(|e| refuse(e.to_string()))?;
+        let text = as_text(&self.file).map_err(|e| refuse(e.to_string()))?;
+        let found = read_schedule(&text, &name, &assume).map_err(|e| refuse(e.to_string()))?;
         if let Some(hash) = self.schedule_hash.as_ref().filter(|h| **h != found.hash) {
             let allowed = format!("{:?}, that of {name}, or no such key", found.hash);
             return Err(ParameterError::new(
@@ -93,11 +69,10 @@ impl FileSet {
                 allowed,
             ));
         }
-        let poses = Poses {
-            hash: found.hash,
-            pairs: found.schedule.poses.iter().map(|pose| pose.pair).collect(),
-        };
-        Ok(self.known.get_or_init(|| poses))
+        // Poses that have a row, also of a lattice, in the order of the rows.
+        let pair = |&number: &u32| found.schedule.poses[number as usize].pair;
+        let pairs = found.order.iter().map(pair).collect();
+        Ok(self.known.get_or_init(|| (found.hash, pairs)))
     }
 }
 
@@ -105,7 +80,7 @@ impl SampleSet for FileSet {
     fn resolved(&self) -> registry::Keys {
         // The hash is part of what a row depends on; the name of the file is not.
         let known = self.load().ok();
-        let schedule_hash = known.map(|found| found.hash.clone());
+        let schedule_hash = known.map(|(hash, _)| hash.clone());
         let written = Self {
             schedule_hash: schedule_hash.or_else(|| self.schedule_hash.clone()),
             ..self.clone()
@@ -127,8 +102,8 @@ impl SampleSet for FileSet {
         budget: usize,
         _seed: u64,
     ) -> Result<Schedule, PlanError> {
-        let found = self.load()?;
-        let pairs = found.pairs.iter().copied();
+        let (_, pairs) = self.load()?;
+        let pairs = pairs.iter().copied();
         first_of(parametrization, budget, Self::KIND, pairs)
     }
 }
