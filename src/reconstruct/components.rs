@@ -5,8 +5,7 @@
 //! BRDF sampling for reflectance acquisition"; Miandji et al. 2024, "FROST-BRDF". The former's ridge of 40 is for
 //! coefficients whose squares sum up to 1 over some 300 columns of materials: 0.13 here. Their logarithm is of f cos θ_i
 //! cos θ_o as a share of a median's; this is of f, without the cosines. (The median is in the mean.)
-//! Nothing is left for what the functions do not say: readings are missed. Where no reading is near, their sum goes anywhere: it
-//! stops at [`RISE`] times the largest reading.
+//! Nothing is left for what the functions do not say: readings are missed.
 
 use super::interpolant::{Interpolant, Readings};
 use super::kriging::{Mean, Prior, PriorFile};
@@ -19,10 +18,6 @@ use nalgebra::DMatrix;
 
 /// The ridge by default: of materials that a prior was not made of, about the best.
 pub(crate) const RIDGE: f64 = 0.01;
-
-/// Largest value, as a multiple of the largest reading. (A ridge that foretells each reading best from all others stops no
-/// extrapolation, and errs more than the usual one at all budgets.)
-const RISE: f64 = 2.0;
 
 declare! {
     dyn Reconstruct, "components": "ridge regression of ln f on the functions of a prior; isotropic materials", [
@@ -99,13 +94,9 @@ impl Reconstruct for Components {
             method: KIND,
             readings: pairs.len(),
         })?;
-        let largest = |c: usize| {
-            let of = present.iter().map(|&i| r.values[i * r.width + c]);
-            RISE * of.fold(0.0, f64::max)
-        };
         Ok(Box::new(Sum {
             mean: prior.mean(&coefficients),
-            most: (0..r.width).map(largest).collect(),
+            width: r.width,
         }))
     }
 }
@@ -113,24 +104,18 @@ impl Reconstruct for Components {
 /// The mean of a prior and a sum of its functions.
 struct Sum {
     mean: Mean,
-    /// Largest value of each channel.
-    most: Vec<f64>,
+    width: usize,
 }
 
 impl Interpolant for Sum {
     fn width(&self) -> usize {
-        self.most.len()
+        self.width
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
         out.fill(0.0);
         self.mean.add(pairs, out);
-        TRANSFORM.inverse_above(pairs, self.width(), out);
-        for values in out.chunks_exact_mut(self.most.len()) {
-            for (value, most) in values.iter_mut().zip(&self.most) {
-                *value = value.min(*most);
-            }
-        }
+        TRANSFORM.inverse_above(pairs, self.width, out);
     }
 }
 
