@@ -10,11 +10,10 @@
 
 use super::field::{MASK, MOST, Reach, admit, filled, is_inside, luminances};
 use super::{Planner, Task, halves};
-use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::numeric::hashed;
-use crate::parametrization::{Axis, Parametrization, usual_form};
+use crate::parametrization::{Parametrization, usual_form};
 use crate::reconstruct::Values;
 use crate::registry::{self, Keys, declare};
 use crate::sampling::Random;
@@ -207,10 +206,6 @@ fn refined(lines: &[Line], n: usize, go_on: &dyn Fn() -> bool) -> Vec<Pose> {
 impl SampleSet for Slices {
     fn resolved(&self) -> Keys {
         registry::resolved(KIND, self)
-    }
-
-    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
-        Ok(())
     }
 
     plans_by_design!();

@@ -16,12 +16,12 @@ named! {
     pub enum Favours {
         /// A distribution of theta_h (and phi_h): an axis of half/difference coordinates.
         HalfAngle = "theta_h":
-            "What varies most is a function of theta_h, an axis of half-difference coordinates: \
+            "What varies most is a function of theta_h, or keeps its width as one does, an axis of half-difference coordinates: \
              it favours them.",
         /// A distribution of |h_bar|: an axis of orthographic and hybrid coordinates (and of Stark's, squared).
         ProjectedHalf = "h_bar":
-            "What varies most is a function of |h_bar|, an axis of hybrid, orthographic and Stark's \
-             coordinates: it favours them.",
+            "What varies most is a function of |h_bar|, or changes its width as one does, an axis of hybrid, orthographic and \
+             Stark's coordinates: it favours them.",
         /// None: no dominant factor is constant along the axes of one parametrization.
         Neither = "neither":
             "What varies most is no function of theta_h or of |h_bar| alone: \
@@ -32,7 +32,7 @@ named! {
              it favours a grid in the same coordinates with the same warp.",
         /// Measured: the width of the lobe changes neither as over theta_h nor as over |h_bar|, or it is not known which.
         Between = "between":
-            "The alignment q of the lobe is not told from one half: it is as far from a function of theta_h as of |h_bar|.",
+            "The interval of the alignment q of the lobe holds one half: it is as far from a function of theta_h as of |h_bar|.",
         /// A table over half/difference coordinates of a lobe over theta_h.
         HalfAngleTable = "theta_h table":
             "The lobe is one over theta_h, and the table was sampled in half-difference coordinates with a square root in \

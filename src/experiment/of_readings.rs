@@ -1,10 +1,10 @@
 //! A file of readings as a material: the BRDF that `gonio reconstruct` makes of it.
 
 use crate::brdf::measured::label_of;
-use crate::brdf::{Brdf, BrdfSpec, BuildError, ChannelValues, Channels, Favours, Presence, Tables};
+use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, InChannels, Tables};
 use crate::error::{Error, ParameterError, count, one_of};
 use crate::formats::{self, Readings, load_readings};
-use crate::geometry::{DirectionPair, Symmetry};
+use crate::geometry::Symmetry;
 use crate::instrument;
 use crate::parametrization;
 use crate::reconstruct::{self, Reconstruct, ReconstructError};
@@ -273,7 +273,7 @@ impl BrdfSpec for ReadingsSpec {
         Ok(if *brdf.channels() == channels {
             brdf
         } else {
-            Box::new(Grey { brdf, channels })
+            Box::new(InChannels::new(brdf, channels))
         })
     }
 
@@ -282,45 +282,6 @@ impl BrdfSpec for ReadingsSpec {
         Tables {
             files: vec![self.keys.file.clone()],
             channel_bytes: BYTES_A_BYTE * bytes,
-        }
-    }
-}
-
-/// The luminance of a BRDF in every channel of a scene: of colours in a scene of luminance, and of
-/// luminance in a scene of colours.
-struct Grey {
-    brdf: Box<dyn Brdf>,
-    channels: Channels,
-}
-
-impl Brdf for Grey {
-    fn channels(&self) -> &Channels {
-        &self.channels
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.brdf.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        self.brdf.conserves_energy()
-    }
-
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let own = self.brdf.channels();
-        let mut values = ChannelValues::from_elem(0.0, own.count());
-        let presence = self.brdf.eval(pair, &mut values);
-        out.fill(own.luminance(&values));
-        presence
-    }
-
-    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        let own = self.brdf.channels();
-        let mut values = vec![0.0; pairs.len() * own.count()];
-        self.brdf.eval_batch(pairs, &mut values, presence);
-        let out = out.chunks_exact_mut(self.channels.count());
-        for (out, values) in out.zip(values.chunks_exact(own.count())) {
-            out.fill(own.luminance(values));
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::arrays::{list, numbers, shape, slice, vectors};
 use crate::errors::refused;
 use crate::material::{PyMaterial, channel_names};
-use gonio::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Presence};
+use gonio::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, InChannels, Presence};
 use gonio::error::ParameterError;
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{AxisKind, Parametrization};
@@ -121,9 +121,7 @@ impl Function {
         out.copy_from_slice(values);
         Ok(())
     }
-}
 
-impl Function {
     /// A function as a BRDF.
     pub fn shared(self) -> Arc<dyn Brdf> {
         FUNCTIONS.store(true, Ordering::Relaxed);
@@ -395,53 +393,6 @@ impl BrdfSpec for Given {
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check(&channels)?;
-        let brdf = Arc::clone(&self.brdf);
-        Ok(Box::new(InChannels { brdf, channels }))
-    }
-}
-
-/// A material in its own channels or in luminance.
-struct InChannels {
-    brdf: Arc<dyn Brdf>,
-    channels: Channels,
-}
-
-impl Brdf for InChannels {
-    fn channels(&self) -> &Channels {
-        &self.channels
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.brdf.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        self.brdf.conserves_energy()
-    }
-
-    fn is_mirrored(&self) -> bool {
-        self.brdf.is_mirrored()
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        self.brdf.remarks()
-    }
-
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        let mut presence = [Presence::Present];
-        self.eval_batch(std::slice::from_ref(pair), out, &mut presence);
-        presence[0]
-    }
-
-    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        let held = self.brdf.channels();
-        if *held == self.channels {
-            return self.brdf.eval_batch(pairs, out, presence);
-        }
-        let mut values = vec![0.0; pairs.len() * held.count()];
-        self.brdf.eval_batch(pairs, &mut values, presence);
-        for (out, values) in out.iter_mut().zip(values.chunks_exact(held.count())) {
-            *out = held.luminance(values);
-        }
+        Ok(Box::new(InChannels::new(Arc::clone(&self.brdf), channels)))
     }
 }

@@ -13,6 +13,7 @@ use gonio::brdf::laws::max_albedo;
 use gonio::brdf::{Brdf, Channels, Part, SampleBrdf};
 use gonio::error::{ParameterError, in_left_open, one_of};
 use gonio::experiment::{keys_of_file, materials, split_of};
+use gonio::files::destination;
 use gonio::formats::{READ_READINGS, READ_TABLE, TableError, Tabulation, WRITE_TABLE};
 use gonio::geometry::{Direction, Symmetry};
 use gonio::parametrization;
@@ -297,7 +298,10 @@ impl PyMaterial {
             ..Tabulation::default()
         };
         // Under another name until it is whole: a function may fail.
-        let mut part = path.clone().into_os_string();
+        let target = destination(&path);
+        let target =
+            target.map_err(|e| unwritable(&path, format_args!("cannot write this file: {e}")))?;
+        let mut part = target.clone().into_os_string();
         part.push(".part");
         let part = PathBuf::from(part);
         let done = detached(py, || write(&*self.brdf, tabulation, &part));
@@ -306,7 +310,7 @@ impl PyMaterial {
                 TableError::Io(..) => unwritable(&path, e),
                 e => refused(e),
             })?;
-            let renamed = fs::rename(&part, &path).map(|()| filled);
+            let renamed = fs::rename(&part, &target).map(|()| filled);
             renamed.map_err(|e| unwritable(&path, format_args!("cannot write this file: {e}")))
         });
         if done.is_err() {

@@ -3,9 +3,8 @@
 use super::Schedule;
 use super::points::accept;
 use super::sample_set::{PlanError, SampleSet, place};
-use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair};
-use crate::parametrization::{Axis, Parametrization};
+use crate::parametrization::Parametrization;
 use crate::registry::{self, declare};
 use crate::sampling::{Sobol, cosine_hemisphere};
 use serde::{Deserialize, Serialize};
@@ -56,10 +55,6 @@ impl SampleSet for Directions {
             Density::Cosine => Self::KIND.into(),
             Density::SolidAngle => format!("{}-solid-angle", Self::KIND),
         }
-    }
-
-    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
-        Ok(())
     }
 
     fn plan(

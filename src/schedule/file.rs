@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 declare! {
-    impl dyn SampleSet, "file": "the poses of a file, in its order: of a budget that is smaller, the first so many", []
+    impl dyn SampleSet, "file": "the poses of a file, `file = \"poses.csv\"`, in its order, at most as many as the budget; also schedule_hash, columns, angles, elevation, azimuth", []
     /// Poses of a file.
     pub struct FileSet {
         /// A schedule, or a table with the columns `theta_i_deg`, `phi_i_deg`, `theta_o_deg`, `phi_o_deg`, relative to the

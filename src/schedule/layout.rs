@@ -4,9 +4,8 @@ use super::Schedule;
 use super::points::first_of;
 use super::sample_set::{PlanError, SampleSet};
 use crate::brdf::measured::merl::MerlGrid;
-use crate::error::ParameterError;
 use crate::geometry::DirectionPair;
-use crate::parametrization::{Axis, Parametrization};
+use crate::parametrization::Parametrization;
 use crate::registry::{self, declare};
 use crate::sampling::Random;
 use serde::{Deserialize, Serialize};
@@ -21,8 +20,8 @@ pub enum Layout {
     /// The nodes of a MERL table (Matusik, Pfister, Brand, McMillan 2003): 90 of the root of θ_h, 90 of θ_d, of a degree each, and
     /// 180 of φ_d.
     Merl,
-    /// Light and sensor at any two of 81 directions (Sattler, Sarlette, Klein 2003, taken over by the BTF database of UTIA; its tables
-    /// of BRDFs have 6 × 48 instead, a `grid` of spherical coordinates): the normal, and 6, 12, 18, 20 and 24 azimuths at elevations of 15, 30, 45, 60 and 75°.
+    /// Light and sensor at any two of 81 directions: the normal, and 6, 12, 18, 20 and 24 azimuths at elevations of 15, 30, 45, 60 and
+    /// 75° (Sattler, Sarlette, Klein 2003, taken over by the BTF database of UTIA; its tables of BRDFs have 6 × 48 instead).
     UtiaBtf,
     /// ASTM E2194, of paint with metal flakes: light at 45°, sensor in its plane, 15, 45 and 110° from the mirror direction.
     AstmE2194,
@@ -54,7 +53,10 @@ const RINGS: [(f64, usize); 6] = [
 ];
 
 /// Directions of [`RINGS`].
-const DIRECTIONS: usize = 81;
+const DIRECTIONS: usize = {
+    let [a, b, c, d, e, f] = RINGS;
+    a.1 + b.1 + c.1 + d.1 + e.1 + f.1
+};
 
 /// Elevation of the light and angles from the mirror direction, degrees.
 const E2194: [[f64; 2]; 3] = [[45.0, 15.0], [45.0, 45.0], [45.0, 110.0]];
@@ -124,12 +126,9 @@ impl SampleSet for LayoutSet {
     }
 
     fn label(&self) -> String {
-        let name = serde_json::to_value(self.of).unwrap_or_default();
-        name.as_str().unwrap_or_default().to_owned()
-    }
-
-    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
-        Ok(())
+        let keys = self.resolved();
+        let name = keys.get("of").and_then(|of| of.as_str());
+        name.unwrap_or_default().to_owned()
     }
 
     fn plan(

@@ -3,10 +3,9 @@
 use super::grid::Distinct;
 use super::sample_set::{PlanError, SampleSet, from_unit, place};
 use super::{Pose, Schedule};
-use crate::error::ParameterError;
 use crate::geometry::DirectionPair;
 use crate::numeric::GRAZING_COS;
-use crate::parametrization::{Axis, Parametrization};
+use crate::parametrization::Parametrization;
 use crate::registry::{self, declare};
 use crate::sampling::{Random, Sobol};
 use serde::Serialize;
@@ -24,10 +23,6 @@ pub trait PointSet: std::fmt::Debug + Serialize + Send + Sync {
 impl<S: PointSet> SampleSet for S {
     fn resolved(&self) -> registry::Keys {
         registry::resolved(Self::KIND, self)
-    }
-
-    fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
-        Ok(())
     }
 
     fn plan(

@@ -1,6 +1,9 @@
+use super::common::table;
 use gonio::brdf::measured::merl::{Merl, MerlGrid};
 use gonio::brdf::measured::tensor_tree::{Node, tabulate};
-use gonio::brdf::{self, Brdf, Channels, Lambert, ObservedBrdf, Presence, Spectrum, Wavelengths};
+use gonio::brdf::{
+    self, Brdf, Channels, Favours, Lambert, ObservedBrdf, Presence, Spectrum, Wavelengths,
+};
 use gonio::geometry::{Direction, DirectionPair};
 use gonio::registry;
 use serde::Deserialize;
@@ -119,6 +122,36 @@ fn a_truth_says_what_its_formula_favours() {
     for (text, want) in plain.chain(others) {
         let spec = brdf::read(DeTable::parse(&text).unwrap()).unwrap();
         assert_eq!(spec.favours().name(), want, "{text}");
+    }
+}
+
+/// A class is that of the whole interval of q, of a table with that of its sampling; what was interpolated keeps its own.
+#[test]
+fn a_measured_truth_favours_what_its_interval_does() {
+    let declared = ["ggx", "low-abc-smooth", "merl"];
+    for (q, error, want) in table::<3>(
+        "0.1 | 0.19 | theta_h
+         0.1 | 0.21 | between
+         0.5 | 0 | between
+         0.9 | 0.21 | between
+         0.74 | 0.03 | h_bar
+         -0.3 | 0.1 | theta_h",
+    )
+    .map(|[q, error, want]| (q.parse().unwrap(), error.parse().unwrap(), want))
+    {
+        for kind in declared {
+            let text = match kind {
+                "merl" => "kind = \"merl\"\npath = \"a\"".into(),
+                kind => format!("kind = \"{kind}\""),
+            };
+            let spec = brdf::read(DeTable::parse(&text).unwrap()).unwrap();
+            let suffix = if kind == "merl" { " table" } else { "" };
+            let found = spec.favours().measured(q, error).name();
+            assert_eq!(found, format!("{want}{suffix}"), "{kind} {q} {error}");
+        }
+        for kept in [Favours::SphericalTable, Favours::Reconstruction] {
+            assert_eq!(kept.measured(q, error), kept);
+        }
     }
 }
 
