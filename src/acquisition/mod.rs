@@ -388,6 +388,10 @@ impl SampleSet for Once {
         self.0.is_random()
     }
 
+    fn is_unguided(&self) -> bool {
+        self.0.is_unguided()
+    }
+
     fn tuned(&self, ratio: &[f64]) -> Option<Box<dyn SampleSet>> {
         self.0.tuned(ratio)
     }

@@ -265,6 +265,7 @@ impl Schedule {
         let (name, all) = (self.parametrization.as_deref(), &mut plan.parametrizations);
         keep_named("--parametrization", name, all, |c| c.name())?;
         keep_named("--warp", self.warp.as_deref(), all, |c| &c.warp)?;
+        plan.unguided = all[0].unguided();
         let (name, all) = (self.sample_set.as_deref(), &mut plan.sample_sets);
         keep_named("--sample-set", name, all, |s| &s.name)?;
         let of_instruments = [
@@ -449,8 +450,8 @@ fn names_folder(path: &Path) -> bool {
 
 /// A sentence about the options in which the schedules of a plan differ.
 fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
-    let kinds = plan.parametrizations.iter().map(|c| c.name());
-    let warps = plan.parametrizations.iter().map(|c| &c.warp);
+    let kinds = keys.iter().map(|k| k.coordinates.name());
+    let warps = keys.iter().map(|k| &k.coordinates.warp);
     let sets = plan.sample_sets.iter().map(|s| s.name.clone());
     let instruments = plan.instruments.iter().map(|i| i.name.clone());
     let is_folded_differently = keys.iter().any(|k| k.symmetry != keys[0].symmetry);

@@ -6,7 +6,7 @@ use crate::acquisition::Planner;
 use crate::error::{Error, count};
 use crate::geometry::Symmetry;
 use crate::parametrization::{Parametrization, ParametrizationSpec, WarpError};
-use crate::reconstruct::Reconstruct;
+use crate::reconstruct::{self, Reconstruct};
 use std::fmt;
 use std::sync::Arc;
 
@@ -19,8 +19,22 @@ pub const IDEAL: &str = "ideal";
 /// Value of the column `coordinates` where a reconstruction works in those of its schedule.
 pub const OWN: &str = "own";
 
+/// Value of the column `coordinates` where a reconstruction that never works in those of its schedule was given none.
+pub const DEFAULT: &str = "default";
+
+/// Value of the columns `parametrization` and `warp` of sample sets that depend on no parametrization.
+pub const NONE: &str = "none";
+
+/// True of the label of coordinates that a config names, and neither [`OWN`] nor [`DEFAULT`].
+pub(crate) fn are_named(coordinates: &str) -> bool {
+    coordinates != OWN && coordinates != DEFAULT
+}
+
 /// A parametrization with its warps.
+#[derive(Clone)]
 pub struct Coordinates {
+    /// Name of the parametrization, or [`NONE`] of [unguided](crate::schedule::SampleSet::is_unguided) sample sets.
+    pub kind: &'static str,
     /// How to build it.
     pub spec: ParametrizationSpec,
     /// The warps as results name them, `none` if there are none.
@@ -30,15 +44,32 @@ pub struct Coordinates {
 impl Coordinates {
     /// Name of the parametrization.
     pub(crate) fn name(&self) -> &'static str {
-        self.spec.kind
+        self.kind
+    }
+
+    /// These as what folds and identifies the poses of a sample set that does not depend on them.
+    pub(crate) fn unguided(&self) -> Self {
+        Self {
+            kind: NONE,
+            spec: self.spec.clone(),
+            warp: NONE.into(),
+        }
     }
 
     /// Name with warps, for lists: `half-difference theta_h:square-root`.
     pub(crate) fn label(&self) -> String {
-        if self.spec.warps.is_empty() {
+        if self.warp == NONE {
             self.name().into()
         } else {
             format!("{} {}", self.name(), self.warp)
+        }
+    }
+
+    /// These as the coordinates of a reconstruction.
+    pub(super) fn of_reconstructions(&self) -> reconstruct::Coordinates {
+        reconstruct::Coordinates {
+            kind: self.spec.kind.to_owned(),
+            warp: self.spec.warps.clone(),
         }
     }
 
@@ -86,23 +117,55 @@ impl PlannedSet {
 pub struct Method {
     /// Name of the reconstruction.
     pub name: String,
-    /// The coordinates it works in: [`OWN`], or e.g. `hybrid+h_bar:square-root`.
+    /// The coordinates it works in: [`OWN`], [`DEFAULT`], or e.g. `hybrid+h_bar:square-root`.
     pub coordinates: String,
     /// The method.
     pub method: Arc<dyn Reconstruct>,
     /// The largest budget it is used at.
     pub up_to: Option<usize>,
-    /// The one sample set it is used on, by position.
-    pub on: Option<usize>,
+    /// The sample sets it is used on, by position; empty: all.
+    pub on: Vec<usize>,
+    /// The coordinates of the schedules it is used on.
+    pub used_in: UsedIn,
+}
+
+/// Coordinates of schedules on which a method is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UsedIn {
+    /// All, and those of no parametrization.
+    All,
+    /// All parametrizations.
+    Guided,
+    /// The parametrization at a position of the plan.
+    Only(usize),
+    /// Those of no parametrization.
+    Unguided,
+}
+
+impl UsedIn {
+    /// True if schedules in the coordinates at a position of the plan, or in none, are among them.
+    pub(crate) fn has(self, coordinates: Option<usize>) -> bool {
+        match self {
+            UsedIn::All => true,
+            UsedIn::Guided => coordinates.is_some(),
+            UsedIn::Only(p) => coordinates == Some(p),
+            UsedIn::Unguided => coordinates.is_none(),
+        }
+    }
 }
 
 impl Method {
+    /// True if it is used on the sample set at a position.
+    pub(crate) fn is_on(&self, sample_set: usize) -> bool {
+        self.on.is_empty() || self.on.contains(&sample_set)
+    }
+
     /// Name with coordinates, for lists: `thin-plate in hybrid`.
     pub(crate) fn label(&self) -> String {
-        if self.coordinates == OWN {
-            self.name.clone()
-        } else {
+        if are_named(&self.coordinates) {
             format!("{} in {}", self.name, self.coordinates)
+        } else {
+            self.name.clone()
         }
     }
 }

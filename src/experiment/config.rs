@@ -104,9 +104,39 @@ pub struct Reach {
     /// The largest budget it is used at.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub up_to: Option<i64>,
-    /// The one sample set it is used on.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub on: Option<String>,
+    /// The sample sets it is used on, by name: one, or a list of them.
+    #[serde(
+        skip_serializing_if = "Vec::is_empty",
+        serialize_with = "one_or_list",
+        deserialize_with = "names"
+    )]
+    pub on: Vec<String>,
+}
+
+/// One name as it is, or a list of several.
+fn one_or_list<S: Serializer>(names: &[String], serializer: S) -> Result<S::Ok, S::Error> {
+    match names {
+        [name] => serializer.serialize_str(name),
+        names => names.serialize(serializer),
+    }
+}
+
+/// A list of names, or one of its own.
+fn names<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
+    struct V;
+    impl<'de> Visitor<'de> for V {
+        type Value = Vec<String>;
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            f.write_str("a string or a list of strings")
+        }
+        fn visit_str<E: de::Error>(self, name: &str) -> Result<Vec<String>, E> {
+            Ok(vec![name.to_owned()])
+        }
+        fn visit_seq<A: de::SeqAccess<'de>>(self, list: A) -> Result<Vec<String>, A::Error> {
+            Vec::deserialize(de::value::SeqAccessDeserializer::new(list))
+        }
+    }
+    deserializer.deserialize_any(V)
 }
 
 keys! {

@@ -13,7 +13,7 @@ pub use metric::Metric;
 
 use index::{Index, Names};
 
-use super::choices::Choice;
+use super::choices::{Choice, NONE};
 use super::question::{Factor, ReportSpec};
 use super::row::Row;
 use crate::statistics::{
@@ -153,8 +153,10 @@ impl Findings {
     /// Findings on the factor, reference and challenger of `spec`.
     pub(crate) fn asked(rows: &[&Row], band: f64, spec: &ReportSpec) -> Self {
         let index = Index::new(rows);
-        let first = index.choices.list.first();
-        let first = first.map(|c| spec.factor.level(c).to_owned());
+        let levels = index.choices.list.iter().map(|c| spec.factor.level(c));
+        let mut guided = levels.clone().filter(|level| *level != NONE);
+        let first = guided.next().or_else(|| levels.clone().next());
+        let first = first.map(str::to_owned);
         let mut findings = Self {
             factor: spec.factor,
             reference: spec.reference.clone().or(first),

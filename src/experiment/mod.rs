@@ -89,8 +89,10 @@ mod wording;
 
 pub use advice::{ADVICE, Advice, AdviceSpec, Advised, AgainstFirst, FORMULAS, Spread};
 pub use any::AnyPlan;
+pub(crate) use choices::are_named;
 pub use choices::{
-    Allowance, Choice, Coordinates, IDEAL, MAX_BUDGET, Material, Method, OWN, PlannedSet,
+    Allowance, Choice, Coordinates, DEFAULT, IDEAL, MAX_BUDGET, Material, Method, NONE, OWN,
+    PlannedSet, UsedIn,
 };
 pub use config::{Config, MAX_MINUTES, Output, Reach, Scalars, Schedules};
 pub use counts::{Built, Counters, Counts, Seconds, Stage, Work};

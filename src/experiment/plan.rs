@@ -4,7 +4,9 @@
 //! second and not an hour. No table is loaded; headers and lengths of files are read.
 
 use super::checks::{Place, distinct, each_once, name_all, refuse_empty};
-use super::choices::{Allowance, Coordinates, Material, Method, OWN, PlannedSet};
+use super::choices::{
+    Allowance, Coordinates, DEFAULT, Material, Method, NONE, OWN, PlannedSet, UsedIn,
+};
 use super::config::{
     Config, Numbers, Output, Reach, check_metrics, check_output, check_quantities,
 };
@@ -64,6 +66,8 @@ pub struct Plan {
     pub missing: Vec<String>,
     /// The parametrizations.
     pub parametrizations: Vec<Coordinates>,
+    /// What folds the poses of sample sets that depend on no parametrization: the first of them.
+    pub unguided: Coordinates,
     /// The sample sets.
     pub sample_sets: Vec<PlannedSet>,
     /// The reconstructions, each in each of its coordinates.
@@ -143,6 +147,8 @@ impl Plan {
             .into_iter()
             .map(|(name, method)| (name, Arc::from(method)))
             .collect();
+        let symmetries = each_once(materials.iter().map(|m| m.symmetry));
+        let parametrizations = parametrizations(source, config.parametrizations, &symmetries)?;
         let mut plan = Self {
             kind: scalars.experiment,
             question: scalars.question,
@@ -159,7 +165,8 @@ impl Plan {
             moments: wanted.then(|| config.moments.unwrap_or_default()),
             materials,
             missing,
-            parametrizations: Vec::new(),
+            unguided: parametrizations[0].unguided(),
+            parametrizations,
             sample_sets: sample_sets
                 .into_iter()
                 .map(|(name, set)| PlannedSet {
@@ -176,7 +183,6 @@ impl Plan {
             output: config.output,
             resolved: toml::Table::new(),
         };
-        plan.parametrizations = plan.coordinates(source, config.parametrizations)?;
         plan.check_sample_sets(source)?;
         let first = reconstructions.first().map(|(_, method)| method);
         plan.tune(source, config.tuning, first)?;
@@ -212,40 +218,6 @@ impl Plan {
     /// True if reconstructions are needed as BRDFs of their own, and not only at the test pairs.
     pub(super) fn needs_brdfs(&self) -> bool {
         self.moments.is_some() || self.output.slices
-    }
-
-    fn coordinates(
-        &self,
-        source: &Source,
-        specs: Vec<ParametrizationSpec>,
-    ) -> Result<Vec<Coordinates>, Error> {
-        let at = source.place("parametrization");
-        refuse_empty(&at, &specs)?;
-        let mut list: Vec<Coordinates> = Vec::new();
-        for (i, spec) in specs.into_iter().enumerate() {
-            let at = at.index(i);
-            let mut coordinates = Coordinates {
-                spec,
-                warp: String::new(),
-            };
-            for symmetry in self.symmetries() {
-                let form = coordinates.form(symmetry).map_err(|e| {
-                    let warp = coordinates.spec.warps.get(&e.axis).map(|w| w.name());
-                    let warp = warp.unwrap_or_default();
-                    let at = at.key("warp").key(&e.axis);
-                    at.problem(format_args!("= \"{warp}\": {}", e.problem))
-                })?;
-                coordinates.warp = form.warp_name();
-            }
-            if list.iter().any(|c| c.label() == coordinates.label()) {
-                return Err(at.problem(format_args!(
-                    "= \"{}\" is there twice; allowed: each parametrization with the same warps once",
-                    coordinates.label()
-                )));
-            }
-            list.push(coordinates);
-        }
-        Ok(list)
     }
 
     /// Checks the keys of sample sets against the axes of every parametrization, and the smallest
@@ -361,50 +333,87 @@ impl Plan {
     ) -> Result<Vec<Method>, Error> {
         method.check().map_err(|e| at.key(&e.key).error(e))?;
         let on = self.on(&at.key("on"), reach)?;
-        let labelled = |coordinates: String, method: Arc<dyn Reconstruct>| Method {
+        let used = |used_in, coordinates: String, method: &Arc<dyn Reconstruct>| Method {
             name: name.to_owned(),
             coordinates,
-            method,
+            method: Arc::clone(method),
             up_to: reach.up_to.map(|n| n.unsigned_abs() as usize),
-            on,
+            on: on.clone(),
+            used_in,
         };
-        match method.coordinates() {
-            Some(own) => Ok(vec![labelled(own.label(), Arc::clone(method))]),
-            None if method.needs_grid() || coordinates.is_empty() => {
-                Ok(vec![labelled(OWN.into(), Arc::clone(method))])
-            }
-            None => {
-                let each = coordinates.iter().map(|c| {
-                    if c.kind == OWN {
-                        return Ok(labelled(c.label(), Arc::clone(method)));
-                    }
-                    let method = method.within(c).ok_or_else(|| {
-                        at.problem(format_args!(
-                            "\"{name}\" has no choice of coordinates; allowed: own, not {}",
-                            c.label()
-                        ))
-                    })?;
-                    Ok(labelled(c.label(), method))
-                });
-                each.collect()
-            }
+        if let Some(given) = method.coordinates() {
+            return Ok(vec![used(UsedIn::All, given.label(), method)]);
         }
+        let mut methods = Vec::new();
+        let named = match method.needs_grid() || coordinates.is_empty() {
+            true => vec![None],
+            false => coordinates.iter().map(Some).collect(),
+        };
+        for c in named {
+            let Some(c) = c.filter(|c| c.kind != OWN) else {
+                let own = self.in_own(method, c.is_some(), coordinates);
+                methods.extend(own.into_iter().map(|(at, label, m)| used(at, label, &m)));
+                continue;
+            };
+            let within = method.within(c).ok_or_else(|| {
+                at.problem(format_args!(
+                    "\"{name}\" has no choice of coordinates; allowed: own, not {}",
+                    c.label()
+                ))
+            })?;
+            methods.push(used(UsedIn::All, c.label(), &within));
+        }
+        Ok(methods)
     }
 
-    /// Position of the sample set that `on` names.
-    fn on(&self, at: &Place<'_>, reach: &Reach) -> Result<Option<usize>, Error> {
-        let Some(name) = &reach.on else {
-            return Ok(None);
-        };
-        let found = self.sample_sets.iter().position(|s| s.name == *name);
-        if found.is_none() {
-            return Err(at.problem(format_args!(
-                "= \"{}\" is no sample set of this config; allowed: {}",
-                excerpt(name),
-                one_of(name, self.sample_sets.iter().map(|s| &s.name))
-            )));
+    /// A method in the coordinates of each schedule, where that is `asked` for or how it works, with the labels of these. On
+    /// sample sets of no parametrization it works in the coordinates of every one that is not among those `named` beside.
+    fn in_own(
+        &self,
+        method: &Arc<dyn Reconstruct>,
+        asked: bool,
+        named: &[reconstruct::Coordinates],
+    ) -> Vec<(UsedIn, String, Arc<dyn Reconstruct>)> {
+        let of_schedules = method.takes_those_of_schedules();
+        let all = self
+            .parametrizations
+            .iter()
+            .map(Coordinates::of_reconstructions);
+        let within = |c: reconstruct::Coordinates| Some((c.label(), method.within(&c)?));
+        let within: Vec<_> = all.filter_map(within).collect();
+        if within.is_empty() || !(of_schedules || asked) {
+            let label = if of_schedules { OWN } else { DEFAULT };
+            return vec![(UsedIn::All, label.into(), Arc::clone(method))];
         }
-        Ok(found)
+        let mut own = Vec::new();
+        if of_schedules {
+            own.push((UsedIn::Guided, OWN.into(), Arc::clone(method)));
+        }
+        let unguided = self.sample_sets.iter().any(|s| s.set.is_unguided());
+        for (i, (label, method)) in within.into_iter().enumerate() {
+            if !of_schedules {
+                own.push((UsedIn::Only(i), OWN.into(), Arc::clone(&method)));
+            }
+            if unguided && !named.iter().any(|c| c.label() == label) {
+                own.push((UsedIn::Unguided, label, method));
+            }
+        }
+        own
+    }
+
+    /// Positions of the sample sets that `on` names.
+    fn on(&self, at: &Place<'_>, reach: &Reach) -> Result<Vec<usize>, Error> {
+        let place = |name: &String| {
+            let found = self.sample_sets.iter().position(|s| s.name == *name);
+            found.ok_or_else(|| {
+                at.problem(format_args!(
+                    "= \"{}\" is no sample set of this config; allowed: {}",
+                    excerpt(name),
+                    one_of(name, self.sample_sets.iter().map(|s| &s.name))
+                ))
+            })
+        };
+        reach.on.iter().map(place).collect()
     }
 
     /// Checks that every reconstruction has a schedule, and every schedule a reconstruction.
@@ -478,7 +487,11 @@ impl Plan {
     fn check_report(&self, source: &Source) -> Result<(), Error> {
         let factor = self.report.factor;
         let levels: Vec<&str> = match factor {
-            Factor::Parametrization => self.parametrizations.iter().map(|c| c.name()).collect(),
+            Factor::Parametrization => {
+                let unguided = self.sample_sets.iter().filter(|s| s.set.is_unguided());
+                let all = self.parametrizations.iter().map(|c| c.name());
+                all.chain(unguided.map(|_| NONE)).collect()
+            }
             Factor::Warp => self.parametrizations.iter().map(|c| &*c.warp).collect(),
             Factor::SampleSet => self.sample_sets.iter().map(|s| &*s.name).collect(),
             Factor::Instrument => self.instruments.iter().map(|i| &*i.name).collect(),
@@ -487,4 +500,40 @@ impl Plan {
         };
         self.report.check(source, &levels)
     }
+}
+
+/// The parametrizations of a config, each checked for materials of all symmetries.
+fn parametrizations(
+    source: &Source,
+    specs: Vec<ParametrizationSpec>,
+    symmetries: &[Symmetry],
+) -> Result<Vec<Coordinates>, Error> {
+    let at = source.place("parametrization");
+    refuse_empty(&at, &specs)?;
+    let mut list: Vec<Coordinates> = Vec::new();
+    for (i, spec) in specs.into_iter().enumerate() {
+        let at = at.index(i);
+        let mut coordinates = Coordinates {
+            kind: spec.kind,
+            spec,
+            warp: String::new(),
+        };
+        for &symmetry in symmetries {
+            let form = coordinates.form(symmetry).map_err(|e| {
+                let warp = coordinates.spec.warps.get(&e.axis).map(|w| w.name());
+                let warp = warp.unwrap_or_default();
+                let at = at.key("warp").key(&e.axis);
+                at.problem(format_args!("= \"{warp}\": {}", e.problem))
+            })?;
+            coordinates.warp = form.warp_name();
+        }
+        if list.iter().any(|c| c.label() == coordinates.label()) {
+            return Err(at.problem(format_args!(
+                "= \"{}\" is there twice; allowed: each parametrization with the same warps once",
+                coordinates.label()
+            )));
+        }
+        list.push(coordinates);
+    }
+    Ok(list)
 }

@@ -1,6 +1,6 @@
 //! One reconstruction of one material, for pictures.
 
-use super::choices::{Allowance, Material, Method, OWN};
+use super::choices::{Allowance, Material, Method, are_named};
 use super::counts::{Stage, Work};
 use super::observer::{ScheduleKey, Stop};
 use super::plan::Plan;
@@ -36,12 +36,13 @@ pub(crate) fn preview(
         let planned = &plan.sample_sets[set];
         let grid = planned.set.is_grid();
         let works = |m: &&Method| {
-            m.on.is_none_or(|on| on == set)
+            m.is_on(set)
                 && (grid || !m.method.needs_grid())
-                && m.coordinates == OWN
+                && !are_named(&m.coordinates)
+                && m.used_in.has(Some(coordinates))
         };
         let method = plan.methods.iter().rfind(works)?;
-        (!planned.learns()).then_some((set, method))
+        (!planned.learns() && !planned.set.is_unguided()).then_some((set, method))
     };
     let Some((set, method)) = (0..plan.sample_sets.len()).find_map(suits) else {
         return Ok(None);

@@ -1,7 +1,7 @@
 //! `[report]`: the choice that the findings of an acquisition compare.
 
 use super::checks::each_once;
-use super::choices::Choice;
+use super::choices::{Choice, NONE, OWN};
 use super::source::Source;
 use crate::error::{Error, one_of};
 use crate::registry::named;
@@ -42,13 +42,18 @@ impl Factor {
     }
 
     /// True if two choices differ in this column and in no other. (Whether the warps of two
-    /// parametrizations are alike is not compared here.)
+    /// parametrizations are alike is not compared here.) Between a parametrization and none the sample set differs
+    /// by necessity, and coordinates are compared by what they are.
     pub(super) fn alone_differs(self, a: &Choice, b: &Choice) -> bool {
+        let by_guide = self == Factor::Parametrization;
+        let unguided = by_guide && (a.parametrization == NONE) != (b.parametrization == NONE);
         Factor::ALL.into_iter().all(|factor| {
             let same = factor.level(a) == factor.level(b);
             match factor {
                 factor if factor == self => !same,
-                Factor::Warp => same || self == Factor::Parametrization,
+                Factor::Warp => same || by_guide,
+                Factor::SampleSet => same || unguided,
+                Factor::Coordinates if unguided => a.worked_in() == b.worked_in(),
                 _ => same,
             }
         })
@@ -56,6 +61,18 @@ impl Factor {
 }
 
 impl Choice {
+    /// The coordinates that its reconstruction works in, those of the schedule by their name.
+    pub(super) fn worked_in(&self) -> String {
+        if self.coordinates != OWN {
+            return self.coordinates.clone();
+        }
+        let warp = match self.warp.as_str() {
+            NONE => String::new(),
+            warp => format!("+{}", warp.replace(';', "+")),
+        };
+        format!("{}{warp}", self.parametrization)
+    }
+
     /// Identity of a row without its material: the allowance and the distribution of the test pairs as rows name them.
     pub(super) fn label(&self, allowed: &str, seed: u64, measure: &str) -> String {
         let all = Factor::ALL.map(|factor| format!("{:?}", factor.level(self)));

@@ -56,7 +56,7 @@ row! {
     /// measured alignment q of the lobe, whose width in theta_h goes as (cos theta_d)^-q: 0 is
     /// theta_h, 1 is |h_bar|; empty without a lobe
     alignment: Option<f64>,
-    /// coordinates the sample set is uniform in
+    /// coordinates the sample set is uniform in; none: it depends on none
     parametrization: String,
     /// their warps, `axis:warp` joined by `;`, or `none`
     warp: String,
@@ -64,7 +64,8 @@ row! {
     sample_set: String,
     /// name of the reconstruction
     reconstruction: String,
-    /// coordinates it works in; own: those of the sample set
+    /// coordinates it works in; own: those of the sample set; default: of a method that never takes those, what it has without a
+    /// choice
     coordinates: String,
     /// name of the instrument; ideal has no flaws
     instrument: String,

@@ -1,6 +1,6 @@
 //! The schedules of a plan, the reconstructions made on each, and the resulting rows.
 
-use super::choices::{Allowance, Choice, Coordinates as SampledIn, IDEAL, Method, OWN};
+use super::choices::{Allowance, Choice, Coordinates, IDEAL, Method, OWN};
 use super::instruments::PlannedInstrument;
 use super::key::{Expected, Part};
 use super::moments::MomentsTable;
@@ -9,13 +9,12 @@ use super::plan::Plan;
 use super::record::Shard;
 use super::tables::section;
 use crate::geometry::Symmetry;
-use crate::reconstruct::Coordinates;
 
 /// A schedule of a plan, by positions in the plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
-    /// Position of its coordinates in the plan.
-    pub coordinates: usize,
+    /// Position of its coordinates in the plan; `None` of a sample set that depends on no parametrization.
+    pub coordinates: Option<usize>,
     /// Position of its sample set.
     pub sample_set: usize,
     /// Position of its instrument; `None`: the ideal one.
@@ -34,8 +33,12 @@ impl Plan {
             n => (0..n).map(Some).collect(),
         };
         let mut units = Vec::new();
-        for coordinates in 0..self.parametrizations.len() {
-            for sample_set in 0..self.sample_sets.len() {
+        // Controls first: they are what reports compare with where nothing else is asked.
+        let guided = (0..self.parametrizations.len()).map(Some);
+        for coordinates in std::iter::once(None).chain(guided) {
+            let sets = self.sample_sets.iter().enumerate();
+            let sets = sets.filter(|(_, s)| s.set.is_unguided() == coordinates.is_none());
+            for (sample_set, _) in sets {
                 for &instrument in &instruments {
                     for allowance in self.allowances() {
                         units.extend(self.seeds.iter().map(|&seed| Unit {
@@ -52,20 +55,27 @@ impl Plan {
         units
     }
 
+    /// The coordinates of a schedule.
+    pub(crate) fn coordinates_of(&self, unit: &Unit) -> &Coordinates {
+        unit.coordinates
+            .map_or(&self.unguided, |i| &self.parametrizations[i])
+    }
+
     /// Positions of the methods that are used on a schedule.
     pub fn methods_on(&self, unit: &Unit) -> Vec<usize> {
         let set = &self.sample_sets[unit.sample_set].set;
         let size = unit.allowance.count();
         let suits = |m: &Method| {
             (set.is_grid() || !m.method.needs_grid())
-                && m.on.is_none_or(|s| s == unit.sample_set)
+                && m.used_in.has(unit.coordinates)
+                && m.is_on(unit.sample_set)
                 && size.is_none_or(|n| m.up_to.is_none_or(|most| n <= most))
         };
         // In coordinates that are the schedule's own it would be made twice.
-        let own = own_label(&self.parametrizations[unit.coordinates]);
+        let own = self.coordinates_of(unit).of_reconstructions().label();
         let twice = |m: &Method| {
             let mut same = self.methods.iter().filter(|o| o.name == m.name);
-            m.coordinates == own && same.any(|o| o.coordinates == OWN)
+            m.coordinates == own && unit.coordinates.is_some() && same.any(|o| o.coordinates == OWN)
         };
         let all = self.methods.iter().enumerate();
         all.filter(|(_, m)| suits(m) && !twice(m))
@@ -124,7 +134,7 @@ impl Plan {
     /// A schedule for materials of some symmetries.
     pub(crate) fn schedule_key(&self, unit: &Unit, symmetry: Symmetry) -> ScheduleKey<'_> {
         ScheduleKey {
-            coordinates: &self.parametrizations[unit.coordinates],
+            coordinates: self.coordinates_of(unit),
             symmetry,
             sample_set: &self.sample_sets[unit.sample_set],
             allowance: unit.allowance,
@@ -138,7 +148,10 @@ impl Plan {
     pub(super) fn part(&self, unit: &Unit, method: usize) -> Part {
         let mut part = Part::new();
         part.feed(&format!("{:?}", self.channels));
-        part.feed(&self.parametrizations[unit.coordinates].label());
+        part.feed(&self.coordinates_of(unit).label());
+        if unit.coordinates.is_none() {
+            part.feed(&self.unguided.of_reconstructions().label());
+        }
         let set = &self.sample_sets[unit.sample_set];
         part.feed(&set.name);
         part.feed_member(set.set.resolved(), set.set.prior());
@@ -217,11 +230,4 @@ impl Share {
 /// Name of an instrument in rows.
 pub(super) fn name_of(instrument: Option<&PlannedInstrument>) -> &str {
     instrument.map_or(IDEAL, |i| i.name.as_str())
-}
-
-/// Label of a schedule's coordinates, in the form of those of a reconstruction.
-fn own_label(coordinates: &SampledIn) -> String {
-    let kind = coordinates.name().to_owned();
-    let warp = coordinates.spec.warps.clone();
-    Coordinates { kind, warp }.label()
 }

@@ -70,6 +70,10 @@ impl Reconstruct for Components {
         Some(&self.prior)
     }
 
+    fn takes_those_of_schedules(&self) -> bool {
+        false
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         in_left_open("ridge", self.ridge, 0.0, f64::INFINITY)?;
         self.prior.load().map(drop)

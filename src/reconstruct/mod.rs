@@ -92,6 +92,12 @@ pub trait Reconstruct: Resolved + std::fmt::Debug + Send + Sync {
         None
     }
 
+    /// True if it works in the coordinates of the schedule where it is given none; false of methods that have columns of their own, or
+    /// none at all.
+    fn takes_those_of_schedules(&self) -> bool {
+        true
+    }
+
     /// The prior of other materials; `None`: none that is in a file.
     fn prior(&self) -> Option<&PriorFile> {
         None

@@ -57,6 +57,10 @@ impl SampleSet for Directions {
         }
     }
 
+    fn is_unguided(&self) -> bool {
+        true
+    }
+
     fn plan(
         &self,
         parametrization: &Arc<dyn Parametrization>,

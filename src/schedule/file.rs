@@ -96,6 +96,10 @@ impl SampleSet for FileSet {
         self.load().map(drop)
     }
 
+    fn is_unguided(&self) -> bool {
+        true
+    }
+
     fn plan(
         &self,
         parametrization: &Arc<dyn Parametrization>,

@@ -131,6 +131,10 @@ impl SampleSet for LayoutSet {
         name.unwrap_or_default().to_owned()
     }
 
+    fn is_unguided(&self) -> bool {
+        true
+    }
+
     fn plan(
         &self,
         parametrization: &Arc<dyn Parametrization>,

@@ -31,6 +31,11 @@ pub trait SampleSet: std::fmt::Debug + Send + Sync {
         true
     }
 
+    /// True if the poses do not depend on the coordinates they are planned in.
+    fn is_unguided(&self) -> bool {
+        false
+    }
+
     /// The set with this ratio of its axes; `None` unless its ratio is to be tuned.
     fn tuned(&self, _ratio: &[f64]) -> Option<Box<dyn SampleSet>> {
         None

@@ -9,8 +9,8 @@ use common::{Keep, Level, edited, levels, says};
 use gonio::Error;
 use gonio::experiment::relations::RelationsPlan;
 use gonio::experiment::{
-    Event, Experiment, Extent, Known, Observer, Plan, RESULTS_REVISION, Row, RowKey, Shard, Source,
-    material_key,
+    Event, Experiment, Extent, Findings, Known, Observer, Plan, RESULTS_REVISION, Row, RowKey,
+    Shard, Source, material_key,
 };
 use serde_json::{Map, Value, json};
 use std::collections::{HashMap, HashSet};
@@ -100,6 +100,101 @@ fn timeless(plan: &Plan, rows: &[Row]) -> Vec<Row> {
     let mut rows: Vec<Row> = rows.iter().map(strip).collect();
     rows.sort_by_key(|r| place[&r.key]);
     rows
+}
+
+/// Poses that depend on no parametrization are measured once, whichever parametrizations stand beside them, and what interpolates in
+/// the coordinates of a schedule does so in each of these.
+#[test]
+fn sample_sets_of_no_parametrization_are_measured_once() {
+    let text = |parametrizations: &str, more: &str| {
+        format!(
+            "budgets = [60]\nmeasures = [\"cosine\"]\nmaterial = [{{ kind = \"ggx\", alpha = 0.3 }}]\n\
+             parametrization = [{parametrizations}]\n\
+             sample_set = [{{ kind = \"sobol\" }}, {{ kind = \"directions\" }}, {{ kind = \"random\" }}]\n\
+             reconstruction = [{{ kind = \"inverse-distance\" }}, \
+             {{ kind = \"kriging\", fit = false, on = [\"sobol\", \"directions\"] }}]\n{more}\n\
+             metrics = {{ pairs = 500, max_pairs = 1 }}"
+        )
+    };
+    let [half, hybrid] = [
+        "{ kind = \"half-difference\" }",
+        "{ kind = \"hybrid\", warp = { h_bar = \"square-root\" } }",
+    ];
+    let error = |row: &Row| row.value("nrmse").unwrap();
+    let of = |parametrizations: &str, more: &str| {
+        let plan = plan(&text(parametrizations, more));
+        let rows = rows(&plan);
+        assert_eq!(rows.len(), plan.rows());
+        let named = rows.iter().map(|r| {
+            let name = [
+                &r.parametrization,
+                &r.sample_set,
+                &r.reconstruction,
+                &r.coordinates,
+            ];
+            (name.map(|n| n.as_str()).join(" "), error(r))
+        });
+        let named: HashMap<String, f64> = named.collect();
+        assert_eq!(named.len(), rows.len());
+        (named, Findings::new(&rows.iter().collect::<Vec<_>>(), 1.02))
+    };
+    let (named, findings) = of(&format!("{half}, {hybrid}"), "");
+    let (turned, _) = of(&format!("{hybrid}, {half}"), "");
+    let none = [
+        "none directions inverse-distance half-difference",
+        "none directions inverse-distance hybrid+h_bar:square-root",
+        "none directions kriging-published default",
+    ];
+    let unguided = named.keys().filter(|name| name.starts_with("none "));
+    assert_eq!(unguided.count(), none.len());
+    for name in none {
+        common::near(turned[name], named[name], 1e-9 * named[name], name);
+    }
+    assert!(named.contains_key("hybrid random inverse-distance own"));
+    assert!(!named.contains_key("hybrid random kriging-published default"));
+    // Each with what is as it but for the guide: the same reconstruction in the same coordinates.
+    let against = findings.duels[0].duels.iter();
+    let against = against.filter(|d| d.b.parametrization == "none");
+    let against: Vec<_> = against
+        .map(|d| {
+            format!(
+                "{} {} {}",
+                d.a.parametrization, d.a.sample_set, d.b.coordinates
+            )
+        })
+        .collect();
+    assert_eq!(
+        against,
+        [
+            "half-difference sobol half-difference",
+            "half-difference random half-difference",
+            "hybrid sobol hybrid+h_bar:square-root",
+            "hybrid random hybrid+h_bar:square-root",
+            "half-difference sobol default",
+            "hybrid sobol default",
+        ]
+    );
+    // Columns of the schedule's own coordinates are what a config that names these has.
+    let (own, _) = of(half, "coordinates = [{ kind = \"own\" }]");
+    let (given, _) = of(half, "coordinates = [{ kind = \"half-difference\" }]");
+    for (set, method) in [
+        ("sobol", "kriging-published"),
+        ("directions", "kriging-published"),
+    ] {
+        let guide = if set == "sobol" {
+            "half-difference"
+        } else {
+            "none"
+        };
+        let coordinates = if set == "sobol" {
+            "own"
+        } else {
+            "half-difference"
+        };
+        let asked = own[&format!("{guide} {set} {method} {coordinates}")];
+        let named = given[&format!("{guide} {set} {method} half-difference")];
+        assert_eq!(asked, named, "{set}");
+    }
 }
 
 /// Readings of one material of [`TEXT`] at a time, and of all of them together.

@@ -1,6 +1,6 @@
 //! The rows of a study, indexed by measure, choice, allowance and material.
 
-use super::super::choices::{Choice, OWN};
+use super::super::choices::{Choice, are_named};
 use super::super::row::Row;
 use super::metric::Metric;
 use crate::statistics::{compares, geometric_mean};
@@ -89,18 +89,11 @@ impl<'a> Index<'a> {
         let choice = &self.choices.list[c];
         let mut others = self.choices.list.iter();
         let given =
-            others.any(|o| o.reconstruction == choice.reconstruction && o.coordinates != OWN);
+            others.any(|o| o.reconstruction == choice.reconstruction && are_named(&o.coordinates));
         if !given {
             return None;
         }
-        if choice.coordinates != OWN {
-            return Some(choice.coordinates.clone());
-        }
-        let warp = match choice.warp.as_str() {
-            "none" => String::new(),
-            warp => format!("+{}", warp.replace(';', "+")),
-        };
-        Some(format!("{}{warp}", choice.parametrization))
+        Some(choice.worked_in())
     }
 
     /// True if two choices are warped alike: at the same place of the warps of their

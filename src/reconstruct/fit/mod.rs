@@ -133,6 +133,10 @@ impl Reconstruct for Fit {
         true
     }
 
+    fn takes_those_of_schedules(&self) -> bool {
+        false
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         self.parameters().map(drop)
     }

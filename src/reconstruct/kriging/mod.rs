@@ -458,6 +458,10 @@ impl Reconstruct for Kriging {
         5e-8 * readings as f64
     }
 
+    fn takes_those_of_schedules(&self) -> bool {
+        false
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         Space::new(Symmetry::FULL, self.coordinates.as_ref())?;
         self.prior

@@ -3,9 +3,11 @@
 use super::order::{best_of_each, sampling, subject, whole};
 use crate::error::count;
 use crate::experiment::{
-    Allowance, Choice, Duel, Duels, Explained, Factor, Findings, Line, Metric, OWN, Ranking, Scope,
+    Allowance, Choice, Duel, Duels, Explained, Factor, Findings, Line, Metric, NONE, Ranking,
+    Scope, are_named,
 };
 use crate::report::acquisition::table::{error, headed, starred};
+use crate::report::each_once;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict};
 use std::fmt::Write as _;
 
@@ -30,7 +32,7 @@ fn method_but_for(choice: &Choice, findings: &Findings, factor: Option<Factor>) 
     if factor != Some(Factor::Reconstruction) {
         parts.push(choice.reconstruction.clone());
     }
-    if choice.coordinates != OWN {
+    if are_named(&choice.coordinates) {
         parts.push(format!("in {}", choice.coordinates));
     }
     if factor != Some(Factor::SampleSet) && several(|c| &c.sample_set) {
@@ -50,9 +52,16 @@ pub fn study_text(findings: &Findings) -> String {
     for ranking in findings.rankings.iter().filter(|r| of_all(&r.scope)) {
         errors_of_each(findings, ranking, &mut out);
         let duels = findings.duels.iter().find(|d| d.scope == ranking.scope);
-        for method in in_own_coordinates(ranking, findings.factor) {
-            if let Some(duels) = duels {
-                against_reference(findings, duels, &method, &mut out);
+        let Some(duels) = duels else {
+            continue;
+        };
+        for reference in references(findings, duels) {
+            let methods = match reference == NONE {
+                true => beside_none(duels),
+                false => in_own_coordinates(ranking, findings.factor),
+            };
+            for method in methods {
+                against_reference(findings, duels, &method, &reference, &mut out);
             }
         }
     }
@@ -128,7 +137,8 @@ fn in_own_coordinates(ranking: &Ranking, factor: Factor) -> Vec<Choice> {
     for line in &ranking.lines {
         let choice = &line.choice;
         let everywhere = line.cells.iter().all(Option::is_some);
-        if everywhere && choice.coordinates == OWN && !methods.iter().any(|m| like(m, choice)) {
+        if everywhere && !are_named(&choice.coordinates) && !methods.iter().any(|m| like(m, choice))
+        {
             methods.push(choice.clone());
         }
     }
@@ -153,13 +163,30 @@ fn are_alike(
     kept.all(|k| k.level(a) == k.level(b))
 }
 
+/// One choice each of the reconstructions, in the coordinates of the schedule or in their default ones, that are compared with
+/// the same of a sample set of no parametrization.
+pub(super) fn beside_none(duels: &Duels) -> Vec<Choice> {
+    let mut methods: Vec<Choice> = Vec::new();
+    for duel in &duels.duels {
+        let [a, b] = [&duel.a, &duel.b];
+        let guided = if a.parametrization == NONE { b } else { a };
+        let is_against = [a, b].iter().any(|c| c.parametrization == NONE);
+        let like = |m: &Choice| are_alike(Factor::Parametrization, METHOD, m, guided);
+        if is_against && !are_named(&guided.coordinates) && !methods.iter().any(like) {
+            methods.push(guided.clone());
+        }
+    }
+    methods
+}
+
 /// A duel as the choice that is not the reference, the reference, and ratios of the errors of the first to those of
 /// the second, one per name of [`compared_at`]; `None` if neither side is it.
 pub(super) fn against(
     findings: &Findings,
     duel: &Duel,
+    reference: &str,
 ) -> Option<([Choice; 2], Vec<Option<Paired>>)> {
-    let is = |choice: &Choice| Some(findings.factor.level(choice)) == findings.reference.as_deref();
+    let is = |choice: &Choice| findings.factor.level(choice) == reference;
     let overall = (findings.allowances.len() > 1).then_some(duel.overall);
     let cells = duel.cells.iter().copied().chain(overall);
     let (a, b) = (duel.a.clone(), duel.b.clone());
@@ -177,12 +204,13 @@ pub(super) fn compared_at(findings: &Findings) -> Vec<String> {
     names
 }
 
-/// The level of the factor that others are compared with, if there is another.
-pub(super) fn reference(findings: &Findings, duels: &Duels) -> Option<String> {
-    let name = findings.reference.clone()?;
-    let mut sides = duels.duels.iter().flat_map(|d| [&d.b, &d.a]);
-    let is_there = sides.any(|c| findings.factor.level(c) == name);
-    is_there.then_some(name)
+/// The levels of the factor that others are compared with, of those that there are: the reference, and no parametrization.
+pub(super) fn references(findings: &Findings, duels: &Duels) -> Vec<String> {
+    let none = (findings.factor == Factor::Parametrization).then(|| NONE.to_owned());
+    let all = each_once(findings.reference.clone().into_iter().chain(none));
+    let sides = || duels.duels.iter().flat_map(|d| [&d.b, &d.a]);
+    let is_there = |name: &String| sides().any(|c| findings.factor.level(c) == name);
+    all.into_iter().filter(is_there).collect()
 }
 
 /// True if a choice has the challenger's level of the factor.
@@ -201,12 +229,15 @@ pub(super) fn level(findings: &Findings, choice: &Choice) -> String {
 
 /// Writes ratios against the reference: a line per level over all truths, for the challenger also
 /// one per truth.
-fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mut String) {
-    let Some(reference) = reference(findings, duels) else {
-        return;
-    };
+fn against_reference(
+    findings: &Findings,
+    duels: &Duels,
+    best: &Choice,
+    reference: &str,
+    out: &mut String,
+) {
     let scope = &duels.scope;
-    let rows = ratios(findings, duels, best);
+    let rows = ratios(findings, duels, best, reference);
     let mut named: Vec<(String, Vec<Option<Paired>>)> = rows
         .into_iter()
         .map(|r| (format!("  {}", r.name), r.cells))
@@ -217,7 +248,7 @@ fn against_reference(findings: &Findings, duels: &Duels, best: &Choice, out: &mu
             && d.scope.measure == scope.measure
     });
     for other in others {
-        let rows = ratios(findings, other, best);
+        let rows = ratios(findings, other, best, reference);
         let asked = rows
             .into_iter()
             .filter(|r| is_challenger(findings, &r.choice));
@@ -327,13 +358,19 @@ pub(super) struct Against {
 
 /// The duels of choices that are as `best` but for what is sampled and for the factor, against the
 /// reference.
-pub(super) fn ratios(findings: &Findings, duels: &Duels, best: &Choice) -> Vec<Against> {
+pub(super) fn ratios(
+    findings: &Findings,
+    duels: &Duels,
+    best: &Choice,
+    reference: &str,
+) -> Vec<Against> {
     let factor = findings.factor;
     let named = |d: &Duel| {
-        let ([choice, reference], cells) = against(findings, d)?;
+        let ([choice, reference], cells) = against(findings, d, reference)?;
         let name = level(findings, &choice);
         let name = match reference.warp.as_str() {
             _ if factor != Factor::Parametrization => name,
+            _ if reference.parametrization == NONE => name,
             warp if warp == choice.warp => name,
             "none" => format!("{name} / unwarped"),
             warp => format!("{name} / {warp}"),

@@ -1,6 +1,6 @@
 //! Names and order of choices: the best over all budgets first.
 
-use crate::experiment::{Cell, Choice, Factor, Line, OWN, Ranking};
+use crate::experiment::{Cell, Choice, Factor, Line, Ranking, are_named};
 use crate::statistics::EXACT;
 
 /// A parametrization with its warps.
@@ -13,9 +13,9 @@ pub(super) fn sampling(choice: &Choice) -> String {
 
 /// A reconstruction, with its coordinates where these are not those of the schedule.
 pub(super) fn by(choice: &Choice) -> String {
-    match choice.coordinates.as_str() {
-        OWN => choice.reconstruction.clone(),
-        other => format!("{} in {other}", choice.reconstruction),
+    match are_named(&choice.coordinates) {
+        false => choice.reconstruction.clone(),
+        true => format!("{} in {}", choice.reconstruction, choice.coordinates),
     }
 }
 

@@ -1,7 +1,7 @@
 //! The table a run prints: a line per schedule and material, an error per measure and reconstruction.
 
 use super::order::sampling;
-use crate::experiment::{Plan, Row};
+use crate::experiment::{Method, Plan, Row};
 use crate::report::Columns;
 use std::collections::HashMap;
 use std::fmt::Display;
@@ -49,35 +49,45 @@ impl Lead {
 pub struct Table<'a> {
     plan: &'a Plan,
     lead: Vec<Lead>,
+    /// One method each of the reconstructions, of which one in the coordinates of schedules is a method for each of these.
+    methods: Vec<&'a Method>,
     /// Names or numbers of the reconstructions.
     headings: Vec<String>,
-    /// Positions of a schedule's reconstructions, by parametrization, warp, sample set, allowance.
-    made_on: HashMap<[String; 4], Vec<usize>>,
+    /// The methods of a schedule, by parametrization, warp, sample set, allowance.
+    made_on: HashMap<[String; 4], Vec<&'a Method>>,
 }
 
 impl<'a> Table<'a> {
     /// The table of a plan.
     pub(crate) fn new(plan: &'a Plan) -> Self {
-        let labels: Vec<String> = plan.methods.iter().map(|m| m.label()).collect();
+        let mut methods: Vec<&Method> = Vec::new();
+        for method in &plan.methods {
+            if !methods.iter().any(|m| are_one(m, method)) {
+                methods.push(method);
+            }
+        }
+        let labels: Vec<String> = methods.iter().map(|m| m.label()).collect();
         let long = labels.iter().any(|label| count(label) > HEADING);
         let headings = labels.iter().enumerate().map(|(i, label)| match long {
             true => format!("[{}]", i + 1),
             false => label.clone(),
         });
         let made_on = plan.units().into_iter().map(|unit| {
-            let coordinates = &plan.parametrizations[unit.coordinates];
+            let coordinates = plan.coordinates_of(&unit);
             let schedule = [
                 coordinates.name().to_owned(),
                 coordinates.warp.clone(),
                 plan.sample_sets[unit.sample_set].name.clone(),
                 unit.allowance.to_string(),
             ];
-            (schedule, plan.methods_on(&unit))
+            let used = plan.methods_on(&unit).into_iter();
+            (schedule, used.map(|m| &plan.methods[m]).collect())
         });
         Self {
             plan,
             lead: lead(plan),
             headings: headings.collect(),
+            methods,
             made_on: made_on.collect(),
         }
     }
@@ -85,7 +95,7 @@ impl<'a> Table<'a> {
     /// The lines above the first row.
     pub(crate) fn head(&self) -> String {
         let mut out = String::new();
-        let labels: Vec<String> = self.plan.methods.iter().map(|m| m.label()).collect();
+        let labels: Vec<String> = self.methods.iter().map(|m| m.label()).collect();
         if self.headings != labels {
             for (heading, label) in self.headings.iter().zip(labels) {
                 out += &format!("{heading} {label}\n");
@@ -125,15 +135,16 @@ impl<'a> Table<'a> {
         ];
         let made = self.made_on.get(&schedule.map(String::clone));
         for measure in &self.plan.measures {
-            let methods = self.plan.methods.iter().zip(&self.headings);
-            for (m, (method, heading)) in methods.enumerate() {
+            for (method, heading) in self.methods.iter().zip(&self.headings) {
                 let is_of = |r: &&&Row| {
                     r.reconstruction == method.name && r.coordinates == method.coordinates
                 };
                 let mut cells = rows.iter().filter(|r| r.measure == measure.name());
                 let text = match cells.find(is_of) {
                     Some(row) => error(row.value("nrmse")),
-                    None if made.is_some_and(|made| made.contains(&m)) => "failed".into(),
+                    None if made.is_some_and(|made| made.iter().any(|m| are_one(m, method))) => {
+                        "failed".into()
+                    }
                     None => String::new(),
                 };
                 out += &format!("  {text:>w$}", w = width(heading));
@@ -171,10 +182,16 @@ impl<'a> Table<'a> {
     }
 }
 
+/// True if two methods are one reconstruction in the same coordinates, or both in those of schedules.
+fn are_one(a: &Method, b: &Method) -> bool {
+    a.name == b.name && a.coordinates == b.coordinates
+}
+
 /// The columns before the errors: those that differ between the rows of a plan.
 fn lead(plan: &Plan) -> Vec<Lead> {
     let has_instruments = !plan.instruments.is_empty();
-    let labels: Vec<String> = plan.parametrizations.iter().map(|c| c.label()).collect();
+    let labels = plan.units().into_iter();
+    let labels: Vec<String> = labels.map(|u| plan.coordinates_of(&u).label()).collect();
     let mut lead = vec![
         Lead::name("material", plan.materials.iter().map(|m| &*m.name), |r| {
             r.material.clone()

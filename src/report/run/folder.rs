@@ -34,7 +34,7 @@ use super::rows::RowFile;
 use super::timings::{Machine, TIMINGS, remove};
 use crate::error::Error;
 use crate::experiment::{
-    Allowance, Coordinates, Counters, Job, Known, Record, RowKey, ScheduleKey, Stage, Work,
+    Allowance, Coordinates, Counters, Job, Known, NONE, Record, RowKey, ScheduleKey, Stage, Work,
 };
 use crate::files::{self, remove_parts, write_atomically};
 use crate::registry::named;
@@ -486,6 +486,9 @@ pub fn slice_name(job: &Job<'_>) -> String {
 
 /// Coordinates as part of a file name.
 pub(crate) fn coordinates_stem(coordinates: &Coordinates) -> String {
+    if coordinates.name() == NONE {
+        return NONE.into();
+    }
     let warps = coordinates.spec.warps.iter();
     let warps = warps.map(|(axis, warp)| format!("_{axis}-{}", warp.name()));
     coordinates.name().to_owned() + &warps.collect::<String>()

@@ -1,12 +1,12 @@
 //! Samplings against the reference, all else equal.
 
 use super::super::findings::{
-    Against, at_readings, compared_at, method, p_text, ratios, reference, undecided,
+    Against, at_readings, beside_none, compared_at, method, p_text, ratios, references, undecided,
 };
 use super::charts::{self, Looks};
 use super::scope_title;
 use super::words::{number, said};
-use crate::experiment::{Cell, Choice, Findings, Ranking};
+use crate::experiment::{Cell, Choice, Findings, NONE, Ranking};
 use maud::{Markup, html};
 
 /// Forest plots and tables of every scope.
@@ -14,24 +14,33 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Markup {
     let all = findings.duels.iter().zip(&findings.rankings);
     let mut parts = Vec::new();
     for (duels, ranking) in all {
-        let (Some(reference), Some(best)) = (reference(findings, duels), leader(ranking)) else {
-            continue;
-        };
-        let rows = ratios(findings, duels, &best);
-        if rows.is_empty() {
-            continue;
-        }
-        let by = method(&best, findings);
-        let title = format!("{}; by {by}", scope_title(&duels.scope));
-        let label = format!("error / that of {reference}");
-        let chart = charts::forest(&rows, findings, looks, &label, &title);
-        parts.push(html! {
-            details.page open[parts.is_empty()] {
-                summary { (title) }
-                @if let Some(chart) = chart { (chart) }
-                (table(findings, &rows, &reference))
+        for reference in references(findings, duels) {
+            let by = match reference == NONE {
+                true => beside_none(duels),
+                false => leader(ranking).into_iter().collect(),
+            };
+            for best in by {
+                let rows = ratios(findings, duels, &best, &reference);
+                if rows.is_empty() {
+                    continue;
+                }
+                let by = method(&best, findings);
+                let against = match reference == NONE {
+                    true => ", against no parametrization",
+                    false => "",
+                };
+                let title = format!("{}; by {by}{against}", scope_title(&duels.scope));
+                let label = format!("error / that of {reference}");
+                let chart = charts::forest(&rows, findings, looks, &label, &title);
+                parts.push(html! {
+                    details.page open[parts.is_empty()] {
+                        summary { (title) }
+                        @if let Some(chart) = chart { (chart) }
+                        (table(findings, &rows, &reference))
+                    }
+                });
             }
-        });
+        }
     }
     html! {
         p {

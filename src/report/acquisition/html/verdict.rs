@@ -7,7 +7,7 @@ use super::middle;
 use super::words::{number, said};
 use crate::brdf::Favours;
 use crate::error::count;
-use crate::experiment::{Choice, Duels, Findings, Line, Metric, OWN, Ranking};
+use crate::experiment::{Choice, Duels, Findings, Line, Metric, NONE, OWN, Ranking, are_named};
 use crate::report::acquisition::table::error;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
 use maud::{Markup, html};
@@ -25,7 +25,10 @@ struct Contest<'a> {
 impl<'a> Contest<'a> {
     fn new(findings: &Findings, ranking: &'a Ranking, pair: &'a Pair) -> Option<Self> {
         let duels = findings.duels.iter().find(|d| d.scope == ranking.scope)?;
-        let mut all = duels.duels.iter().filter_map(|d| against(findings, d));
+        let mut all = duels
+            .duels
+            .iter()
+            .filter_map(|d| against(findings, d, findings.reference.as_deref()?));
         let (_, mut cells) = all.find(|(sides, _)| sides == pair)?;
         // Without that of all allowances together.
         cells.truncate(findings.allowances.len());
@@ -86,8 +89,10 @@ impl<'a> Contest<'a> {
 fn names(pair: &Pair) -> [String; 2] {
     let differ = pair[0].sample_set != pair[1].sample_set;
     pair.each_ref().map(|choice| match differ {
-        true => format!("{} in {}", choice.sample_set, named(choice)),
-        false => named(choice),
+        true if choice.parametrization != NONE => {
+            format!("{} in {}", choice.sample_set, named(choice))
+        }
+        _ => named(choice),
     })
 }
 
@@ -157,7 +162,11 @@ fn sentences(
     let at = |a: usize| findings.allowances.get(a).map_or("", String::as_str);
     if let Some(said) = contest.said(a, at(a)) {
         out.push(format!(
-            "Sampled and reconstructed in their own coordinates by {}, {said}.",
+            "{} by {}, {said}.",
+            match contest.pair[0].coordinates.as_str() {
+                OWN => "Sampled and reconstructed in their own coordinates",
+                _ => "Reconstructed",
+            },
             contest.pair[0].reconstruction,
         ));
     }
@@ -204,9 +213,12 @@ fn pair(findings: &Findings, ranking: &Ranking, a: usize) -> Option<Pair> {
     let own = duels
         .duels
         .iter()
-        .filter(|d| d.a.coordinates == OWN)
+        .filter(|d| !are_named(&d.a.coordinates))
         .filter(|d| d.cells.get(a).is_some_and(Option::is_some));
-    let all: Vec<Pair> = own.filter_map(|d| Some(against(findings, d)?.0)).collect();
+    let reference = findings.reference.as_deref()?;
+    let all: Vec<Pair> = own
+        .filter_map(|d| Some(against(findings, d, reference)?.0))
+        .collect();
     let known = all.iter().any(|[c, _]| is_challenger(findings, c));
     let mean = |choice: &Choice| {
         let line = ranking.lines.iter().find(|l| l.choice == *choice);
@@ -266,9 +278,11 @@ fn place(line: &Line, a: usize) -> Option<usize> {
     line.cells.get(a)?.as_ref()?.place
 }
 
-/// A sampling with its warps, even where there are none: others of the same name may have some.
+/// A sampling with its warps, even where there are none: others of the same name may have some; without a parametrization the
+/// sample set.
 fn named(choice: &Choice) -> String {
     match choice.warp.as_str() {
+        NONE if choice.parametrization == NONE => choice.sample_set.clone(),
         "none" => format!("unwarped {}", choice.parametrization),
         _ => sampling(choice),
     }
