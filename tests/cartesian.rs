@@ -4,18 +4,19 @@
 
 mod common;
 
-use common::{Level, levels, member, near, planned, random_pair};
+use common::{
+    Level, images, levels, member, near, planned, random_pair, random_pairs, symmetries, turned,
+};
 use glam::{DVec2, Vec3Swizzles};
 use gonio::brdf::Brdf;
-use gonio::geometry::{Direction, DirectionPair, Symmetry};
+use gonio::geometry::{Direction, DirectionPair, Symmetry, distance};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::Measurement;
 use gonio::parametrization::{
-    Axis, AxisKind, Coords, Facts, Images, Layout, Parametrization, ParametrizationKind,
-    ParametrizationSpec, Quantity, Unit, entry,
+    Axis, AxisKind, Coords, Maps, Parametrization, ParametrizationSpec, Quantity, mapped_entry,
 };
 use gonio::reconstruct;
-use gonio::registry::Entry;
+use gonio::registry::{self, Entry};
 use gonio::sampling::Random;
 use std::sync::Arc;
 
@@ -24,119 +25,52 @@ levels! {
 }
 
 /// (h_x, h_y, k_x, k_y); isotropic: |h_bar|, and k_bar along and across h_bar.
-struct Cartesian {
-    symmetry: Symmetry,
-    axes: Vec<Axis>,
-}
+struct Cartesian;
 
-const ENTRY: Entry<ParametrizationSpec> = entry::<Cartesian>(
+const ENTRY: Entry<ParametrizationSpec> = mapped_entry::<Cartesian>(
     "components of the projected half and back vectors",
     &["", "warp = {}"],
 );
 
-impl ParametrizationKind for Cartesian {
+impl Maps for Cartesian {
     const KIND: &'static str = "cartesian";
 
-    fn with_symmetry(symmetry: Symmetry) -> Self {
-        let axis = |symbol, label, folded: bool| Axis {
-            symbol,
-            label,
-            unit: Unit::One,
-            range: [if folded { 0.0 } else { -1.0 }, 1.0],
-            kind: AxisKind::Straight,
-            quantity: Quantity::Other,
-            peak_at_start: false,
-            density: 1.0,
-            warp: None,
+    fn axes(isotropic: bool) -> Vec<Axis> {
+        let axis = |symbol, label| Axis::straight(symbol, label, [-1.0, 1.0]);
+        if !isotropic {
+            let all = [
+                ("h_x", "h_x"),
+                ("h_y", "h_y"),
+                ("k_x", "k_x"),
+                ("k_y", "k_y"),
+            ];
+            return all.map(|(symbol, label)| axis(symbol, label)).to_vec();
+        }
+        let length = Axis {
+            range: [0.0, 1.0],
+            kind: AxisKind::Radial,
+            quantity: Quantity::Length,
+            peak_at_start: true,
+            density: 2.0,
+            ..axis("h_bar", "|h̄|")
         };
-        let Symmetry {
-            reciprocal,
-            bilateral,
-            ..
-        } = symmetry;
-        let axes = if symmetry.isotropic {
-            let length = Axis {
-                kind: AxisKind::Radial,
-                quantity: Quantity::Length,
-                peak_at_start: true,
-                density: 2.0,
-                ..axis("h_bar", "|h̄|", true)
-            };
-            vec![
-                length,
-                axis("k_along", "k∥", reciprocal),
-                axis("k_across", "k⊥", bilateral),
-            ]
-        } else {
-            vec![
-                axis("h_x", "h_x", bilateral),
-                axis("h_y", "h_y", bilateral),
-                axis("k_x", "k_x", reciprocal),
-                axis("k_y", "k_y", false),
-            ]
-        };
-        Self { symmetry, axes }
-    }
-}
-
-impl Cartesian {
-    /// Exchange turns k round; the mirrors turn one component of both vectors.
-    fn fold(&self, [mut a, mut b, mut c, mut d]: Coords) -> Coords {
-        let s = self.symmetry;
-        if s.isotropic {
-            // |h_bar|, along, across: beyond the pole both vectors have turned.
-            if a < 0.0 {
-                (a, b, c) = (-a, -b, -c);
-            }
-            if s.bilateral {
-                c = c.abs();
-            }
-            if s.reciprocal && (b < 0.0 || b == 0.0 && c < 0.0) {
-                (b, c) = (-b, if s.bilateral { c } else { -c });
-            }
-            return [a, b, c, 0.0];
-        }
-        if s.bilateral && a < 0.0 {
-            (a, c) = (-a, -c);
-        }
-        if s.bilateral && b < 0.0 {
-            (b, d) = (-b, -d);
-        }
-        if s.reciprocal && (c < 0.0 || c == 0.0 && d < 0.0) {
-            (c, d) = (-c, -d);
-        }
-        [a, b, c, d]
-    }
-}
-
-impl Parametrization for Cartesian {
-    fn name(&self) -> &'static str {
-        Self::KIND
+        vec![length, axis("k_along", "k∥"), axis("k_across", "k⊥")]
     }
 
-    fn axes(&self) -> &[Axis] {
-        &self.axes
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.symmetry
-    }
-
-    fn forward(&self, pair: &DirectionPair) -> Coords {
+    fn forward(pair: &DirectionPair, isotropic: bool) -> Coords {
         let (h, k) = (pair.half().xy(), pair.back().xy());
-        self.fold(if self.symmetry.isotropic {
+        if isotropic {
             let along = h.try_normalize().unwrap_or(DVec2::X);
             [h.length(), along.dot(k), along.perp_dot(k), 0.0]
         } else {
             [h.x, h.y, k.x, k.y]
-        })
+        }
     }
 
-    fn inverse(&self, &[a, b, c, d]: &Coords) -> Option<DirectionPair> {
-        let (h, k) = if self.symmetry.isotropic {
-            (DVec2::new(a, 0.0), DVec2::new(b, c))
-        } else {
-            (DVec2::new(a, b), DVec2::new(c, d))
+    fn inverse(&[a, b, c, d]: &Coords, isotropic: bool) -> Option<DirectionPair> {
+        let (h, k) = match isotropic {
+            true => (DVec2::new(a, 0.0), DVec2::new(b, c)),
+            false => (DVec2::new(a, b), DVec2::new(c, d)),
         };
         let up = |v: DVec2| {
             let z2 = 1.0 - v.length_squared();
@@ -144,55 +78,79 @@ impl Parametrization for Cartesian {
         };
         Some(DirectionPair::new(up(h + k)?, up(h - k)?))
     }
+}
 
-    fn canonical(&self, coords: &Coords) -> Option<Coords> {
-        let inside = coords.iter().all(|c| c.abs() <= 1.0);
-        inside.then(|| self.fold(*coords))
-    }
-
-    fn jacobian(&self, coords: &Coords) -> f64 {
-        // d omega = dx dy / cos theta, and (h, k) to (h + k, h − k) has determinant 4.
-        let Some(pair) = self.inverse(coords) else {
-            return f64::INFINITY;
-        };
-        let turn = if self.symmetry.isotropic {
-            coords[0]
-        } else {
-            1.0
-        };
-        4.0 * turn / (pair.omega_i.cos_theta() * pair.omega_o.cos_theta())
-    }
-
-    fn facts(&self) -> Facts {
-        Facts {
-            layout: Layout::Straight,
-            exchange: false,
-            round_trip: [1e-12, 4e-8],
-            singular: true,
-            squared: false,
+/// What is made of two maps and a domain: images, representatives and a Jacobian.
+#[test]
+fn maps_alone_make_a_parametrization() {
+    for symmetry in symmetries() {
+        let p = ENTRY.form(symmetry);
+        for (i, pair) in random_pairs(5).take(500).enumerate() {
+            let c = p.forward(&pair);
+            let back = p.inverse(&c).expect("physical");
+            near(distance(&pair, &back, symmetry), 0.0, 1e-7, pair);
+            let mut same = images(&pair, symmetry);
+            if symmetry.isotropic {
+                same.push(turned(&pair, i as f64));
+            }
+            for image in &same {
+                let d = p.forward(image);
+                for k in 0..4 {
+                    near(d[k], c[k], 1e-12, (symmetry, image));
+                }
+            }
+            let all = p.images(&c);
+            let copies = [symmetry.reciprocal, symmetry.bilateral];
+            let copies: usize = copies.map(|has| 1 + usize::from(has)).iter().product();
+            let mirrors = 1 + usize::from(symmetry.bilateral && !symmetry.isotropic);
+            assert_eq!((all[0], all.len()), (c, copies * mirrors));
+            for image in &all {
+                let image = p.inverse(image).expect("physical");
+                near(distance(&pair, &image, symmetry), 0.0, 1e-7, pair);
+            }
+            let lowest = common::lowest(&pair);
+            if lowest > 0.1 {
+                // d omega = dx dy / cos theta, and (h, k) to (h + k, h − k) has determinant 4.
+                let turn = if symmetry.isotropic { c[0] } else { 1.0 };
+                let cosines = pair.omega_i.cos_theta() * pair.omega_o.cos_theta();
+                let want = 4.0 * turn / cosines;
+                near(p.jacobian(&c) / want, 1.0, 1e-6 / turn, (symmetry, pair));
+            }
         }
     }
+}
 
-    fn images(&self, &[a, b, c, d]: &Coords) -> Images {
-        let s = self.symmetry;
-        let mut images = Images::from_slice(&[[a, b, c, d]]);
-        // Signs of the coordinates.
-        let exchanged = match s.isotropic {
-            true => [1.0, -1.0, -1.0, 0.0],
-            false => [1.0, 1.0, -1.0, -1.0],
-        };
-        let mirrored: &[Coords] = match s.isotropic {
-            true => &[[1.0, 1.0, -1.0, 0.0]],
-            false => &[[-1.0, 1.0, -1.0, 1.0], [1.0, -1.0, 1.0, -1.0]],
-        };
-        let exchanged = s.reciprocal.then_some(&exchanged).into_iter();
-        for signs in exchanged.chain(mirrored.iter().filter(|_| s.bilateral)) {
-            let image = |c: &Coords| std::array::from_fn(|k| signs[k] * c[k]);
-            let more: Images = images.iter().map(image).collect();
-            images.extend(more);
-        }
-        images
+/// The inverse of another map.
+struct Lost;
+
+impl Maps for Lost {
+    const KIND: &'static str = "lost";
+
+    fn axes(isotropic: bool) -> Vec<Axis> {
+        Cartesian::axes(isotropic)
     }
+
+    fn forward(pair: &DirectionPair, isotropic: bool) -> Coords {
+        Cartesian::forward(pair, isotropic)
+    }
+
+    fn inverse(&[a, b, c, d]: &Coords, isotropic: bool) -> Option<DirectionPair> {
+        Cartesian::inverse(&[a, b, -0.9 * c, d], isotropic)
+    }
+}
+
+#[test]
+fn an_inverse_that_does_not_invert_is_refused() {
+    let entry = mapped_entry::<Lost>("not what it says", &[""]);
+    let refused = registry::read_text(&entry, "")
+        .expect_err("it is no inverse")
+        .to_string();
+    let parts = [
+        "\"lost\"",
+        "allowed is an inverse that leads back to every pair",
+        "is off by",
+    ];
+    assert!(parts.iter().all(|part| refused.contains(part)), "{refused}");
 }
 
 /// A reconstruction of a material from so many readings in some coordinates.

@@ -173,8 +173,11 @@ keys! {
     }
 }
 
+/// The longest a step of a job may be repeated for, s.
+const MAX_REPEAT_SECONDS: f64 = 60.0;
+
 /// What is written beside the results: nothing unless asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// The schedules, and in which format.
@@ -183,6 +186,20 @@ pub struct Output {
     pub slices: bool,
     /// `results.parquet` beside `results.csv`: the same columns with their types.
     pub parquet: bool,
+    /// Seconds that each step of a job (planning, measuring, reconstructing) may be repeated for, so that its time has an interval; 0:
+    /// never.
+    pub repeat_seconds: f64,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self {
+            schedules: Schedules::default(),
+            slices: false,
+            parquet: false,
+            repeat_seconds: 0.002,
+        }
+    }
 }
 
 /// Format of the schedules that are written: `false` (none) or the name of a format.
@@ -474,6 +491,12 @@ pub(super) fn check_output(config: &Config<'_>) -> Result<(), Error> {
             );
             return Err(config.source.place("output").key(key).problem(predicate));
         }
+    }
+    let seconds = config.output.repeat_seconds;
+    if !(0.0..=MAX_REPEAT_SECONDS).contains(&seconds) {
+        let at = config.source.place("output").key("repeat_seconds");
+        let allowed = format!("a number from 0 to {MAX_REPEAT_SECONDS}");
+        return Err(at.refused(seconds, allowed));
     }
     Ok(())
 }

@@ -3,8 +3,10 @@
 
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, ObservedBrdf, Presence};
 use crate::registry::named;
+use crate::statistics::median;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::ops::Add;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -124,6 +126,93 @@ impl Seconds {
     }
 }
 
+/// How often work is done that is repeated to time it. The least and the largest of so many times enclose their median 31 times of 32.
+pub(super) const REPETITIONS: usize = 6;
+
+/// Share of a time up to which parts of it that were timed once leave its interval as it is.
+const NEGLIGIBLE: f64 = 0.1;
+
+/// Wall time of some work, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Spent {
+    /// The median of its repetitions, or its one time.
+    pub seconds: f64,
+    /// The least and the largest of these.
+    range: [f64; 2],
+    /// What of `seconds` was timed once.
+    once: f64,
+}
+
+impl Spent {
+    /// Work that was done once.
+    pub(crate) fn once(seconds: f64) -> Self {
+        Self {
+            seconds,
+            range: [seconds; 2],
+            once: seconds,
+        }
+    }
+
+    /// The work of a first time, which is repeated by `again` if that takes `limit` seconds at most in all.
+    pub(crate) fn repeated(first: f64, limit: f64, mut again: impl FnMut()) -> Self {
+        if first * (REPETITIONS - 1) as f64 > limit {
+            return Self::once(first);
+        }
+        let mut times = vec![first];
+        times.extend((1..REPETITIONS).map(|_| timed(&mut again).1));
+        times.sort_by(f64::total_cmp);
+        Self {
+            seconds: median(&times).unwrap_or(first),
+            range: [times[0], times[REPETITIONS - 1]],
+            once: 0.0,
+        }
+    }
+
+    /// Work that was done in parts of given sizes, each timed once: at least [`REPETITIONS`] of them give an interval.
+    pub(crate) fn of_parts(parts: &[(usize, f64)]) -> Self {
+        let seconds = parts.iter().map(|part| part.1).sum();
+        if parts.len() < REPETITIONS {
+            return Self::once(seconds);
+        }
+        let size: usize = parts.iter().map(|part| part.0).sum();
+        let rates = parts.iter().map(|(n, s)| s / *n as f64 * size as f64);
+        let (low, high) = rates.fold((f64::INFINITY, 0.0_f64), |(low, high), s| {
+            (low.min(s), high.max(s))
+        });
+        Self {
+            seconds,
+            range: [low, high],
+            once: 0.0,
+        }
+    }
+
+    /// So many times as much, with the same relative interval.
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self {
+            seconds: self.seconds * factor,
+            range: self.range.map(|s| s * factor),
+            once: self.once * factor,
+        }
+    }
+
+    /// The interval of the median; `None` if too much was timed once.
+    pub(crate) fn interval(&self) -> Option<[f64; 2]> {
+        (self.once <= NEGLIGIBLE * self.seconds).then_some(self.range)
+    }
+}
+
+impl Add for Spent {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            seconds: self.seconds + other.seconds,
+            range: [0, 1].map(|end| self.range[end] + other.range[end]),
+            once: self.once + other.once,
+        }
+    }
+}
+
 /// The result of some work and its wall time, s.
 pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
@@ -144,6 +233,8 @@ pub struct Counters {
     seconds: Arc<Mutex<Seconds>>,
     /// The stage that all is counted at; `None`: that which is named.
     only: Option<Stage>,
+    /// Seconds that a step of a job may be repeated for to time it.
+    pub(super) repeat_seconds: f64,
 }
 
 impl Default for Counters {
@@ -153,6 +244,7 @@ impl Default for Counters {
             pages: pages.map(|_| Page::default()).collect(),
             seconds: Arc::default(),
             only: None,
+            repeat_seconds: 0.0,
         }
     }
 }
@@ -181,6 +273,14 @@ impl Counters {
         let mut all = self.seconds.lock().unwrap_or_else(PoisonError::into_inner);
         all.add(self.only.unwrap_or(stage), seconds);
         (result, seconds)
+    }
+
+    /// As [`timed`](Self::timed), of work that is repeated if it is short, then counted with counters that are thrown away.
+    pub(super) fn repeated<T>(&self, stage: Stage, mut work: impl FnMut(&Self) -> T) -> (T, Spent) {
+        let (result, first) = self.timed(stage, || work(self));
+        let unused = Self::default();
+        let again = || drop(work(&unused));
+        (result, Spent::repeated(first, self.repeat_seconds, again))
     }
 
     /// The wall times so far.

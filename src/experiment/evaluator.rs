@@ -1,7 +1,7 @@
 //! Reconstructions compared with their truths: errors at test pairs, albedos, moments.
 
 use super::choices::{Material, Method};
-use super::counts::{Built, Counters, Stage, Work};
+use super::counts::{Built, Counters, REPETITIONS, Spent, Stage, Work, timed};
 use super::material_batch::{MaterialBatch, evaluate};
 use super::observer::{Event, EventSink, GoOn, Job, ScheduleKey, Stop};
 use super::plan::Plan;
@@ -74,9 +74,9 @@ pub(super) struct Compared {
     albedo: Option<[f64; 2]>,
     /// Errors of the moments and number of unresolved slices.
     moments: Option<(MomentErrors, usize)>,
-    /// Wall times, s: of reconstruction, of evaluation and comparison, of the moments.
-    pub reconstruct_seconds: f64,
-    pub evaluate_seconds: f64,
+    /// Wall times of reconstruction, of evaluation, and, s, of the moments.
+    pub reconstructed: Spent,
+    pub evaluated: Spent,
     pub moment_seconds: Option<f64>,
     /// False as long as pairs are added.
     is_done: bool,
@@ -206,10 +206,10 @@ impl<'a> Evaluator<'a> {
             method,
             compared: Vec::new(),
         };
-        let all = (0..members.len()).collect();
-        let (made, seconds) = self
-            .counters
-            .timed(Stage::Reconstruct, || comparison.reconstructed(all));
+        let all: Vec<usize> = (0..members.len()).collect();
+        let (made, reconstructed) = self.counters.repeated(Stage::Reconstruct, |counters| {
+            comparison.reconstructed(all.clone(), counters)
+        });
         let mut made = made.map_err(Stop::failed)?;
         let share = 1.0 / members.len() as f64;
         let new = |member: &Member<'_>| Compared {
@@ -222,8 +222,8 @@ impl<'a> Evaluator<'a> {
             expected: Vec::new(),
             albedo: None,
             moments: None,
-            reconstruct_seconds: seconds * share,
-            evaluate_seconds: 0.0,
+            reconstructed: reconstructed.times(share),
+            evaluated: Spent::default(),
             moment_seconds: None,
             is_done: false,
         };
@@ -232,35 +232,37 @@ impl<'a> Evaluator<'a> {
             comparison.examine(&**copy, only, schedule, events)?;
         }
         let go_on = || events.go_on();
-        let (first, seconds) = self.counters.timed(Stage::Evaluate, || {
-            comparison.albedos(&made.copies, &go_on)?;
+        let (first, _) = self.counters.timed(Stage::Evaluate, || {
+            let (albedos, seconds) = timed(|| comparison.albedos(&made.copies, &go_on));
+            albedos?;
+            if self.probe.is_some() {
+                let all = comparison.compared.iter_mut();
+                all.for_each(|c| c.evaluated = Spent::once(seconds * share));
+            }
             comparison.cover(coverage);
             comparison.within(&go_on)?;
             comparison.expected(&go_on)
         });
         first?;
-        let all = comparison.compared.iter_mut();
-        all.for_each(|c| c.evaluate_seconds = seconds * share);
         for n in 0.. {
             let is_open = |i: &usize| !comparison.compared[*i].is_done;
             let open: Vec<usize> = (0..members.len()).filter(is_open).collect();
             if open.is_empty() {
                 break;
             }
-            let (seen, seconds) = self.counters.timed(Stage::Evaluate, || {
+            let (seen, _) = self.counters.timed(Stage::Evaluate, || {
                 // The neighbours of a pair are found once for all: few are worth another reconstruction.
                 if 2 * open.len() <= made.members.len()
-                    && let Ok(fewer) = comparison.reconstructed(open.clone())
+                    && let Ok(fewer) = comparison.reconstructed(open.clone(), &self.counters)
                 {
                     made = fewer;
                 }
                 comparison.see(n, &made, &go_on)
             });
-            seen?;
-            let share = seconds / open.len() as f64;
+            let spent = seen?.times(1.0 / open.len() as f64);
             let waiting = comparison.compared.par_iter_mut().filter(|c| !c.is_done);
             waiting.for_each(|compared| {
-                compared.evaluate_seconds += share;
+                compared.evaluated = compared.evaluated + spent;
                 compared.is_done = self.set.is_enough(&compared.tally) || self.set.is_last(n);
                 if compared.is_done {
                     let measures = 0..self.set.measures.len();
@@ -299,7 +301,11 @@ struct Comparison<'c> {
 
 impl Comparison<'_> {
     /// Reconstructs some members of a group.
-    fn reconstructed(&self, which: Vec<usize>) -> Result<Made, ReconstructError> {
+    fn reconstructed(
+        &self,
+        which: Vec<usize>,
+        counters: &Counters,
+    ) -> Result<Made, ReconstructError> {
         let (judge, method) = (self.judge, &*self.method.method);
         let some = || which.iter().map(|&i| &self.members[i]);
         let all: Vec<&Measurement> = some().map(|m| &m.2.measured).collect();
@@ -311,9 +317,7 @@ impl Comparison<'_> {
         // Its reconstruction works if that of fewer readings did.
         let whole = wholes.and_then(|all| MaterialBatch::new(method, &all).ok());
         let made = copies.interpolants() + whole.as_ref().map_or(0, MaterialBatch::interpolants);
-        judge
-            .counters
-            .add(Stage::Reconstruct, Work::Reconstructions, made);
+        counters.add(Stage::Reconstruct, Work::Reconstructions, made);
         Ok(Made {
             whole,
             copies,
@@ -321,8 +325,8 @@ impl Comparison<'_> {
         })
     }
 
-    /// Adds the pairs of a level to the comparisons that are not done.
-    fn see(&mut self, n: usize, made: &Made, go_on: GoOn<'_>) -> Result<(), Stop> {
+    /// Adds the pairs of a level to the comparisons that are not done; returns the wall time of evaluating them.
+    fn see(&mut self, n: usize, made: &Made, go_on: GoOn<'_>) -> Result<Spent, Stop> {
         let (judge, members) = (self.judge, self.members);
         let level = judge.level(n);
         let place = |i: usize| made.members.binary_search(&i).ok();
@@ -331,10 +335,14 @@ impl Comparison<'_> {
         };
         let truths: Vec<Option<Arc<Values>>> =
             self.compared.iter().enumerate().map(truth).collect();
-        for replicates in level.chunks(SLAB) {
+        let mut parts = Vec::new();
+        let most = level.pairs.len().div_ceil(REPETITIONS).min(SLAB);
+        for replicates in level.chunks(most) {
             let span = level.span(&replicates);
             let pairs = &level.pairs[span.clone()];
-            let values = made.copies.evaluate(pairs, go_on)?;
+            let (values, seconds) = timed(|| made.copies.evaluate(pairs, go_on));
+            let values = values?;
+            parts.push((pairs.len(), seconds));
             let whole = made.whole.as_ref();
             let whole = whole
                 .map(|stack| stack.evaluate(pairs, go_on))
@@ -358,7 +366,7 @@ impl Comparison<'_> {
                 }
             });
         }
-        Ok(())
+        Ok(Spent::of_parts(&parts))
     }
 
     /// Shows a reconstruction, and compares its moments.

@@ -68,6 +68,8 @@ pub struct Cell {
     pub readings: f64,
     /// Geometric mean of the seconds of computing a material.
     pub seconds: Option<f64>,
+    /// The geometric mean of the ends of their 95 % intervals; `None` if that of a material is not known.
+    pub seconds_interval: Option<[f64; 2]>,
     /// Geometric mean of the seconds of the instrument, where it has any.
     pub instrument_seconds: Option<f64>,
 }
@@ -307,8 +309,23 @@ impl<'i, 'a> Table<'i, 'a> {
             place: None,
             readings: self.over(c, a, |r| Some(r.readings as f64))?,
             seconds: self.over(c, a, Row::seconds),
+            seconds_interval: self.seconds_interval(c, a),
             instrument_seconds: self.over(c, a, |r| r.instrument_seconds),
         })
+    }
+
+    /// Ends of the intervals of the wall times, over the materials, which were timed together: one has no more to say than all.
+    fn seconds_interval(&self, c: usize, a: usize) -> Option<[f64; 2]> {
+        let is_known = |&m: &usize| {
+            let at = [self.measure, c, a, m];
+            let known = |of: fn(&Row) -> Option<f64>| self.index.mean(at, of).is_some();
+            known(|r| r.seconds_interval().map(|ends| ends[0])) || !known(Row::seconds)
+        };
+        if !self.materials.iter().all(is_known) {
+            return None;
+        }
+        let end = |end: usize| self.over(c, a, |r| Some(r.seconds_interval()?[end]));
+        Some([end(0)?, end(1)?])
     }
 
     /// Slopes of the materials, pooled.

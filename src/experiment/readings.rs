@@ -1,6 +1,6 @@
 //! Measures a schedule on its instrument, and counts the readings for rows.
 
-use super::counts::{Counters, Stage, Work};
+use super::counts::{Counters, Spent, Stage, Work};
 use super::observer::Stop;
 use super::route::{Route, Tour};
 use super::row::Row;
@@ -19,6 +19,8 @@ pub(super) struct Readings {
     pub nothing_lost: bool,
     /// Columns that all rows of these readings share; the others have no value.
     pub facts: Row,
+    /// Wall time of making the schedule and the way through it.
+    pub planned: Spent,
 }
 
 impl Readings {
@@ -38,6 +40,7 @@ impl Readings {
         let itinerary = route.itinerary();
         Ok(Self {
             facts: facts(&measured, route),
+            planned: route.spent,
             nothing_lost: itinerary.is_none_or(|itinerary| itinerary.unreachable.is_empty()),
             measured,
             whole: whole.transpose()?,
@@ -71,7 +74,7 @@ fn facts(measured: &Measurement, route: &Route) -> Row {
         below_noise: count(Flags::BELOW_NOISE),
         instrument_seconds: itinerary.map(Itinerary::seconds),
         unphysical_share: measured.schedule.unphysical_share,
-        plan_seconds: Some(route.seconds),
+        plan_seconds: Some(route.spent.seconds),
         ..Row::default()
     }
 }

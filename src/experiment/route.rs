@@ -6,7 +6,7 @@ mod cache;
 mod search;
 
 use super::choices::Allowance;
-use super::counts::{Counters, Stage, Work};
+use super::counts::{Counters, Spent, Stage, Work};
 use super::instruments::PlannedInstrument;
 use super::observer::{ScheduleKey, Stop};
 use super::tuning::Wanted;
@@ -38,8 +38,8 @@ pub(crate) struct Route {
     pub(super) tour: Option<Tour>,
     /// The tour without limits, if some pose is out of reach and the instrument asks what that costs.
     pub(super) whole: Option<Tour>,
-    /// Wall time of making schedule and tours, s; routes that share them share it.
-    pub(super) seconds: f64,
+    /// Wall time of making schedule and tours; routes that share them share it.
+    pub(super) spent: Spent,
     /// True the first time that this key is asked for.
     pub(super) is_new: bool,
 }
@@ -195,14 +195,14 @@ impl Router {
                 *self.budgets.entry(asked).or_insert(budget)
             }
         };
-        let (schedule, mut seconds) = self.schedule(key, budget, again, cancelled)?;
+        let (schedule, mut spent) = self.schedule(key, budget, again, cancelled)?;
         let (mut tour, mut whole) = (None, None);
         if let Some(instrument) = key.instrument {
             let order = instrument.use_of.order;
             let mut go = |limits| {
                 let (tour, own) =
                     self.tour(instrument, key.seed, &schedule, (limits, order), again)?;
-                seconds += own;
+                spent = spent + own;
                 Ok::<_, Error>(tour)
             };
             let within = go(instrument.use_of.limits)?;
@@ -219,7 +219,7 @@ impl Router {
             schedule,
             tour,
             whole,
-            seconds,
+            spent,
             is_new: known.is_none(),
         })
     }
@@ -280,7 +280,7 @@ impl Router {
         budget: usize,
         again: bool,
         cancelled: &dyn Fn() -> bool,
-    ) -> Result<(Arc<Schedule>, f64), Stop> {
+    ) -> Result<(Arc<Schedule>, Spent), Stop> {
         let set = &*key.sample_set.set;
         let seed = set.is_random().then_some(key.seed);
         let instrument = key.instrument;
@@ -315,7 +315,7 @@ impl Router {
             go_on: &go_on,
             truth: None,
         };
-        let (planned, seconds) = self.counters.timed(Stage::Plan, || match &tuned_set {
+        let (planned, spent) = self.counters.repeated(Stage::Plan, |_| match &tuned_set {
             Some(tuned) => tuned.plan(&task.form, budget, key.seed),
             None => set.design(&task),
         });
@@ -329,14 +329,13 @@ impl Router {
         let new = CacheEntry {
             poses,
             made: Arc::new(schedule),
-            seconds,
+            spent,
             again,
         };
         Ok(self.schedules.keep(asked, new))
     }
 
-    /// The tour of an instrument with or without limits in an order, and the seconds it took to
-    /// make.
+    /// The tour of an instrument with or without limits in an order, and the wall time of making it.
     fn tour(
         &mut self,
         instrument: &PlannedInstrument,
@@ -344,7 +343,7 @@ impl Router {
         schedule: &Schedule,
         (limits, order): (bool, Order),
         again: bool,
-    ) -> Result<(Tour, f64), Error> {
+    ) -> Result<(Tour, Spent), Error> {
         let (spec, bench) = self.bench(instrument, limits, seed)?;
         let poses = hash(schedule);
         let asked = TourKey {
@@ -353,22 +352,22 @@ impl Router {
             limits,
             order,
         };
-        let (itinerary, seconds) = match self.tours.get(&asked, again) {
+        let (itinerary, spent) = match self.tours.get(&asked, again) {
             Some(known) => known,
             None => {
-                let plan = || bench.plan(schedule, order);
-                let (itinerary, seconds) = self.counters.timed(Stage::Plan, plan);
+                let plan = |_: &Counters| bench.plan(schedule, order);
+                let (itinerary, spent) = self.counters.repeated(Stage::Plan, plan);
                 self.counters.add(Stage::Plan, Work::Tours, 1);
                 let new = CacheEntry {
                     poses: schedule.poses.len(),
                     made: Arc::new(itinerary),
-                    seconds,
+                    spent,
                     again,
                 };
                 self.tours.keep(asked, new)
             }
         };
-        Ok((Tour { bench, itinerary }, seconds))
+        Ok((Tour { bench, itinerary }, spent))
     }
 
     /// The simulated machine of an instrument, with or without limits, in a realisation, and the number of its
@@ -470,10 +469,7 @@ mod tests {
         assert_eq!(seconds, later, "nothing is made twice");
         for (first, second) in first.iter().zip(&second) {
             assert!(first.is_new && !second.is_new);
-            assert_eq!(
-                (first.budget, first.seconds),
-                (second.budget, second.seconds)
-            );
+            assert_eq!((first.budget, first.spent), (second.budget, second.spent));
         }
         (first, router)
     }

@@ -115,9 +115,14 @@ row! {
     /// wall time to reconstruct all materials that share the schedule, over their number; shared by
     /// the measures
     reconstruct_seconds,
-    /// wall time to evaluate them at the pairs and compare, over their number, and that of the albedo;
+    /// wall time to evaluate them at the pairs, over their number, and that of the albedo;
     /// shared by the measures
     evaluate_seconds,
+    /// the least these four came to: of several times, planning, measuring and reconstructing repeated (`output.repeat_seconds`),
+    /// evaluating in parts; with the next a 95 % interval; empty if more than a tenth of them was timed once
+    low_seconds,
+    /// the most they came to
+    high_seconds,
     /// wall time to integrate the moments of the reconstruction; shared by the measures
     moment_seconds,
 }
@@ -256,6 +261,11 @@ impl Row {
     /// Its readings, where a number of poses or readings was allowed; `None` where time was.
     pub(super) fn counted_readings(&self) -> Option<f64> {
         (!Allowance::is_time(&self.allowed)).then_some(self.readings as f64)
+    }
+
+    /// The interval of [`seconds`](Self::seconds); `None` where it is not known.
+    pub(crate) fn seconds_interval(&self) -> Option<[f64; 2]> {
+        Some([self.low_seconds?, self.high_seconds?])
     }
 
     /// Seconds of computing behind this row, were it the only one: choosing the poses, measuring (where that is

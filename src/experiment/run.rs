@@ -8,7 +8,7 @@ mod follow;
 
 use super::checks::each_once;
 use super::choices::Material;
-use super::counts::Stage;
+use super::counts::{Counters, Spent, Stage};
 use super::evaluator::{Evaluator, Truth};
 use super::key::{self, Expected, Identity, RowKey};
 use super::observer::{ByProduct, Event, EventSink, Job, Observer, ScheduleKey, Stop, Summary};
@@ -66,7 +66,8 @@ impl Experiment for Plan {
             (unit, tasks.collect())
         };
         let units: Vec<(Unit, Vec<Task>)> = units.into_iter().map(with_tasks).collect();
-        let events = EventSink::new(observer);
+        let mut events = EventSink::new(observer);
+        events.counters.repeat_seconds = self.output.repeat_seconds;
         let mut runner = Runner {
             plan: self,
             extent,
@@ -104,7 +105,7 @@ struct Measured<'t> {
     identity: &'t Identity,
     truth: &'t Truth,
     readings: Readings,
-    seconds: f64,
+    spent: Spent,
 }
 
 /// Materials with readings at the same poses.
@@ -388,9 +389,11 @@ impl<'a> Runner<'a> {
             ))?;
             let observer = &*self.events.observer;
             let cancelled = || observer.cancelled();
-            let brdf = truth.brdf.counted_at(&self.events.counters, Stage::Measure);
-            let take = || Readings::take(&brdf, route, schedule.seed, &cancelled);
-            let (readings, seconds) = self.events.counters.timed(Stage::Measure, take);
+            let take = |counters: &Counters| {
+                let brdf = truth.brdf.counted_at(counters, Stage::Measure);
+                Readings::take(&brdf, route, schedule.seed, &cancelled)
+            };
+            let (readings, spent) = self.events.counters.repeated(Stage::Measure, take);
             let readings = readings?;
             readings.count(&self.events.counters);
             let whole = readings.whole.as_ref().map(present);
@@ -400,7 +403,7 @@ impl<'a> Runner<'a> {
                 identity,
                 truth,
                 readings,
-                seconds,
+                spent,
             };
             let mut alike = groups.iter_mut();
             // Alone, where each is to be a BRDF of its own.
@@ -465,6 +468,9 @@ impl<'a> Runner<'a> {
                 let mut quantities = Quantities::default();
                 let errors = compared.write(at, &mut quantities);
                 m.truth.write(at, &mut quantities);
+                let all =
+                    m.readings.planned + m.spent + compared.reconstructed + compared.evaluated;
+                let [low, high] = all.interval().map_or([None; 2], |ends| ends.map(Some));
                 rows.push(Row {
                     key,
                     material: m.member.material.name.clone(),
@@ -485,9 +491,11 @@ impl<'a> Runner<'a> {
                     converged: compared.converged[at],
                     pairs_missing: errors.pairs_missing,
                     pairs_unreconstructed: errors.pairs_unreconstructed,
-                    measure_seconds: Some(m.seconds),
-                    reconstruct_seconds: Some(compared.reconstruct_seconds),
-                    evaluate_seconds: Some(compared.evaluate_seconds),
+                    measure_seconds: Some(m.spent.seconds),
+                    reconstruct_seconds: Some(compared.reconstructed.seconds),
+                    evaluate_seconds: Some(compared.evaluated.seconds),
+                    low_seconds: low,
+                    high_seconds: high,
                     moment_seconds: compared.moment_seconds,
                     ..m.readings.facts.clone()
                 });

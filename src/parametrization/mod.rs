@@ -6,13 +6,14 @@
 //! materials, its domain folded so that one configuration has one set of coordinates.
 //! [`Warped`] bends any axis of any of them.
 //!
-//! A parametrization that is no polar chart implements [`Parametrization`] itself. Either kind is
-//! one file and one line in [`all`].
+//! A parametrization that is no polar chart implements [`Parametrization`] itself, or, slower, gives its two maps and its domain
+//! alone as [`Maps`]. Each kind is one file and one line in [`all`].
 
 mod chart;
 mod form;
 mod half_difference;
 mod hybrid;
+mod mapped;
 mod orthographic;
 mod spec;
 mod spherical;
@@ -27,6 +28,7 @@ pub use form::Form;
 pub(crate) use half_difference::Frame;
 pub use half_difference::HalfDifference;
 pub use hybrid::Hybrid;
+pub use mapped::{Mapped, Maps, mapped_entry};
 pub use orthographic::Orthographic;
 pub use spec::{ParametrizationKind, ParametrizationSpec, entry};
 pub use spherical::Spherical;
@@ -135,6 +137,21 @@ pub struct Axis {
 }
 
 impl Axis {
+    /// An axis of numbers without a unit that is no azimuth and has no pole.
+    pub fn straight(symbol: &'static str, label: &'static str, range: [f64; 2]) -> Self {
+        Self {
+            symbol,
+            label,
+            unit: Unit::One,
+            range,
+            kind: AxisKind::Straight,
+            quantity: Quantity::Other,
+            peak_at_start: false,
+            density: 1.0,
+            warp: None,
+        }
+    }
+
     /// Column of result files, the unit in its name: `theta_h_deg`, `k`, `theta_h_square_root`.
     pub fn column(&self) -> String {
         match (self.warp, self.unit) {

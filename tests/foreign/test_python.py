@@ -265,7 +265,7 @@ def test_a_run_has_the_rows_of_the_command(gonio, tmp_path):
     gonio("run", path, "-o", tmp_path / "run")
     theirs = rows(tmp_path / "run/results.csv")
     for table in (g.run(keys), g.run(path)):
-        times = ["plan_seconds", "measure_seconds", "reconstruct_seconds", "evaluate_seconds", "moment_seconds"]
+        times = ["plan_seconds", "measure_seconds", "reconstruct_seconds", "evaluate_seconds", "low_seconds", "high_seconds", "moment_seconds"]
         assert list(table) == list(theirs[0]) + times
         for name, values in table.items():
             if name in times:

@@ -95,6 +95,8 @@ fn timeless(plan: &Plan, rows: &[Row]) -> Vec<Row> {
         reconstruct_seconds: Some(0.0),
         evaluate_seconds: Some(0.0),
         moment_seconds: None,
+        low_seconds: None,
+        high_seconds: None,
         ..r.clone()
     };
     let mut rows: Vec<Row> = rows.iter().map(strip).collect();

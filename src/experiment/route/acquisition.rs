@@ -1,7 +1,7 @@
 //! Routes of planners that learn: each material has its own.
 
 use super::super::choices::Allowance;
-use super::super::counts::{Stage, timed};
+use super::super::counts::{Spent, Stage, timed};
 use super::super::observer::{ScheduleKey, Stop};
 use super::{Route, Router, SetKey, Tour, too_few};
 use crate::acquisition::{self, Planner, Task};
@@ -127,7 +127,7 @@ impl Acquisition<'_> {
                 itinerary: Arc::new(itinerary),
             }),
             whole: None,
-            seconds: self.seconds + before + seconds,
+            spent: Spent::once(self.seconds + before + seconds),
             is_new: true,
         })
     }

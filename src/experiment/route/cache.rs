@@ -1,5 +1,6 @@
 //! Schedules and itineraries that are kept for later requests.
 
+use super::super::counts::Spent;
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::sync::Arc;
@@ -11,8 +12,8 @@ const CACHED_POSES: usize = 4_000_000;
 /// A schedule or an itinerary that is kept.
 pub(super) struct CacheEntry<T> {
     pub made: Arc<T>,
-    /// Wall time of its making, s.
-    pub seconds: f64,
+    /// Wall time of its making.
+    pub spent: Spent,
     /// Its number of poses.
     pub poses: usize,
     /// True if a later material asks for it.
@@ -29,16 +30,16 @@ impl<K, T> Default for Cache<K, T> {
 }
 
 impl<K: Eq + Hash, T> Cache<K, T> {
-    /// The value kept for a key, and the seconds that its making took.
-    pub(crate) fn get(&mut self, key: &K, again: bool) -> Option<(Arc<T>, f64)> {
+    /// The value kept for a key, and the wall time of its making.
+    pub(crate) fn get(&mut self, key: &K, again: bool) -> Option<(Arc<T>, Spent)> {
         let kept = self.0.get_mut(key)?;
         kept.again |= again;
-        Some((Arc::clone(&kept.made), kept.seconds))
+        Some((Arc::clone(&kept.made), kept.spent))
     }
 
     /// Returns a new value, and keeps it if there is room.
-    pub(crate) fn keep(&mut self, key: K, new: CacheEntry<T>) -> (Arc<T>, f64) {
-        let made = (Arc::clone(&new.made), new.seconds);
+    pub(crate) fn keep(&mut self, key: K, new: CacheEntry<T>) -> (Arc<T>, Spent) {
+        let made = (Arc::clone(&new.made), new.spent);
         let held: usize = self.0.values().map(|kept| kept.poses).sum();
         if held + new.poses <= CACHED_POSES {
             self.0.insert(key, new);

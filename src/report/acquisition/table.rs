@@ -113,12 +113,12 @@ impl<'a> Table<'a> {
             bottom += &block;
         }
         top += "    time in ms, all of the line";
-        bottom += &times(["plan", "measure", "reconst.", "evaluate"].map(String::from));
+        bottom += &times(["plan", "measure", "reconst.", "evaluate", "± %"].map(String::from));
         out + top.trim_end() + "\n" + &bottom
     }
 
     /// The lines of the rows of one schedule, one per material. Times of a line add up its
-    /// reconstructions; `evaluate` is the mean of the measures.
+    /// reconstructions; `evaluate` is the mean of the measures; `± %` is half the 95 % interval of all, where it is known.
     pub(crate) fn lines(&self, rows: &[&Row]) -> String {
         let materials = rows.chunk_by(|a, b| a.material == b.material);
         materials.map(|rows| self.line(rows)).collect()
@@ -160,13 +160,20 @@ impl<'a> Table<'a> {
             let all: Option<f64> = rows.iter().map(|r| of(r)).sum();
             all.map(|all| all * per_measure)
         };
+        let [half, whole] = [
+            sum(|r| r.seconds_interval().map(|[low, high]| (high - low) / 2.0)),
+            sum(Row::seconds),
+        ];
+        let spread = half.zip(whole).map(|(half, whole)| 100.0 * half / whole);
+        let spread = spread.map_or(String::new(), |percent| format!("{percent:.0}"));
         let seconds = [
             first.plan_seconds,
             first.measure_seconds,
             sum(|r| r.reconstruct_seconds),
             sum(|r| r.evaluate_seconds),
         ];
-        out + &times(seconds.map(ms))
+        let [plan, measure, reconstruct, evaluate] = seconds.map(ms);
+        out + &times([plan, measure, reconstruct, evaluate, spread])
     }
 
     /// The columns before the errors.
@@ -230,8 +237,9 @@ fn lead(plan: &Plan) -> Vec<Lead> {
 }
 
 /// The columns behind the errors.
-fn times([plan, measure, reconstruct, evaluate]: [String; 4]) -> String {
-    format!("  {plan:>7} {measure:>7} {reconstruct:>8} {evaluate:>8}\n")
+fn times([plan, measure, reconstruct, evaluate, spread]: [String; 5]) -> String {
+    let text = format!("  {plan:>7} {measure:>7} {reconstruct:>8} {evaluate:>8} {spread:>4}");
+    text.trim_end().to_owned() + "\n"
 }
 
 /// Width of a column of errors.
