@@ -14,7 +14,7 @@ use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::numeric::hashed;
 use crate::parametrization::Axis;
-use crate::reconstruct::{COMPONENTS, Components, Posterior, PriorFile};
+use crate::reconstruct::{COMPONENTS, Components, Posterior, PriorFile, RIDGE};
 use crate::registry::{self, Entry, Keys, ReadError, Table};
 use crate::schedule::{PlanError, Pose, SampleSet};
 use serde::{Deserialize, Serialize};
@@ -109,6 +109,7 @@ pub(super) fn entries() -> [Entry<dyn Planner>; 5] {
             &["", "ridge = 0.1\nprior = \"built-in\""],
             |table| {
                 let Components { prior, ridge } = registry::parse(table)?;
+                let ridge = ridge.unwrap_or(RIDGE);
                 Ok(Box::new(Published::new(
                     Criterion::DOptimal { ridge },
                     prior,
@@ -171,6 +172,7 @@ impl SampleSet for Published {
         let prior = self.prior.clone();
         match self.criterion {
             Criterion::DOptimal { ridge } => {
+                let ridge = Some(ridge);
                 registry::resolved(self.criterion.kind(), &Components { prior, ridge })
             }
             _ => registry::resolved(self.criterion.kind(), &Named { prior }),

@@ -16,8 +16,12 @@ use crate::geometry::DirectionPair;
 use crate::registry::declare;
 use nalgebra::DMatrix;
 
-/// The ridge by default: of materials that a prior was not made of, about the best.
+/// The ridge of few readings: of materials that a prior was not made of, about the best.
 pub(crate) const RIDGE: f64 = 0.01;
+
+/// The ridge of many readings, and the number of them for each unit of the ridge between the two.
+const RIDGE_OF_MANY: f64 = 0.3;
+const READINGS: f64 = 5000.0;
 
 declare! {
     dyn Reconstruct, "components": "ridge regression of ln f on the functions of a prior; isotropic materials", [
@@ -28,14 +32,23 @@ declare! {
     pub struct Components {
         /// The materials whose functions these are: `built-in` (materials of formulas), or a file of `gonio train`.
         prior: PriorFile = PriorFile::default();
-        /// Variance of a reading of ln f about the functions as a share of that of their coefficients: finite, above 0.
-        ridge: f64 = RIDGE;
+        /// Variance of a reading of ln f about the functions as a share of that of their coefficients: finite, above 0; by default a 5000th
+        /// of the number of readings, at least 0.01 and at most 0.3.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        ridge: Option<f64> = None;
     }
 }
 
 const TRANSFORM: Transform = Transform::Log { epsilon: EPSILON };
 
 impl Components {
+    /// The ridge for a number of readings. Few of them are fitted closely; of about as many as there are functions the fit of what the
+    /// functions do not say would grow without bound where no reading is.
+    fn ridge_of(&self, readings: usize) -> f64 {
+        let by_number = (readings as f64 / READINGS).clamp(RIDGE, RIDGE_OF_MANY);
+        self.ridge.unwrap_or(by_number)
+    }
+
     /// The coefficients of functions (a column per reading) that explain values (a row per reading); `None` if they are
     /// no numbers. Of the two forms, (QQᵀ + ridge)⁻¹ Q z = Q (QᵀQ + ridge)⁻¹ z, the smaller system is solved.
     fn coefficients(
@@ -44,7 +57,7 @@ impl Components {
         values: &DMatrix<f64>,
     ) -> Option<DMatrix<f64>> {
         let (k, n) = functions.shape();
-        let ridge = |size| DMatrix::identity(size, size) * self.ridge;
+        let ridge = |size| DMatrix::identity(size, size) * self.ridge_of(n);
         match k <= n {
             true => {
                 let normal = functions * functions.transpose() + ridge(k);
@@ -60,10 +73,8 @@ impl Components {
 
 impl Reconstruct for Components {
     fn label(&self) -> String {
-        match self.ridge == Self::default().ridge {
-            true => KIND.into(),
-            false => format!("{KIND}-{}", self.ridge),
-        }
+        self.ridge
+            .map_or(KIND.into(), |ridge| format!("{KIND}-{ridge}"))
     }
 
     fn prior(&self) -> Option<&PriorFile> {
@@ -75,7 +86,9 @@ impl Reconstruct for Components {
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        in_left_open("ridge", self.ridge, 0.0, f64::INFINITY)?;
+        if let Some(ridge) = self.ridge {
+            in_left_open("ridge", ridge, 0.0, f64::INFINITY)?;
+        }
         self.prior.load().map(drop)
     }
 
@@ -156,7 +169,7 @@ mod tests {
         for (k, n) in [(4, 9), (9, 4)] {
             let z = DMatrix::from_fn(n, 2, |i, j| ((i + 5 * j) as f64).cos());
             let method = Components {
-                ridge: 0.3,
+                ridge: Some(0.3),
                 ..Components::default()
             };
             let c = method.coefficients(&q(k, n), &z).unwrap();
@@ -175,7 +188,7 @@ mod tests {
             0.6 * ((3 * i + j) as f64).sin() / (1 + i) as f64
         });
         let method = Components {
-            ridge: 1e-9,
+            ridge: Some(1e-9),
             ..Components::default()
         };
         let copy = method.reconstruct(&member(&prior, &c, 3 * k)).unwrap();

@@ -3,18 +3,21 @@
 //! N readings in three dimensions are N^(−1/3) apart, so a method of order p has errors that fall
 //! as N^(−p/3).
 
-use super::common::{Level, cosine_pair, levels, model};
+use super::common::{Level, cosine_pair, levels, model, run};
 use super::{measure, method, sets};
 use gonio::brdf::Brdf;
+use gonio::experiment::{Choice, Plan, Source};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::metrics;
-use gonio::parametrization::{self, WarpSpec};
+use gonio::parametrization::{self, ParametrizationSpec, WarpSpec};
+use gonio::registry::Entry;
 use gonio::sampling::Random;
-use gonio::statistics::order;
+use gonio::statistics::{EXACT, order};
 use std::collections::BTreeMap;
 
 levels! {
     errors_fall_at_the_order_of_the_method: "thorough: four parametrizations";
+    four_times_the_readings_make_no_error_larger: "thorough: all parametrizations, sample sets and budgets";
 }
 
 /// Elevation (rad) above which pairs are left out: beyond it cells straddle the horizon.
@@ -82,4 +85,79 @@ fn errors_fall_at_the_order_of_the_method(level: Level) {
             }
         }
     }
+}
+
+/// Factor by which the mean error of four materials may grow where readings grow by four: grids that just fit a lobe, and points that
+/// fall into it or do not, make a quarter.
+const GROWS: f64 = 1.25;
+
+/// The geometric mean of nrmse over four materials, of every reconstruction that needs no model, in every parametrization, plain and
+/// with a square root along its first axis, from grids, points and directions of no parametrization.
+fn four_times_the_readings_make_no_error_larger(level: Level) {
+    let warped = |entry: &Entry<ParametrizationSpec>| {
+        let first = entry.axes(Symmetry::FULL)[0].symbol;
+        let warp = format!("warp = {{ {first} = \"square-root\" }}");
+        let kind = entry.kind;
+        [
+            format!("{{ kind = {kind:?} }}"),
+            format!("{{ kind = {kind:?}, {warp} }}"),
+        ]
+    };
+    let parametrizations: Vec<String> = parametrization::all().iter().flat_map(warped).collect();
+    let parametrizations = match level {
+        Level::Quick => parametrizations[..1].join(", "),
+        Level::Thorough => parametrizations.join(", "),
+    };
+    let sets = level.of(
+        r#"{ kind = "sobol" }, { kind = "directions" }"#,
+        r#"{ kind = "sobol" }, { kind = "directions" }, { kind = "grid" }, { kind = "stratified" }"#,
+    );
+    let budgets = level.of(
+        "[32, 128, 512]",
+        "[32, 64, 128, 256, 512, 1024, 2048, 4096]",
+    );
+    let methods = level.of(
+        r#"{ kind = "components" }"#,
+        r#"{ kind = "components" }, { kind = "nearest" }, { kind = "multilinear" }, { kind = "cubic" },
+           { kind = "inverse-distance" }, { kind = "thin-plate" }, { kind = "kriging", up_to = 512 }"#,
+    );
+    let text = format!(
+        r#"
+budgets = {budgets}
+measures = ["cosine"]
+material = [
+  {{ kind = "ggx", alpha = 0.1 }},
+  {{ kind = "ggx", alpha = 0.4 }},
+  {{ kind = "oren-nayar", sigma_deg = 30.0 }},
+  {{ kind = "low-abc-smooth", b = 300.0, c = 1.2 }},
+]
+parametrization = [{parametrizations}]
+sample_set = [{sets}]
+reconstruction = [{methods}]
+metrics = {{ pairs = 8192, max_pairs = 1 }}
+output = {{ repeat_seconds = 0.0 }}
+"#
+    );
+    let plan = Plan::read(&Source::new("growth.toml", text)).expect("it is one");
+    let (rows, _) = run(&plan);
+    let mut logs: BTreeMap<(Choice, usize), Vec<f64>> = BTreeMap::new();
+    for row in &rows {
+        let error = row.value("nrmse").expect("it is defined");
+        logs.entry((row.choice(), row.budget))
+            .or_default()
+            .push(error.max(EXACT).ln());
+    }
+    let mean = |logs: &Vec<f64>| (logs.iter().sum::<f64>() / logs.len() as f64).exp();
+    let mut grown = Vec::new();
+    for ((choice, budget), few) in &logs {
+        let Some(many) = logs.get(&(choice.clone(), 4 * budget)) else {
+            continue;
+        };
+        assert_eq!((few.len(), many.len()), (4, 4));
+        if mean(many) > GROWS * mean(few) {
+            let (few, many) = (mean(few), mean(many));
+            grown.push(format!("{choice:?} {budget}: {few:.4} to {many:.4}"));
+        }
+    }
+    assert!(grown.is_empty(), "{}\n{}", grown.len(), grown.join("\n"));
 }
