@@ -1,6 +1,6 @@
 //! Writing of files that are whole or not there, and reading of inputs of limited size.
 
-use crate::error::IS_INPUT;
+use crate::error::{IS_INPUT, reason};
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
@@ -276,6 +276,31 @@ fn sync(file: &File) -> io::Result<()> {
     match file.sync_all() {
         Err(e) if matches!(e.kind(), ErrorKind::Unsupported | ErrorKind::InvalidInput) => Ok(()),
         result => result,
+    }
+}
+
+/// Reason why a picture, or a map of heights, cannot be used: one sentence.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct PictureError(pub(crate) String);
+
+impl PictureError {
+    /// The error of a file that cannot be read.
+    pub(crate) fn unread(why: impl std::fmt::Display) -> Self {
+        Self(format!("cannot read this file: {}", reason(why)))
+    }
+}
+
+impl From<io::Error> for PictureError {
+    fn from(e: io::Error) -> Self {
+        Self::unread(e)
+    }
+}
+
+#[cfg(any(feature = "pictures", feature = "surfaces"))]
+impl From<exr::error::Error> for PictureError {
+    fn from(e: exr::error::Error) -> Self {
+        Self::unread(e)
     }
 }
 

@@ -29,7 +29,7 @@ mod walk;
 pub use facets::{DiffuseSpec, FacetsSpec, all as facets, read as read_facets};
 #[cfg(feature = "surfaces")]
 pub use micro::{ENTRY as MICRO_SURFACE, MicroSurface, MicroSurfaceSpec};
-pub use smith::{ENTRY as SMITH_MULTIPLE, Paths, SmithMultiple, SmithMultipleSpec};
+pub use smith::{ENTRY as SMITH_MULTIPLE, Paths, SmithMultiple};
 #[cfg(feature = "surfaces")]
 pub use trace::{Exit, Hit, Ray, Tracer};
 #[cfg(feature = "surfaces")]

@@ -12,9 +12,8 @@ use crate::brdf::{
 };
 use crate::error::{count, in_whole};
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::registry::{self, Entry, ReadError, Table, keys};
+use crate::registry::{self, Entry, ReadError, Table, keys, named};
 use crate::sampling::{Random, cosine_hemisphere};
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use smallvec::smallvec;
 
@@ -33,111 +32,91 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read,
 };
 
-/// Distributions of normals that a config can name.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Normals {
-    /// Those of `ggx`.
-    #[default]
-    Ggx,
-    /// Those of `beckmann`.
-    Beckmann,
-}
-
-impl Normals {
-    fn name(self) -> &'static str {
-        match self {
-            Normals::Ggx => Ggx::KIND,
-            Normals::Beckmann => Beckmann::KIND,
-        }
+named! {
+    /// Distributions of normals that a config can name.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    enum Normals {
+        /// Those of `ggx`.
+        #[default]
+        Ggx = "ggx",
+        /// Those of `beckmann`.
+        Beckmann = "beckmann",
     }
 }
 
 keys! {
-    /// The keys of the table itself; `facets`, a table with a kind of its own, is taken out before.
-    struct Keys {
+    /// A surface of facets that light meets one after the other, as a config writes it; `facets`, a table with a kind of its own, is
+    /// taken out before.
+    struct SmithMultipleSpec {
         normals: Normals = Normals::default();
         alpha: Roughness = Roughness::Isotropic(0.3);
         bounces: Part = Part::All;
         paths: usize = 256;
         seed: u64 = 1;
-        #[serde(rename = "facets", skip_serializing)]
-        _facets: IgnoredAny = IgnoredAny;
+        #[serde(skip_serializing, deserialize_with = "registry::taken")]
+        facets: FacetsSpec = FacetsSpec::default();
     }
-}
-
-/// A surface of facets that light meets one after the other, as a config writes it.
-#[derive(Clone, Debug)]
-pub struct SmithMultipleSpec {
-    keys: Keys,
-    facets: FacetsSpec,
 }
 
 /// Paths a pair: two at least, since one has no error estimate.
 pub(super) const PATHS: [usize; 2] = [2, 1 << 24];
 
 fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
-    let facets = facets::take(&mut table)?;
-    let keys = registry::parse(table)?;
-    Ok(Box::new(SmithMultipleSpec { keys, facets }))
+    Ok(Box::new(SmithMultipleSpec {
+        facets: facets::take(&mut table)?,
+        ..registry::parse(table)?
+    }))
 }
 
 impl BrdfSpec for SmithMultipleSpec {
     fn resolved(&self) -> registry::Keys {
-        let mut table = registry::resolved(KIND, &self.keys);
+        let mut table = registry::resolved(KIND, self);
         table.insert("facets".into(), self.facets.resolved().into());
         table
     }
 
     fn label(&self) -> String {
-        let Keys { normals, alpha, .. } = &self.keys;
-        let label = format!("smith-{}-{alpha}", normals.name());
-        self.facets.labelled(label, self.keys.bounces)
+        let label = format!("smith-{}-{}", self.normals.name(), self.alpha);
+        self.facets.labelled(label, self.bounces)
     }
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
-        self.keys
-            .alpha
-            .within("alpha", Roughness::RANGE, channels)?;
-        in_whole("paths", self.keys.paths, PATHS)?;
-        self.facets.check(channels)?;
-        Ok(())
+        self.alpha.within("alpha", Roughness::RANGE, channels)?;
+        in_whole("paths", self.paths, PATHS)?;
+        self.facets.check(channels)
     }
 
     fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
-        Ok(symmetry(self.keys.alpha))
+        Ok(symmetry(self.alpha))
     }
 
     fn favours(&self) -> Favours {
-        self.facets.favours(self.keys.bounces)
+        self.facets.favours(self.bounces)
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check(&channels)?;
-        let Keys {
-            normals,
-            alpha,
-            bounces,
-            paths,
-            seed,
-            ..
-        } = self.keys;
-        let paths = Paths {
-            bounces,
-            paths,
-            seed,
-        };
-        let facets = &self.facets;
-        Ok(match normals {
-            Normals::Ggx => Box::new(SmithMultiple::<Ggx>::new(alpha, facets, paths, channels)?),
-            Normals::Beckmann => Box::new(SmithMultiple::<Beckmann>::new(
-                alpha, facets, paths, channels,
-            )?),
-        })
+        match self.normals {
+            Normals::Ggx => self.of::<Ggx>(channels),
+            Normals::Beckmann => self.of::<Beckmann>(channels),
+        }
     }
 
     fn tables(&self) -> Tables {
         self.facets.tables()
+    }
+}
+
+impl SmithMultipleSpec {
+    fn of<D: Distribution>(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
+        let paths = Paths {
+            bounces: self.bounces,
+            paths: self.paths,
+            seed: self.seed,
+        };
+        let built = SmithMultiple::<D>::new(self.alpha, &self.facets, paths, channels)?;
+        Ok(Box::new(built))
     }
 }
 

@@ -28,23 +28,21 @@ light! {
     label: [theta_deg, width_deg],
     build: |spec| Blob {
         middle: Direction::from_spherical(spec.theta_deg.to_radians(), spec.phi_deg.to_radians()),
-        width: spec.width_deg.to_radians(),
-        peak: spec.peak.rgb(),
-        background: spec.background.rgb(),
+        spec: spec.clone(),
     },
 }
 
 struct Blob {
     middle: Direction,
-    width: f64,
-    peak: [f64; 3],
-    background: [f64; 3],
+    spec: BlobSpec,
 }
 
 impl Lighting for Blob {
     fn radiance(&self, omega: Direction) -> [f64; 3] {
-        let widths = angle_between(omega.vector(), self.middle.vector()) / self.width;
+        let [peak, background] = [&self.spec.peak, &self.spec.background].map(Spectrum::rgb);
+        let angle = angle_between(omega.vector(), self.middle.vector());
+        let widths = angle / self.spec.width_deg.to_radians();
         let share = (-0.5 * widths * widths).exp();
-        std::array::from_fn(|c| self.background[c] + share * self.peak[c])
+        std::array::from_fn(|c| background[c] + share * peak[c])
     }
 }

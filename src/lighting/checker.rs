@@ -20,11 +20,7 @@ light! {
         dark: Spectrum = Spectrum::Grey(0.05), in RADIANCE;
     }
     label: [step_deg],
-    build: |spec| Checker {
-        step: spec.step_deg.to_radians(),
-        bright: spec.bright.rgb(),
-        dark: spec.dark.rgb(),
-    },
+    build: Clone::clone,
 }
 
 /// Otherwise two fields of one colour would meet at azimuth 0.
@@ -37,19 +33,11 @@ fn whole_fields(spec: &CheckerSpec) -> Result<(), ParameterError> {
     Ok(())
 }
 
-struct Checker {
-    step: f64,
-    bright: [f64; 3],
-    dark: [f64; 3],
-}
-
-impl Lighting for Checker {
+impl Lighting for CheckerSpec {
     fn radiance(&self, omega: Direction) -> [f64; 3] {
-        let field = (omega.theta() / self.step).floor() + (omega.phi() / self.step).floor();
-        if field.rem_euclid(2.0) == 0.0 {
-            self.bright
-        } else {
-            self.dark
-        }
+        let step = self.step_deg.to_radians();
+        let field = (omega.theta() / step).floor() + (omega.phi() / step).floor();
+        let is_bright = field.rem_euclid(2.0) == 0.0;
+        if is_bright { &self.bright } else { &self.dark }.rgb()
     }
 }

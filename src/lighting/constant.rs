@@ -12,13 +12,11 @@ light! {
         radiance: Spectrum = Spectrum::Grey(1.0), in RADIANCE;
     }
     label: [],
-    build: |spec| Constant(spec.radiance.rgb()),
+    build: Clone::clone,
 }
 
-struct Constant([f64; 3]);
-
-impl Lighting for Constant {
+impl Lighting for ConstantSpec {
     fn radiance(&self, _omega: Direction) -> [f64; 3] {
-        self.0
+        self.radiance.rgb()
     }
 }

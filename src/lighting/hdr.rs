@@ -1,26 +1,26 @@
 //! Radiance HDR: three mantissas and an exponent of eight bits each a pixel (Ward 1991, *Real pixels*).
 
-use super::MapError;
 use crate::error::excerpt;
+use crate::files::PictureError;
 use std::io::{self, BufRead, ErrorKind, Read};
 
 /// Bytes of the longest header.
 const LONGEST_HEADER: u64 = 1 << 20;
 
 /// Width and height; reads the header, up to the first pixel.
-pub fn size(input: &mut impl BufRead) -> Result<[usize; 2], MapError> {
+pub fn size(input: &mut impl BufRead) -> Result<[usize; 2], PictureError> {
     let mut header = input.take(LONGEST_HEADER);
     let mut line = || {
         let mut line = Vec::new();
         header.read_until(b'\n', &mut line)?;
         match line.pop() {
             Some(b'\n') => Ok(String::from_utf8_lossy(&line).into_owned()),
-            _ => Err(MapError::unread("its header has no end")),
+            _ => Err(PictureError::unread("its header has no end")),
         }
     };
     if !line()?.starts_with("#?RADIANCE") {
         let message = "it does not begin with the line #?RADIANCE";
-        return Err(MapError::unread(message));
+        return Err(PictureError::unread(message));
     }
     loop {
         let line = line()?;
@@ -28,7 +28,7 @@ pub fn size(input: &mut impl BufRead) -> Result<[usize; 2], MapError> {
             _ if line.is_empty() => break,
             Some((key, format)) if key.trim() == "FORMAT" && format.trim() != "32-bit_rle_rgbe" => {
                 let format = excerpt(format);
-                return Err(MapError::unread(format!(
+                return Err(PictureError::unread(format!(
                     "its pixels are {format:?}; allowed: 32-bit_rle_rgbe"
                 )));
             }
@@ -44,7 +44,7 @@ pub fn size(input: &mut impl BufRead) -> Result<[usize; 2], MapError> {
     };
     let (width, height) = size.ok_or_else(|| {
         let found = excerpt(&line);
-        MapError::unread(format!(
+        PictureError::unread(format!(
             "its resolution is {found:?}; allowed: -Y height +X width, rows from the top"
         ))
     })?;
@@ -55,17 +55,17 @@ pub fn size(input: &mut impl BufRead) -> Result<[usize; 2], MapError> {
 pub fn pixels(
     input: &mut impl Read,
     [width, height]: [usize; 2],
-) -> Result<Vec<[f32; 3]>, MapError> {
+) -> Result<Vec<[f32; 3]>, PictureError> {
     let mut pixels = Vec::with_capacity(width * height);
     let mut row = vec![[0; 4]; width];
     for number in 0..if width > 0 { height } else { 0 } {
         let is_whole = read_row(input, &mut row).map_err(|e| match e.kind() {
-            ErrorKind::UnexpectedEof => MapError::unread(format!("it is cut in row {number}")),
-            _ => MapError::from(e),
+            ErrorKind::UnexpectedEof => PictureError::unread(format!("it is cut in row {number}")),
+            _ => PictureError::from(e),
         })?;
         if !is_whole {
             let message = format!("row {number} is longer than the picture is wide");
-            return Err(MapError::unread(message));
+            return Err(PictureError::unread(message));
         }
         pixels.extend(row.iter().map(|pixel| colours(*pixel)));
     }

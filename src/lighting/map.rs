@@ -8,8 +8,7 @@
 use super::{Lighting, LightingSpec};
 use crate::brdf::BuildError;
 use crate::error::in_closed;
-#[cfg(feature = "pictures")]
-use crate::error::reason;
+use crate::files::PictureError;
 use crate::geometry::Direction;
 use crate::registry::{self, Entry};
 use serde::{Deserialize, Serialize};
@@ -67,36 +66,11 @@ impl LightingSpec for MapSpec {
     }
 }
 
-/// Reason why a picture is no environment map: one sentence.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct MapError(String);
-
-impl MapError {
-    /// The error of a file that cannot be read.
-    pub(super) fn unread(why: impl std::fmt::Display) -> Self {
-        Self(format!("cannot read this file: {why}"))
-    }
-}
-
-impl From<std::io::Error> for MapError {
-    fn from(e: std::io::Error) -> Self {
-        Self::unread(e)
-    }
-}
-
-#[cfg(feature = "pictures")]
-impl From<exr::error::Error> for MapError {
-    fn from(e: exr::error::Error) -> Self {
-        Self::unread(reason(e))
-    }
-}
-
-fn aspect([width, height]: [usize; 2]) -> Result<(), MapError> {
+fn aspect([width, height]: [usize; 2]) -> Result<(), PictureError> {
     if height > 0 && width >= 2 && width.abs_diff(2 * height) <= 1 {
         return Ok(());
     }
-    Err(MapError(format!(
+    Err(PictureError(format!(
         "this picture is {width} × {height} pixels; allowed: twice as wide as high"
     )))
 }
@@ -118,16 +92,16 @@ impl Map {
     ///
     /// # Errors
     /// If it is not twice as wide as high (to a pixel), or if a value is negative or not finite.
-    pub fn new(width: usize, pixels: Vec<[f32; 3]>) -> Result<Self, MapError> {
+    pub fn new(width: usize, pixels: Vec<[f32; 3]>) -> Result<Self, PictureError> {
         let height = pixels.len() / width.max(1);
         aspect([width, height])?;
         if pixels.len() != width * height {
             let message = format!("the last row has less than {width} pixels");
-            return Err(MapError(message));
+            return Err(PictureError(message));
         }
         let wrong = |v: &f32| !(v.is_finite() && *v >= 0.0);
         if let Some(i) = pixels.iter().position(|p| p.iter().any(wrong)) {
-            return Err(MapError(format!(
+            return Err(PictureError(format!(
                 "the pixel in column {}, row {} (counted from 0) is {:?}; allowed: finite numbers not below 0",
                 i % width,
                 i / width,
@@ -200,8 +174,9 @@ type Picture = ([usize; 2], Vec<[f32; 3]>);
 #[cfg(feature = "pictures")]
 mod files {
     use super::super::hdr;
-    use super::{MapError, Path, Picture, reason};
-    use crate::files::{exr_headers, exr_layer, may_unpack, open};
+    use super::{Path, Picture};
+    use crate::error::reason;
+    use crate::files::{PictureError, exr_headers, exr_layer, may_unpack, open};
     use std::fs::File;
     use std::io::{BufReader, Read};
 
@@ -211,28 +186,29 @@ mod files {
     }
 
     /// The format by the first bytes: names may be wrong.
-    fn format(path: &Path) -> Result<Format, MapError> {
+    fn format(path: &Path) -> Result<Format, PictureError> {
         let mut start = Vec::new();
         open(path)?.take(4).read_to_end(&mut start)?;
         match start[..] {
             [0x76, 0x2f, 0x31, 0x01] => Ok(Format::Exr),
             [b'#', b'?', ..] => Ok(Format::Hdr),
-            _ => Err(MapError(
+            _ => Err(PictureError(
                 "this is no picture that can be read; allowed: OpenEXR, Radiance HDR".into(),
             )),
         }
     }
 
     /// Checks that a file of `packed` bytes can hold so many values, each held in four bytes.
-    fn held(packed: u64, size: [usize; 2], channels: usize) -> Result<(), MapError> {
+    fn held(packed: u64, size: [usize; 2], channels: usize) -> Result<(), PictureError> {
         let [width, height] = size;
         let values = width.saturating_mul(height).saturating_mul(channels);
-        may_unpack(packed, values.saturating_mul(4) as u64)
-            .map_err(|why| MapError(format!("this picture is {width} × {height} pixels: {why}")))
+        may_unpack(packed, values.saturating_mul(4) as u64).map_err(|why| {
+            PictureError(format!("this picture is {width} × {height} pixels: {why}"))
+        })
     }
 
     /// Width and height of a Radiance file that can be unpacked, and the file from its first pixel on.
-    fn hdr_header(path: &Path) -> Result<([usize; 2], BufReader<File>), MapError> {
+    fn hdr_header(path: &Path) -> Result<([usize; 2], BufReader<File>), PictureError> {
         let file = open(path)?;
         let packed = file.metadata()?.len();
         let mut input = BufReader::new(file);
@@ -242,7 +218,7 @@ mod files {
     }
 
     /// Width and height, from the header, of a picture that can be unpacked.
-    pub fn size(path: &Path) -> Result<[usize; 2], MapError> {
+    pub fn size(path: &Path) -> Result<[usize; 2], PictureError> {
         let packed = std::fs::metadata(path)?.len();
         match format(path)? {
             Format::Exr => {
@@ -253,14 +229,14 @@ mod files {
                     held(packed, size(header), header.channels.list.len())?;
                 }
                 let size = headers.first().map(size);
-                size.ok_or_else(|| MapError::unread("it has no layer"))
+                size.ok_or_else(|| PictureError::unread("it has no layer"))
             }
             Format::Hdr => Ok(hdr_header(path)?.0),
         }
     }
 
     /// Width, height, and R, G, B row after row from the top.
-    pub fn pixels(path: &Path) -> Result<Picture, MapError> {
+    pub fn pixels(path: &Path) -> Result<Picture, PictureError> {
         match format(path)? {
             Format::Exr => exr_pixels(path),
             Format::Hdr => {
@@ -270,7 +246,7 @@ mod files {
         }
     }
 
-    fn exr_pixels(path: &Path) -> Result<Picture, MapError> {
+    fn exr_pixels(path: &Path) -> Result<Picture, PictureError> {
         let layer = exr_layer(path)?;
         let size = [layer.size.width(), layer.size.height()];
         let list = layer.channel_data.list;
@@ -285,13 +261,13 @@ mod files {
                 let names: Vec<_> = list.iter().map(|c| c.name.to_string()).collect();
                 let names = reason(names.join(", "));
                 let message = format!("its channels are {names}; allowed: R, G, B or Y");
-                return Err(MapError(message));
+                return Err(PictureError(message));
             }
         };
         let count = size[0] * size[1];
         if channels.iter().any(|c| c.sample_data.len() != count) {
             let message = "some of its channels are coarser than others";
-            return Err(MapError(message.into()));
+            return Err(PictureError(message.into()));
         }
         let pixel = |i: usize| channels.map(|c| c.sample_data.value_by_flat_index(i).to_f32());
         Ok((size, (0..count).map(pixel).collect()))
@@ -300,14 +276,14 @@ mod files {
 
 #[cfg(not(feature = "pictures"))]
 mod files {
-    use super::{MapError, Path, Picture};
+    use super::{Path, Picture, PictureError};
 
-    pub fn size(_path: &Path) -> Result<[usize; 2], MapError> {
+    pub fn size(_path: &Path) -> Result<[usize; 2], PictureError> {
         let message = "this build of gonio cannot read pictures: it lacks the feature pictures";
-        Err(MapError(message.into()))
+        Err(PictureError(message.into()))
     }
 
-    pub fn pixels(path: &Path) -> Result<Picture, MapError> {
+    pub fn pixels(path: &Path) -> Result<Picture, PictureError> {
         size(path).map(|size| (size, Vec::new()))
     }
 }

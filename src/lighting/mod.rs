@@ -51,7 +51,7 @@ mod sky;
 pub use blob::BlobSpec;
 pub use checker::CheckerSpec;
 pub use constant::ConstantSpec;
-pub use map::{Map, MapError, MapSpec};
+pub use map::{Map, MapSpec};
 pub use sky::SkySpec;
 
 use crate::brdf::BuildError;

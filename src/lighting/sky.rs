@@ -38,27 +38,17 @@ light! {
     }
     label: [sun_theta_deg],
     build: |spec| Sky {
-        zenith: spec.zenith.rgb(),
-        horizon: spec.horizon.rgb(),
-        ground: spec.ground.rgb(),
-        sun: spec.sun.rgb(),
+        spec: spec.clone(),
         towards_sun: Direction::from_spherical(
             spec.sun_theta_deg.to_radians(),
             spec.sun_phi_deg.to_radians(),
         ),
-        radius: 0.5 * spec.sun_diameter_deg.to_radians(),
-        edge: spec.sun_edge_deg.to_radians(),
     },
 }
 
 struct Sky {
-    zenith: [f64; 3],
-    horizon: [f64; 3],
-    ground: [f64; 3],
-    sun: [f64; 3],
+    spec: SkySpec,
     towards_sun: Direction,
-    radius: f64,
-    edge: f64,
 }
 
 /// 0 below −1/2, 1 above 1/2, smooth between.
@@ -69,14 +59,18 @@ fn smooth_step(x: f64) -> f64 {
 
 impl Lighting for Sky {
     fn radiance(&self, omega: Direction) -> [f64; 3] {
+        let spec = &self.spec;
+        let colours = [&spec.zenith, &spec.horizon, &spec.ground, &spec.sun];
+        let [zenith, horizon, ground, sun] = colours.map(Spectrum::rgb);
         let up = omega.cos_theta();
         let above = smooth_step(up / 2f64.to_radians());
         let low = (1.0 - up.clamp(0.0, 1.0)).powi(4);
         let away = angle_between(omega.vector(), self.towards_sun.vector());
-        let sun = smooth_step((self.radius - away) / self.edge);
+        let radius = 0.5 * spec.sun_diameter_deg.to_radians();
+        let seen = smooth_step((radius - away) / spec.sun_edge_deg.to_radians());
         std::array::from_fn(|c| {
-            let sky = self.zenith[c] + low * (self.horizon[c] - self.zenith[c]);
-            above * (sky + sun * self.sun[c]) + (1.0 - above) * self.ground[c]
+            let sky = zenith[c] + low * (horizon[c] - zenith[c]);
+            above * (sky + seen * sun[c]) + (1.0 - above) * ground[c]
         })
     }
 }

@@ -16,6 +16,7 @@ macro_rules! named {
 
         impl $Name {
             /// All of them, in their order.
+            #[allow(dead_code, reason = "not every choice is listed")]
             pub const ALL: [Self; [$($name),+].len()] = [$(Self::$Choice),+];
 
             /// Its name.

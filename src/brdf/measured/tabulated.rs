@@ -10,7 +10,7 @@ use super::{TableError, without_wavelengths};
 use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Favours, Tables};
 use crate::error::ParameterError;
 use crate::geometry::Symmetry;
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Table, named};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
@@ -24,23 +24,16 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read: |table| Ok(Box::new(TabulatedSpec::read(table)?)),
 };
 
-/// The format of a table.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum TableFormat {
-    /// MERL: 90×90×180 cells, or 90×90×360 if the material is not reciprocal.
-    #[default]
-    Merl,
-    /// UTIA: 6×48 light directions × 6×48 sensor directions, to 75°.
-    Utia,
-}
-
-impl TableFormat {
-    fn name(self) -> &'static str {
-        match self {
-            TableFormat::Merl => "merl",
-            TableFormat::Utia => "utia",
-        }
+named! {
+    /// The format of a table.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    enum TableFormat {
+        /// MERL: 90×90×180 cells, or 90×90×360 if the material is not reciprocal.
+        #[default]
+        Merl = "merl",
+        /// UTIA: 6×48 light directions × 6×48 sensor directions, to 75°.
+        Utia = "utia",
     }
 }
 
@@ -68,26 +61,6 @@ pub struct TabulatedSpec {
 }
 
 impl TabulatedSpec {
-    /// A MERL table of `of`.
-    pub fn merl(of: Box<dyn BrdfSpec>, interpolation: Interpolation, nodes: Nodes) -> Self {
-        let keys = Keys {
-            format: TableFormat::Merl,
-            interpolation: Some(interpolation),
-            nodes: Some(nodes),
-            ..Keys::default()
-        };
-        Self { keys, of }
-    }
-
-    /// A UTIA table of `of`.
-    pub(crate) fn utia(of: Box<dyn BrdfSpec>) -> Self {
-        let keys = Keys {
-            format: TableFormat::Utia,
-            ..Keys::default()
-        };
-        Self { keys, of }
-    }
-
     fn read(mut table: Table<'_>) -> Result<Self, ReadError> {
         let Some(of) = registry::take_table(&mut table, "of")? else {
             let message = "of is missing from the tabulated material; allowed: the table of a \
@@ -96,30 +69,26 @@ impl TabulatedSpec {
         };
         let of = brdf::read(of)?;
         let span = table.span();
-        let Keys {
-            format,
-            interpolation,
-            nodes,
-            ..
-        } = registry::parse(table)?;
+        let mut keys: Keys = registry::parse(table)?;
         let given = [
-            ("interpolation", interpolation.is_some()),
-            ("nodes", nodes.is_some()),
+            ("interpolation", keys.interpolation.is_some()),
+            ("nodes", keys.nodes.is_some()),
         ];
-        match (format, given.iter().find(|(_, given)| *given)) {
+        match (keys.format, given.iter().find(|(_, given)| *given)) {
             (TableFormat::Merl, _) => {
-                let (interpolation, nodes) =
-                    (interpolation.unwrap_or_default(), nodes.unwrap_or_default());
-                Ok(Self::merl(of, interpolation, nodes))
+                // Resolved keys name both.
+                keys.interpolation.get_or_insert_default();
+                keys.nodes.get_or_insert_default();
             }
-            (TableFormat::Utia, None) => Ok(Self::utia(of)),
+            (TableFormat::Utia, None) => {}
             (TableFormat::Utia, Some((key, _))) => {
                 let message = format!(
                     "{key} is a key of format \"merl\"; a table of format \"utia\" is linear in its four angles"
                 );
-                Err(ReadError::new(span, message))
+                return Err(ReadError::new(span, message));
             }
         }
+        Ok(Self { keys, of })
     }
 }
 

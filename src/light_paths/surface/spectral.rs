@@ -8,7 +8,7 @@
 //! given inner scale, and the slope is that of what is left.
 
 use super::{Facts, HeightField, SurfaceSpec, check_size};
-use crate::brdf::BuildError;
+use crate::brdf::{BuildError, Roughness};
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::Symmetry;
 use crate::registry::declare;
@@ -16,46 +16,16 @@ use crate::sampling::Random;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use std::f64::consts::TAU;
-use std::fmt;
 use std::sync::Arc;
 
-/// One number for both axes, or one for each.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(
-    untagged,
-    expecting = "rms_slope: allowed is a number or two numbers [along x, along y]"
-)]
-pub(crate) enum Slope {
-    /// One value, along x and along y.
-    Isotropic(f64),
-    /// Along x and along y.
-    Anisotropic([f64; 2]),
-}
-
-impl fmt::Display for Slope {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Slope::Isotropic(s) => write!(f, "{s}"),
-            Slope::Anisotropic([x, y]) => write!(f, "{x}-{y}"),
-        }
-    }
-}
-
-impl Slope {
-    fn xy(self) -> [f64; 2] {
-        match self {
-            Slope::Isotropic(s) => [s; 2],
-            Slope::Anisotropic(s) => s,
-        }
-    }
-
-    fn check(self) -> Result<(), ParameterError> {
-        self.xy()
-            .iter()
-            .try_for_each(|s| in_closed("rms_slope", *s, 1e-6, 10.0).map(drop))
-    }
+/// A number or two, with a message of its own.
+fn slope<'de, D: Deserializer<'de>>(from: D) -> Result<Roughness, D::Error> {
+    Roughness::deserialize(from).map_err(|_| {
+        D::Error::custom("rms_slope: allowed is a number or two numbers [along x, along y]")
+    })
 }
 
 declare! {
@@ -66,7 +36,8 @@ declare! {
     /// Heights with a Gaussian correlation, as a config writes them.
     pub struct GaussianSpec {
         /// Root mean square of dz/dx and dz/dy.
-        rms_slope: Slope = Slope::Isotropic(0.3);
+        #[serde(deserialize_with = "slope")]
+        rms_slope: Roughness = Roughness::Isotropic(0.3);
         /// Correlation length along x, cells: c = 1/e there.
         correlation: f64 = 12.0;
         /// Cells along each axis of a period.
@@ -83,7 +54,8 @@ declare! {
     /// Heights with an exponential correlation, as a config writes them.
     pub struct ExponentialSpec {
         /// Root mean square of dz/dx and dz/dy.
-        rms_slope: Slope = Slope::Isotropic(0.3);
+        #[serde(deserialize_with = "slope")]
+        rms_slope: Roughness = Roughness::Isotropic(0.3);
         /// Correlation length along x, cells: c = 1/e there.
         correlation: f64 = 24.0;
         /// Length below which heights are smooth, cells, 4 or more.
@@ -95,38 +67,33 @@ declare! {
     }
 }
 
-fn facts(kind: &str, slope: Slope, size: usize) -> Facts {
-    let [x, y] = slope.xy();
+fn facts(kind: &str, slope: Roughness, size: usize) -> Facts {
     Facts {
         label: format!("{kind}-{slope}"),
-        symmetry: match x == y {
-            true => Symmetry::FULL,
-            false => Symmetry::ORTHOTROPIC,
-        },
+        symmetry: Symmetry::ORTHOTROPIC.with_isotropy(slope.is_isotropic()),
         is_random: true,
         cells: size * size,
     }
 }
 
-fn check(slope: Slope, correlation: f64, size: usize) -> Result<(), ParameterError> {
-    slope.check()?;
+fn check(slope: Roughness, correlation: f64, size: usize) -> Result<(), ParameterError> {
+    let [x, y] = slope.xy();
+    for s in [x, y] {
+        in_closed("rms_slope", s, 1e-6, 10.0)?;
+    }
     check_size(size)?;
     let most = size as f64 / 4.0;
     if !(1.0..=most).contains(&correlation) {
         let allowed = format!("a number in [1, {most}], a quarter of size = {size}");
         return Err(ParameterError::new("correlation", correlation, allowed));
     }
-    let [x, y] = slope.xy();
     let across = correlation * x / y;
     if x != y && !(4.0..=most).contains(&across) {
         let allowed = format!(
             "[x, y] with a correlation length along y, {correlation} x/y, from 4 to {most} cells, a quarter of size"
         );
-        return Err(ParameterError::new(
-            "rms_slope",
-            format!("[{x}, {y}]"),
-            allowed,
-        ));
+        let found = format!("[{x}, {y}]");
+        return Err(ParameterError::new("rms_slope", found, allowed));
     }
     Ok(())
 }
@@ -142,13 +109,10 @@ impl SurfaceSpec for GaussianSpec {
 
     fn build(&self, draw: u64) -> Result<HeightField, BuildError> {
         self.check()?;
-        synthesise(
-            self.rms_slope,
-            self.correlation,
-            self.size,
-            self.seed.wrapping_add(draw),
-            |k2| (-0.25 * k2).exp(),
-        )
+        let seed = self.seed.wrapping_add(draw);
+        synthesise(self.rms_slope, self.correlation, self.size, seed, |k2| {
+            (-0.25 * k2).exp()
+        })
     }
 }
 
@@ -167,20 +131,17 @@ impl SurfaceSpec for ExponentialSpec {
         self.check()?;
         // Both heights of a product are smoothed, hence twice the exponent.
         let inner = (self.inner_scale / self.correlation).powi(2);
-        synthesise(
-            self.rms_slope,
-            self.correlation,
-            self.size,
-            self.seed.wrapping_add(draw),
-            |k2| (1.0 + k2).powf(-1.5) * (-0.5 * inner * k2).exp(),
-        )
+        let seed = self.seed.wrapping_add(draw);
+        synthesise(self.rms_slope, self.correlation, self.size, seed, |k2| {
+            (1.0 + k2).powf(-1.5) * (-0.5 * inner * k2).exp()
+        })
     }
 }
 
 /// Heights whose spectrum goes as `shape` of the squared wave number in units of the correlation lengths. Those are `length`
 /// along x, and along y as the ratio of the slopes asks.
 fn synthesise(
-    slope: Slope,
+    slope: Roughness,
     length: f64,
     n: usize,
     seed: u64,

@@ -7,7 +7,7 @@ use crate::brdf::BuildError;
 use crate::error::{ParameterError, in_closed, in_left_open};
 use crate::geometry::Symmetry;
 use crate::registry::{self, Entry, Resolved};
-use read::{Numbers, Unusable};
+use read::Numbers;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -42,13 +42,6 @@ pub struct HeightMapSpec {
 
 impl HeightMapSpec {
     const KIND: &'static str = "height-map";
-
-    fn unusable(&self, e: &Unusable) -> BuildError {
-        BuildError::Data {
-            path: self.file.clone(),
-            message: e.to_string(),
-        }
-    }
 
     /// Checks the numbers of the config.
     fn check_keys(&self) -> Result<(), ParameterError> {
@@ -99,12 +92,17 @@ impl SurfaceSpec for HeightMapSpec {
 
     fn build(&self, _draw: u64) -> Result<HeightField, BuildError> {
         self.check_keys()?;
-        let numbers = read::numbers(&self.file).map_err(|e| self.unusable(&e))?;
+        let numbers = read::numbers(&self.file).map_err(|e| BuildError::data(&self.file, e))?;
         let cells = self.cells(&numbers)?;
-        let [low, high] = numbers.range().map_err(|e| self.unusable(&e))?;
+        let [low, high] = numbers
+            .range()
+            .map_err(|e| BuildError::data(&self.file, e))?;
         let range = (high - low) * cells.abs();
         if !(range < HIGHEST) {
-            return Err(self.unusable(&Unusable::Range(range)));
+            let message = format!(
+                "the heights range over {range:e} cells; allowed: less than 2e5 (height_um and pitch_um scale them)"
+            );
+            return Err(BuildError::data(&self.file, message));
         }
         // From the lowest on: single precision is for the differences.
         let rows = numbers.values.chunks_exact(numbers.size[0]).rev();

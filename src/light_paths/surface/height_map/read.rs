@@ -2,10 +2,12 @@
 
 use super::super::SIZE;
 use crate::error::{excerpt, reason};
-use crate::files::{TABLE_LIMIT, Unpacked, exr_headers, exr_layer, may_unpack, open, read_text};
+use crate::files::{
+    PictureError, TABLE_LIMIT, exr_headers, exr_layer, may_unpack, open, read_text,
+};
 use png::{BitDepth, ColorType};
 use std::fs;
-use std::io::{self, BufReader, ErrorKind, Read};
+use std::io::{BufReader, ErrorKind, Read};
 use std::path::Path;
 
 /// Channels of an OpenEXR that are heights, by their names in small letters; the first of them that is there is read.
@@ -21,88 +23,24 @@ pub(crate) struct Numbers {
     pub white: Option<f64>,
 }
 
-/// Reason why a file is no height map.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum Unusable {
-    /// Too few heights, or too many.
-    #[error(
-        "this map has {width} × {height} heights; allowed: {} to {} along each axis",
-        SIZE[0], SIZE[1]
-    )]
-    Size { width: usize, height: usize },
-    /// The header promises more than there can be.
-    #[error("this map has {width} × {height} heights: {why}")]
-    Large {
-        width: usize,
-        height: usize,
-        why: Unpacked,
-    },
-    /// A number is none.
-    #[error("column {column}, row {row} (counted from 1) is {found}; allowed: finite numbers")]
-    Number {
-        column: usize,
-        row: usize,
-        found: f64,
-    },
-    /// The map is too steep.
-    #[error(
-        "the heights range over {0:e} cells; allowed: less than 2e5 (height_um and pitch_um scale them)"
-    )]
-    Range(f64),
-    /// A cell of CSV is no number.
-    #[error("line {line}: cell {cell} is {found:?}; allowed: a finite number")]
-    Cell {
-        line: usize,
-        cell: usize,
-        found: String,
-    },
-    /// A row of CSV is longer or shorter than the first.
-    #[error("line {line} has {found} cells; allowed: {expected}, as the first row")]
-    Ragged {
-        line: usize,
-        found: usize,
-        expected: usize,
-    },
-    /// The file is of another format.
-    #[error("this is neither OpenEXR nor PNG, and of CSV {0}")]
-    Text(io::Error),
-    /// A PNG of another kind.
-    #[error(
-        "this PNG is {0} of {1} bits; allowed: grey of 16 bits, as steps of less are seen as facets"
-    )]
-    Depth(&'static str, u8),
-    /// A PNG that moves, and begins with a part of its picture.
-    #[error("the first picture of this film is a part of the whole; allowed: all of it")]
-    Film,
-    /// No channel is one of heights; the value lists them.
-    #[error("its channels are {}; allowed: Y, R, Z or height, or a single one", reason(.0))]
-    Channels(String),
-    /// The channel is of less resolution than the picture.
-    #[error("the channel of heights is coarser than the picture; allowed: a number for each pixel")]
-    Coarse,
-    /// The file cannot be read.
-    #[error("cannot read this file: {}", reason(.0))]
-    Io(#[from] io::Error),
-    /// The OpenEXR file cannot be read.
-    #[error("cannot read this file: {}", reason(.0))]
-    Exr(#[from] exr::error::Error),
-    /// The PNG file cannot be read.
-    #[error("cannot read this file: {}", reason(.0))]
-    Png(#[from] png::DecodingError),
+impl From<png::DecodingError> for PictureError {
+    fn from(e: png::DecodingError) -> Self {
+        Self::unread(e)
+    }
 }
 
 impl Numbers {
     /// The smallest and the largest one.
     ///
     /// # Errors
-    /// [`Unusable::Number`] of the first that is not finite.
-    pub(crate) fn range(&self) -> Result<[f64; 2], Unusable> {
+    /// The first that is not finite.
+    pub(crate) fn range(&self) -> Result<[f64; 2], PictureError> {
         if let Some(i) = self.values.iter().position(|v| !v.is_finite()) {
-            return Err(Unusable::Number {
-                column: 1 + i % self.size[0],
-                row: 1 + i / self.size[0],
-                found: self.values[i],
-            });
+            let (column, row) = (1 + i % self.size[0], 1 + i / self.size[0]);
+            return Err(PictureError(format!(
+                "column {column}, row {row} (counted from 1) is {}; allowed: finite numbers",
+                self.values[i]
+            )));
         }
         let first = self.values.first().copied().unwrap_or_default();
         Ok([f64::min, f64::max].map(|f| self.values.iter().copied().fold(first, f)))
@@ -110,7 +48,7 @@ impl Numbers {
 }
 
 /// Reads a file; its first bytes say what it is, as names may be wrong.
-pub(crate) fn numbers(path: &Path) -> Result<Numbers, Unusable> {
+pub(crate) fn numbers(path: &Path) -> Result<Numbers, PictureError> {
     let mut start = Vec::new();
     open(path)?.take(4).read_to_end(&mut start)?;
     match start[..] {
@@ -121,23 +59,26 @@ pub(crate) fn numbers(path: &Path) -> Result<Numbers, Unusable> {
 }
 
 /// Checks a size before anything is made of it.
-fn check_size([width, height]: [usize; 2]) -> Result<(), Unusable> {
+fn check_size([width, height]: [usize; 2]) -> Result<(), PictureError> {
     let [least, most] = SIZE;
     match [width, height].iter().all(|n| (least..=most).contains(n)) {
         true => Ok(()),
-        false => Err(Unusable::Size { width, height }),
+        false => Err(PictureError(format!(
+            "this map has {width} × {height} heights; allowed: {least} to {most} along each axis"
+        ))),
     }
 }
 
 /// Checks that a file of `packed` bytes can hold so many bytes for each height.
-fn check_packed(packed: u64, size: [usize; 2], bytes: usize) -> Result<(), Unusable> {
+fn check_packed(packed: u64, size: [usize; 2], bytes: usize) -> Result<(), PictureError> {
     check_size(size)?;
     let [width, height] = size;
     let unpacked = (width * height).saturating_mul(bytes) as u64;
-    may_unpack(packed, unpacked).map_err(|why| Unusable::Large { width, height, why })
+    may_unpack(packed, unpacked)
+        .map_err(|why| PictureError(format!("this map has {width} × {height} heights: {why}")))
 }
 
-fn of_exr(path: &Path) -> Result<Numbers, Unusable> {
+fn of_exr(path: &Path) -> Result<Numbers, PictureError> {
     let packed = fs::metadata(path)?.len();
     for header in &exr_headers(path)? {
         let size = [header.layer_size.width(), header.layer_size.height()];
@@ -154,11 +95,16 @@ fn of_exr(path: &Path) -> Result<Numbers, Unusable> {
     let single = list.first().filter(|_| list.len() == 1);
     let Some(channel) = CHANNELS.iter().find_map(called).or(single) else {
         let names: Vec<_> = list.iter().map(|c| c.name.to_string()).collect();
-        return Err(Unusable::Channels(names.join(", ")));
+        let names = reason(names.join(", "));
+        return Err(PictureError(format!(
+            "its channels are {names}; allowed: Y, R, Z or height, or a single one"
+        )));
     };
     let samples = &channel.sample_data;
     if samples.len() != size[0] * size[1] {
-        return Err(Unusable::Coarse);
+        let message =
+            "the channel of heights is coarser than the picture; allowed: a number for each pixel";
+        return Err(PictureError(message.into()));
     }
     Ok(Numbers {
         size,
@@ -167,7 +113,7 @@ fn of_exr(path: &Path) -> Result<Numbers, Unusable> {
     })
 }
 
-fn of_png(path: &Path) -> Result<Numbers, Unusable> {
+fn of_png(path: &Path) -> Result<Numbers, PictureError> {
     let file = open(path)?;
     let packed = file.metadata()?.len();
     let mut decoder = png::Decoder::new(BufReader::new(file));
@@ -182,14 +128,18 @@ fn of_png(path: &Path) -> Result<Numbers, Unusable> {
             ColorType::Indexed => "a palette",
             ColorType::Rgb | ColorType::Rgba => "colour",
         };
-        return Err(Unusable::Depth(colours, info.bit_depth as u8));
+        return Err(PictureError(format!(
+            "this PNG is {colours} of {} bits; allowed: grey of 16 bits, as steps of less are seen as facets",
+            info.bit_depth as u8
+        )));
     }
     check_packed(packed, size, 2)?;
     let mut reader = decoder.read_info()?;
     let mut bytes = vec![0; 2 * size[0] * size[1]];
     let frame = reader.next_frame(&mut bytes)?;
     if frame.buffer_size() != bytes.len() {
-        return Err(Unusable::Film);
+        let message = "the first picture of this film is a part of the whole; allowed: all of it";
+        return Err(PictureError(message.into()));
     }
     let number = |two: &[u8]| f64::from(u16::from_be_bytes([two[0], two[1]]));
     Ok(Numbers {
@@ -201,32 +151,30 @@ fn of_png(path: &Path) -> Result<Numbers, Unusable> {
 
 /// Numbers between commas, semicolons or tabs, with the latter two a decimal comma is one; lines that begin with # are
 /// comments.
-fn of_csv(path: &Path) -> Result<Numbers, Unusable> {
+fn of_csv(path: &Path) -> Result<Numbers, PictureError> {
     let text = read_text(path, TABLE_LIMIT).map_err(|e| match e.kind() {
-        ErrorKind::InvalidData => Unusable::Text(e),
-        _ => Unusable::Io(e),
+        ErrorKind::InvalidData => {
+            PictureError(format!("this is neither OpenEXR nor PNG, and of CSV {e}"))
+        }
+        _ => e.into(),
     })?;
     let rows = text.lines().map(|line| line.trim_matches(' ')).zip(1..);
     let rows = rows.filter(|(row, _)| !row.is_empty() && !row.starts_with('#'));
-    let Some((first, _)) = rows.clone().next() else {
-        return Err(Unusable::Size {
-            width: 0,
-            height: 0,
-        });
-    };
-    let separator = [';', '\t', ','].into_iter().find(|s| first.contains(*s));
-    let separator = separator.unwrap_or(',');
+    let first = rows.clone().next().map(|(row, _)| row);
+    let separator = [';', '\t', ',']
+        .into_iter()
+        .find(|s| first.is_some_and(|row| row.contains(*s)))
+        .unwrap_or(',');
     let width = |row: &str| row.split(separator).count();
-    let size = [width(first), rows.clone().count()];
+    let size = [first.map_or(0, width), rows.clone().count()];
     let mut values = Vec::new();
     for (row, line) in rows.clone() {
         let found = width(row);
         if found != size[0] {
-            return Err(Unusable::Ragged {
-                line,
-                found,
-                expected: size[0],
-            });
+            return Err(PictureError(format!(
+                "line {line} has {found} cells; allowed: {}, as the first row",
+                size[0]
+            )));
         }
         for (cell, text) in row.split(separator).map(str::trim).enumerate() {
             let number = match separator {
@@ -236,11 +184,10 @@ fn of_csv(path: &Path) -> Result<Numbers, Unusable> {
             match number {
                 Ok(value) if f64::is_finite(value) => values.push(value),
                 _ => {
-                    return Err(Unusable::Cell {
-                        line,
-                        cell: cell + 1,
-                        found: excerpt(text).into_owned(),
-                    });
+                    let (cell, found) = (cell + 1, excerpt(text));
+                    return Err(PictureError(format!(
+                        "line {line}: cell {cell} is {found:?}; allowed: a finite number"
+                    )));
                 }
             }
         }
