@@ -24,32 +24,18 @@ pub struct AxisTemplate {
     pub vector: [f64; 3],
 }
 
-impl AxisTemplate {
-    /// An axis on the base.
-    const fn on_base(role: &'static str, vector: [f64; 3]) -> Self {
-        Self {
-            role,
-            parent: None,
-            vector,
-        }
-    }
-
-    /// An axis on another one.
-    const fn on(parent: usize, role: &'static str, vector: [f64; 3]) -> Self {
-        Self {
-            role,
-            parent: Some(parent),
-            vector,
-        }
+/// An axis on another one, or on the base.
+const fn axis(parent: Option<usize>, role: &'static str, vector: [f64; 3]) -> AxisTemplate {
+    AxisTemplate {
+        role,
+        parent,
+        vector,
     }
 }
 
 const X: [f64; 3] = [1.0, 0.0, 0.0];
 const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
-
-/// Finds every solution for a pair: see [`Class::inverse`].
-type Inverse = fn(&DirectionPair, bool, &mut dyn FnMut(Positions));
 
 /// A kinematic class: a topology and its inverse kinematics.
 #[derive(Clone, Copy, Debug)]
@@ -65,21 +51,10 @@ pub struct Class {
     /// True if the class cannot turn the sample about its normal: it measures a pair up to that
     /// turn, and so isotropic materials only.
     pub isotropic_only: bool,
-    inverse: Inverse,
-}
-
-impl Class {
     /// Every solution for a pair, the preferred one first, angles in (−π, π]; where there is a
-    /// whole family (light or sensor on an axis), members of it. If `turn_freely` the pair may be
+    /// whole family (light or sensor on an axis), members of it. If it may turn freely the pair may be
     /// turned about the normal (the material is isotropic), and an axis that would do so stays at 0.
-    pub fn inverse(
-        &self,
-        pair: &DirectionPair,
-        turn_freely: bool,
-        visit: &mut dyn FnMut(Positions),
-    ) {
-        (self.inverse)(pair, turn_freely, visit);
-    }
+    pub inverse: fn(pair: &DirectionPair, turn_freely: bool, visit: &mut dyn FnMut(Positions)),
 }
 
 /// The axes that light, sensor and sample hang from; `None` is the base.
@@ -105,9 +80,9 @@ const FIXED_DETECTOR: Class = Class {
     name: "fixed-detector-3-axis",
     summary: "source on an arm, sample on two axes, detector fixed; isotropic materials (Cornell)",
     axes: &[
-        AxisTemplate::on_base("source_arm", Y),
-        AxisTemplate::on_base("sample_yaw", Y),
-        AxisTemplate::on(1, "sample_tilt", X),
+        axis(None, "source_arm", Y),
+        axis(None, "sample_yaw", Y),
+        axis(Some(1), "sample_tilt", X),
     ],
     ends: Ends {
         light: Some(0),
@@ -132,10 +107,10 @@ const FIXED_SOURCE: Class = Class {
     name: "fixed-source-4-axis",
     summary: "light fixed, sample on two axes, detector on two (pgII, NIST STARR)",
     axes: &[
-        AxisTemplate::on_base("sample_theta", Y),
-        AxisTemplate::on(0, "sample_phi", Z),
-        AxisTemplate::on_base("detector_yaw", Y),
-        AxisTemplate::on(2, "detector_pitch", X),
+        axis(None, "sample_theta", Y),
+        axis(Some(0), "sample_phi", Z),
+        axis(None, "detector_yaw", Y),
+        axis(Some(2), "detector_pitch", X),
     ],
     ends: Ends {
         light: None,
@@ -168,10 +143,10 @@ const DUAL_ARM: Class = Class {
     name: "dual-arm-turntable",
     summary: "light on an arm, sensor on another that tilts, sample on a turntable (UTIA)",
     axes: &[
-        AxisTemplate::on_base("turntable", Z),
-        AxisTemplate::on_base("light_arm", Y),
-        AxisTemplate::on_base("sensor_arm", Y),
-        AxisTemplate::on(2, "sensor_tilt", X),
+        axis(None, "turntable", Z),
+        axis(None, "light_arm", Y),
+        axis(None, "sensor_arm", Y),
+        axis(Some(2), "sensor_tilt", X),
     ],
     ends: Ends {
         light: Some(1),
@@ -199,10 +174,10 @@ const ROBOT_SAMPLE: Class = Class {
     name: "robot-sample",
     summary: "light fixed, sensor on a ring, a robot turns the sample (NIST ROSI, PTB)",
     axes: &[
-        AxisTemplate::on_base("ring", Y),
-        AxisTemplate::on_base("robot_yaw", Y),
-        AxisTemplate::on(1, "robot_pitch", X),
-        AxisTemplate::on(2, "robot_roll", Z),
+        axis(None, "ring", Y),
+        axis(None, "robot_yaw", Y),
+        axis(Some(1), "robot_pitch", X),
+        axis(Some(2), "robot_roll", Z),
     ],
     ends: Ends {
         light: None,

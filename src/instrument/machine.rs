@@ -183,7 +183,7 @@ impl Machine {
             limits.admit(pair)?;
         }
         let mut found: Option<Result<Positions, Unreachable>> = None;
-        self.class.inverse(pair, turn_freely, &mut |solution| {
+        (self.class.inverse)(pair, turn_freely, &mut |solution| {
             if matches!(found, Some(Ok(_))) {
                 return;
             }

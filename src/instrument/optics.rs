@@ -31,7 +31,7 @@ pub use footprint::{Filling, Footprint, collected, footprint};
 use crate::brdf::{Brdf, ChannelValues};
 use crate::geometry::DirectionPair;
 pub use batch::Workspace;
-use batch::{Sums, View};
+use batch::{Sums, ratio, ratios, weight};
 use disk::{Disk, PRODUCTS, Rules};
 use lens::Lens;
 use lobe::{Peak, PeakKind};
@@ -128,11 +128,11 @@ impl Optics {
         }
         let best = self.best(brdf, pair, clipped, work);
         let evaluations = work.evaluations - start;
-        if best.sums.view().weight() <= 0.0 {
+        if weight(&best.sums) <= 0.0 {
             // Also where the material has values but every node fell between them.
             return None;
         }
-        let value = best.sums.view().ratios();
+        let value = ratios(&best.sums);
         let mut error = best.error;
         for (error, value) in error.iter_mut().zip(&value) {
             // Rounding of the sums, and of directions against what they differ by.
@@ -265,15 +265,14 @@ impl Estimate {
     /// differences fall, which keeps a difference that is small by luck from being believed: of a
     /// smooth function as their squares, and never less than by `least_gain`.
     fn after(sums: Sums, steps: &[Estimate], least_gain: f64) -> Self {
-        let now = sums.view();
-        let mut error = ChannelValues::from_elem(f64::INFINITY, now.channels());
+        let mut error = ChannelValues::from_elem(f64::INFINITY, sums.len() - 1);
         if let Some(last) = steps.last() {
-            let difference = |a: View<'_>, b: View<'_>, c: usize| (a.ratio(c) - b.ratio(c)).abs();
+            let difference = |a: &Sums, b: &Sums, c: usize| (ratio(a, c) - ratio(b, c)).abs();
             for (c, error) in error.iter_mut().enumerate() {
-                *error = Self::SAFETY * difference(now, last.sums.view(), c);
+                *error = Self::SAFETY * difference(&sums, &last.sums, c);
                 if let [.., before, last] = steps {
-                    let slower = difference(last.sums.view(), before.sums.view(), c);
-                    let relative = slower / now.ratio(c).abs().max(f64::MIN_POSITIVE);
+                    let slower = difference(&last.sums, &before.sums, c);
+                    let relative = slower / ratio(&sums, c).abs().max(f64::MIN_POSITIVE);
                     *error = error.max(slower * relative.max(least_gain).min(1.0));
                 }
             }
@@ -288,8 +287,8 @@ impl Estimate {
 
     /// Largest ratio of a channel's error to its bound.
     fn excess(&self, tolerance: &Tolerance) -> f64 {
-        let value = self.sums.view();
-        let allowed = |c: usize| tolerance.relative * value.ratio(c).abs() + tolerance.absolute;
+        let value = |c: usize| ratio(&self.sums, c).abs();
+        let allowed = |c: usize| tolerance.relative * value(c) + tolerance.absolute;
         let errors = self.error.iter().enumerate();
         errors
             .map(|(c, error)| error / allowed(c))

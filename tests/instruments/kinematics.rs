@@ -27,7 +27,7 @@ fn worst(machine: &Machine, pair: &DirectionPair) -> f64 {
     let mut worst: f64 = 0.0;
     for free in [false, true] {
         let (mut solutions, mut first) = (0, None);
-        machine.class().inverse(pair, free, &mut |positions| {
+        (machine.class().inverse)(pair, free, &mut |positions| {
             solutions += 1;
             first.get_or_insert(positions);
             worst = worst.max(error(machine, pair, free, &positions));
@@ -185,7 +185,7 @@ fn what_turns_the_sample_rests_for_isotropic_materials() {
         let mut moved = 0;
         for pair in cosine_pairs(15).take(1000) {
             let mut rests = |p: Positions| assert_eq!(p[resting], 0.0);
-            machine.class().inverse(&pair, true, &mut rests);
+            (machine.class().inverse)(&pair, true, &mut rests);
             let p = machine.place(&pair, false).unwrap();
             moved += usize::from(p[resting].abs() > 0.01);
         }

@@ -29,11 +29,7 @@ fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<Fields, TableError> {
 const COARSE: Level = level(17, 16, 32);
 
 const fn level(azimuths: usize, elevations: usize, nodes: usize) -> Level {
-    Level {
-        azimuths,
-        elevations,
-        nodes,
-    }
+    [nodes, elevations, azimuths]
 }
 
 fn bytes(fields: &Fields) -> Vec<u8> {
@@ -252,7 +248,7 @@ fn tables_that_end_and_have_holes() {
 #[test]
 fn one_bad_wavelength_or_cell_spoils_itself_only() {
     let level = level(5, 3, 8);
-    let grid = level.nodes.pow(2);
+    let grid = level[0].pow(2);
     let nm = wavelengths(&[450.0, 500.0, 550.0, 600.0]);
     let whole = tabulate(&*material("lambert", "albedo = 0.5", nm), level).unwrap();
     let dir = tempfile::tempdir().unwrap();
@@ -298,7 +294,7 @@ fn one_bad_wavelength_or_cell_spoils_itself_only() {
     // The last one is missed where it is asked for.
     fill(3 * grid..4 * grid, -999.0);
     says(&values(&[600.0]).unwrap_err(), "from 450 to 550 nm");
-    let cells = level.elevations * grid;
+    let cells = level[1] * grid;
     says(
         &widest().remarks()[1],
         &format!("no reading: -999 in {cells} cells"),
@@ -310,7 +306,7 @@ fn one_bad_wavelength_or_cell_spoils_itself_only() {
         let after = values(&[450.0]).unwrap()[0];
         near(after / before[0], 1.0, 0.4, node);
         let holes = spec.build(left.clone()).unwrap().cells_without_reading();
-        assert_eq!(holes, level.elevations);
+        assert_eq!(holes, level[1]);
     }
 }
 

@@ -18,14 +18,6 @@ pub enum TableError {
     /// A key of the material is outside its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// A line is not as a table has it.
-    #[error("line {line}: {message}")]
-    Line {
-        /// From 1.
-        line: usize,
-        /// What is wrong, and what is allowed.
-        message: String,
-    },
     /// A scene has channels that the table does not hold.
     #[error("{0}")]
     Channels(&'static str),
@@ -38,6 +30,11 @@ pub enum TableError {
 }
 
 impl TableError {
+    /// A line, counted from 1, that is not as a table has it: what is wrong, and what is allowed.
+    pub(super) fn line(line: usize, message: impl std::fmt::Display) -> Self {
+        Self::Malformed(format!("line {line}: {message}"))
+    }
+
     /// A named field that is not as a table has it.
     pub(super) fn field(name: &str, what: impl std::fmt::Display) -> Self {
         // A damaged file may have any name.

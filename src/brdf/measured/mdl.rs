@@ -14,10 +14,11 @@
 //! light and sensor over [0, π], where π is the mirror direction. Layout and lines are those that open readers of the format
 //! expect; that values are without a cosine was inferred, and no program that renders them was run.
 
-use super::{FileFormat, TableError, fill_gaps, suits_isotropic, values_or_exchanged, write_file};
+use super::{
+    FileFormat, TableError, fill_gaps, rows, suits_isotropic, values_or_exchanged, write_file,
+};
 use crate::brdf::{Brdf, Channels};
 use crate::geometry::DirectionPair;
-use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::io::{self, Write};
 
@@ -86,18 +87,8 @@ pub fn tabulate(brdf: &dyn Brdf) -> Result<(Vec<f64>, usize), TableError> {
         let has_data = fill_gaps(&mut values, n);
         (values, has_data, lost)
     };
-    let rows = (0..elevations * elevations).into_par_iter().map(row);
-    let rows: Vec<(Vec<f64>, bool, usize)> = rows.collect();
-    let lost = rows.iter().map(|(.., lost)| lost).sum();
-    match rows.iter().any(|(_, has_data, _)| *has_data) {
-        true => {
-            let values = rows.into_iter().flat_map(|(values, ..)| values);
-            Ok((values.collect(), lost))
-        }
-        false => Err(TableError::NoData(
-            "this material has no data at any cell of the table".into(),
-        )),
-    }
+    let (rows, lost) = rows(elevations * elevations, "cell", row)?;
+    Ok((rows.concat(), lost))
 }
 
 /// Writes the values of a BRDF of some channels, as [`tabulate`] makes them.

@@ -26,6 +26,7 @@ use crate::error::ParameterError;
 use crate::files;
 use crate::geometry::DirectionPair;
 use crate::registry::Entry;
+use rayon::prelude::*;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Write};
@@ -139,24 +140,65 @@ fn suits_isotropic(
     }
 }
 
-/// Writes R, then G, then B of values of `n` interleaved channels, 1 or 3, each as the eight bytes of what is `stored` of a channel
-/// and value.
-fn write_planes(
-    values: &[f64],
+/// The values of a file in R, G and B, one plane after the other.
+pub(crate) struct Planes {
+    /// What is before them.
+    head: Vec<u8>,
+    /// The number that stands for a value of a channel.
+    stored: fn(usize, f64) -> f64,
+    /// Channels, 1 or 3.
     n: usize,
-    stored: impl Fn(usize, f64) -> f64,
-    out: &mut impl Write,
-) -> io::Result<()> {
-    let mut bytes = Vec::new();
-    for c in 0..3 {
-        for part in values.chunks(n * PART) {
-            bytes.clear();
-            let channel = part.iter().skip(c.min(n - 1)).step_by(n);
-            bytes.extend(channel.flat_map(|v| stored(c, *v).to_le_bytes()));
-            out.write_all(&bytes)?;
+    /// Channels together.
+    ///
+    /// The file has all of R before any of G. Holding every value costs less than asking the BRDF three times: it may be a
+    /// reconstruction that takes microseconds a pair.
+    values: Vec<f64>,
+}
+
+impl Planes {
+    /// Writes the file.
+    pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        out.write_all(&self.head)?;
+        let mut bytes = Vec::new();
+        for c in 0..3 {
+            for part in self.values.chunks(self.n * PART) {
+                bytes.clear();
+                let channel = part.iter().skip(c.min(self.n - 1)).step_by(self.n);
+                bytes.extend(channel.flat_map(|v| (self.stored)(c, *v).to_le_bytes()));
+                out.write_all(&bytes)?;
+            }
         }
+        Ok(())
     }
-    Ok(())
+}
+
+/// The rows of a table of values, of which `row` gives one, whether it has data, and how many of its pairs have none; their
+/// places are called `place`s. Also returns the number of all of these.
+fn rows(
+    count: usize,
+    place: &str,
+    row: impl Fn(usize) -> (Vec<f64>, bool, usize) + Sync + Send,
+) -> Result<(Vec<Vec<f64>>, usize), TableError> {
+    let rows: Vec<_> = (0..count).into_par_iter().map(row).collect();
+    if !rows.iter().any(|(_, has_data, _)| *has_data) {
+        let message = format!("this material has no data at any {place} of the table");
+        return Err(TableError::NoData(message));
+    }
+    let lost = rows.iter().map(|(.., lost)| lost).sum();
+    Ok((rows.into_iter().map(|(values, ..)| values).collect(), lost))
+}
+
+/// The nodes around a place, and their weights; those beyond an end have the end's.
+fn around(nodes: &[f64], x: f64) -> [(usize, f64); 2] {
+    let Some(last) = nodes.len().checked_sub(2) else {
+        return [(0, 1.0), (0, 0.0)];
+    };
+    let low = nodes
+        .partition_point(|n| *n < x)
+        .saturating_sub(1)
+        .min(last);
+    let t = ((x - nodes[low]) / (nodes[low + 1] - nodes[low])).clamp(0.0, 1.0);
+    [(low, 1.0 - t), (low + 1, t)]
 }
 
 /// Label of a table: the name of its file, or its kind if that has none.

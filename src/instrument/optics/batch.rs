@@ -7,82 +7,45 @@ use smallvec::SmallVec;
 
 /// Σ w f cos θ_i of every channel, then Σ w cos θ_i. Luminance and R, G, B need no memory of their
 /// own.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Sums(SmallVec<[f64; 4]>);
+pub(super) type Sums = SmallVec<[f64; 4]>;
 
-impl Sums {
-    /// Nothing yet.
-    pub(super) fn new(channels: usize) -> Self {
-        Self(SmallVec::from_elem(0.0, channels + 1))
+/// Sums of nothing.
+pub(super) fn zeros(channels: usize) -> Sums {
+    Sums::from_elem(0.0, channels + 1)
+}
+
+/// Adds `factor` times others to sums.
+#[inline]
+pub(super) fn add(sums: &mut [f64], factor: f64, others: &[f64]) {
+    // Luminance, of which there is most, without a loop.
+    if let ([value, weight], [x, w]) = (&mut *sums, others) {
+        *value += factor * x;
+        *weight += factor * w;
+        return;
     }
-
-    /// Adds `factor` times others.
-    #[inline]
-    pub(super) fn add(&mut self, factor: f64, others: View<'_>) {
-        // Luminance, of which there is most, without a loop.
-        if let ([value, weight], [x, w]) = (&mut self.0[..], others.0) {
-            *value += factor * x;
-            *weight += factor * w;
-            return;
-        }
-        for (sum, x) in self.0.iter_mut().zip(others.0) {
-            *sum += factor * x;
-        }
-    }
-
-    /// A borrowed view of these sums.
-    #[inline]
-    pub(super) fn view(&self) -> View<'_> {
-        View(&self.0)
-    }
-
-    /// Back to nothing.
-    pub(super) fn clear(&mut self) {
-        self.0.fill(0.0);
+    for (sum, x) in sums.iter_mut().zip(others) {
+        *sum += factor * x;
     }
 }
 
-/// [`Sums`], to be read.
-#[derive(Clone, Copy)]
-pub(super) struct View<'a>(&'a [f64]);
+/// Σ w cos θ_i.
+#[inline]
+pub(super) fn weight(sums: &[f64]) -> f64 {
+    sums[sums.len() - 1]
+}
 
-impl View<'_> {
-    /// A copy that lasts.
-    pub(super) fn to_sums(self) -> Sums {
-        Sums(SmallVec::from_slice(self.0))
+/// The average of a channel, 0 without weight.
+#[inline]
+pub(super) fn ratio(sums: &[f64], channel: usize) -> f64 {
+    match weight(sums) {
+        0.0 => 0.0,
+        weight => sums[channel] / weight,
     }
+}
 
-    /// Number of channels.
-    pub(super) fn channels(self) -> usize {
-        self.0.len() - 1
-    }
-
-    /// Σ w cos θ_i.
-    #[inline]
-    pub(super) fn weight(self) -> f64 {
-        self.0[self.channels()]
-    }
-
-    /// The average of a channel, 0 without weight.
-    #[inline]
-    pub(super) fn ratio(self, channel: usize) -> f64 {
-        let weight = self.weight();
-        if weight == 0.0 {
-            return 0.0;
-        }
-        self.0[channel] / weight
-    }
-
-    /// The averages of all channels.
-    pub(super) fn ratios(self) -> ChannelValues {
-        (0..self.channels()).map(|c| self.ratio(c)).collect()
-    }
-
-    /// How much an error `self` of both sums changes an average `value` of a channel over `weight`.
-    #[inline]
-    pub(super) fn effect(self, channel: usize, value: f64, weight: f64) -> f64 {
-        ((self.0[channel] - value * self.weight()) / weight).abs()
-    }
+/// The averages of all channels.
+pub(super) fn ratios(sums: &[f64]) -> ChannelValues {
+    (0..sums.len() - 1).map(|c| ratio(sums, c)).collect()
 }
 
 /// Buffers that readings share, one per thread.
@@ -136,7 +99,7 @@ impl Workspace {
     }
 
     /// Evaluates all pairs and gives the sums of every group, in their order; no pair is left.
-    pub(super) fn evaluate(&mut self, brdf: &dyn Brdf, groups: usize) -> Vec<View<'_>> {
+    pub(super) fn evaluate(&mut self, brdf: &dyn Brdf, groups: usize) -> Vec<&[f64]> {
         let (n, channels) = (self.pairs.len(), brdf.channels().count());
         self.values.clear();
         self.values.resize(n * channels, 0.0);
@@ -155,7 +118,7 @@ impl Workspace {
         self.pairs.clear();
         self.weights.clear();
         self.groups.clear();
-        self.sums.chunks_exact(stride).map(View).collect()
+        self.sums.chunks_exact(stride).collect()
     }
 
     /// Adds what was evaluated to the sums of its groups.

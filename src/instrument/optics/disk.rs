@@ -1,7 +1,7 @@
 //! Rules for the two caps of directions, and their products.
 
 use super::Estimate;
-use super::batch::{Sums, Workspace};
+use super::batch::{Sums, Workspace, add, zeros};
 use crate::brdf::{Brdf, ChannelValues};
 use crate::geometry::Direction;
 use crate::sampling::gauss_legendre;
@@ -137,7 +137,7 @@ impl Rules {
                 work.push(*i, *o, wi * wo, 0);
             }
         }
-        work.evaluate(brdf, 1)[0].to_sums()
+        work.evaluate(brdf, 1)[0].into()
     }
 
     /// The share of a disk above the horizon, and the mean of max(cos θ, 0) over the whole disk.
@@ -210,9 +210,9 @@ impl Rules {
         let channels = brdf.channels().count();
         let groups = work.evaluate(brdf, 6);
         let sum = |factors: [f64; 6]| {
-            let mut sums = Sums::new(channels);
+            let mut sums = zeros(channels);
             for (factor, group) in factors.into_iter().zip(&groups) {
-                sums.add(factor, *group);
+                add(&mut sums, factor, group);
             }
             sums
         };

@@ -11,7 +11,7 @@
 //! is the normal. For a retro peak the light's cap is turned by half about its own centre first:
 //! then h = c_i is where both directions agree.
 
-use super::batch::{Sums, Workspace};
+use super::batch::{Sums, Workspace, add, ratio, ratios, weight, zeros};
 use super::lens::{FINEST, Overlap};
 use super::{Estimate, Optics};
 use crate::brdf::{Brdf, ChannelValues};
@@ -97,13 +97,13 @@ impl Peak {
             }
         }
         let values = work.evaluate(brdf, 1 + 2 * Self::SCALES as usize);
-        let peak = values[0].ratios();
+        let peak = ratios(values[0]);
         let largest = (0..peak.len()).max_by(|a, b| peak[*a].total_cmp(&peak[*b]))?;
         let width = |axis: usize| {
             (0..Self::SCALES)
                 .filter(|k| {
                     let sums = values[1 + 2 * *k as usize + axis];
-                    sums.weight() > 0.0 && sums.ratio(largest) < 0.5 * peak[largest]
+                    weight(sums) > 0.0 && ratio(sums, largest) < 0.5 * peak[largest]
                 })
                 .map(|k| reach * f64::powi(2.0, -k))
                 .fold(f64::INFINITY, f64::min)
@@ -227,14 +227,14 @@ impl Cell {
         Self {
             radial,
             range,
-            sums: Sums::new(channels),
-            differences: [Sums::new(channels), Sums::new(channels)],
+            sums: zeros(channels),
+            differences: [zeros(channels), zeros(channels)],
         }
     }
 
     fn halves(&self, axis: usize) -> [Cell; 2] {
         let [lo, hi] = self.range[axis];
-        let channels = self.sums.view().channels();
+        let channels = self.sums.len() - 1;
         let parts = cut(self.range, axis, 0.5 * (lo + hi));
         parts.map(|range| Cell::new(self.radial, range, channels))
     }
@@ -283,13 +283,13 @@ impl Integral<'_> {
             }
         }
         let groups = work.evaluate(self.brdf, NODES * NODES);
-        cell.sums.clear();
-        cell.differences.iter_mut().for_each(Sums::clear);
+        cell.sums.fill(0.0);
+        cell.differences.iter_mut().for_each(|d| d.fill(0.0));
         for (ij, sums) in groups.into_iter().enumerate() {
             let [[_, ki, gi], [_, kj, gj]] = [PAIR[ij / NODES], PAIR[ij % NODES]];
-            cell.sums.add(ki * kj, sums);
-            cell.differences[0].add((ki - gi) * kj, sums);
-            cell.differences[1].add(ki * (kj - gj), sums);
+            add(&mut cell.sums, ki * kj, sums);
+            add(&mut cell.differences[0], (ki - gi) * kj, sums);
+            add(&mut cell.differences[1], ki * (kj - gj), sums);
         }
     }
 
@@ -416,9 +416,8 @@ pub(super) fn integrate(
         }
         let cost = work.evaluations - before;
         let (mut estimate, _) = outer(&cells, channels);
-        let (now, then) = (estimate.sums.view(), last.sums.view());
         for (c, error) in estimate.error.iter_mut().enumerate() {
-            *error += (now.ratio(c) - then.ratio(c)).abs();
+            *error += (ratio(&estimate.sums, c) - ratio(&last.sums, c)).abs();
         }
         let spent = work.evaluations - start;
         last = estimate;
@@ -431,12 +430,12 @@ pub(super) fn integrate(
 
 /// The average over all cells with the error of the cells, and the error of each along either axis.
 fn outer(cells: &[Cell], channels: usize) -> (Estimate, Vec<[f64; 2]>) {
-    let mut sums = Sums::new(channels);
+    let mut sums = zeros(channels);
     for cell in cells {
-        sums.add(1.0, cell.sums.view());
+        add(&mut sums, 1.0, &cell.sums);
     }
-    let value = sums.view().ratios();
-    let weight = sums.view().weight().max(f64::MIN_POSITIVE);
+    let value = ratios(&sums);
+    let weight = weight(&sums).max(f64::MIN_POSITIVE);
     let mut error = ChannelValues::from_elem(0.0, channels);
     let errors = cells
         .iter()
@@ -444,7 +443,9 @@ fn outer(cells: &[Cell], channels: usize) -> (Estimate, Vec<[f64; 2]>) {
             cell.differences.each_ref().map(|difference| {
                 let mut largest = 0.0_f64;
                 for (c, (error, value)) in error.iter_mut().zip(&value).enumerate() {
-                    let effect = difference.view().effect(c, *value, weight);
+                    // How much an error of both sums changes the average.
+                    let of_weight = value * difference[channels];
+                    let effect = ((difference[c] - of_weight) / weight).abs();
                     *error += effect;
                     if *value > 0.0 {
                         largest = largest.max(effect / value);

@@ -138,7 +138,7 @@ impl MerlGrid {
     pub(crate) fn from_dims(found: [i32; 3]) -> Option<Self> {
         [MerlGrid::RECIPROCAL, MerlGrid::FULL]
             .into_iter()
-            .find(|grid| grid.header() == found)
+            .find(|grid| grid.dims().map(|n| n as i32) == found)
     }
 
     /// Symmetries of a table with this layout; whether phi_d and −phi_d agree is up to its owner.
@@ -148,11 +148,6 @@ impl MerlGrid {
             reciprocal: self.reciprocal,
             bilateral,
         }
-    }
-
-    /// The header as stored.
-    pub(super) fn header(self) -> [i32; 3] {
-        self.dims().map(|n| n as i32)
     }
 
     /// Cells in one plane.

@@ -7,13 +7,13 @@
 //!
 //! The cells of a MERL table of the same layout and nodes are copied.
 
-use super::super::{TableError, fill_gaps, gaps, values_or_nan, write_planes};
+use super::super::{Planes, TableError, fill_gaps, gaps, values_or_nan};
 use super::MerlGrid;
 use super::file::{SCALE, WAVELENGTHS, is_data, no_access, no_data};
 use crate::brdf::Brdf;
 use crate::geometry::DirectionPair;
 use rayon::prelude::*;
-use std::io::{self, Write};
+use std::io::Write;
 
 /// Stored value of a cell without data.
 const MISSING: f64 = -1.0;
@@ -61,21 +61,7 @@ impl MerlGrid {
 /// # Ok::<(), gonio::brdf::measured::TableError>(())
 /// ```
 pub fn write_merl(brdf: &dyn Brdf, grid: MerlGrid, out: &mut impl Write) -> Result<(), TableError> {
-    let (content, _) = tabulate(brdf, grid, false)?;
-    content.write(out).map_err(no_access)
-}
-
-/// The values of the cells of a file.
-pub(crate) struct Content {
-    grid: MerlGrid,
-    /// Channels, 1 or 3.
-    n: usize,
-    /// Cell after cell, channels together, all [`MISSING`] where there is no data.
-    ///
-    /// The file has all of R before any of G. Holding every value (12 MB in luminance, 35 MB in R, G,
-    /// B; twice that for 360) costs less than asking the BRDF three times: it may be a reconstruction
-    /// that takes microseconds a pair.
-    values: Vec<f64>,
+    tabulate(brdf, grid, false)?.0.write(out).map_err(no_access)
 }
 
 /// Tabulates a BRDF. If `fill`, cells above the horizon without data have the values of the one before them in the file, those at
@@ -87,7 +73,7 @@ pub(crate) fn tabulate(
     brdf: &dyn Brdf,
     grid: MerlGrid,
     fill: bool,
-) -> Result<(Content, usize), TableError> {
+) -> Result<(Planes, usize), TableError> {
     let holding = MerlGrid::holding(brdf)?;
     if grid.reciprocal && !holding.reciprocal {
         return Err(TableError::Unsuited(format!(
@@ -101,48 +87,41 @@ pub(crate) fn tabulate(
     let mut values = vec![MISSING; n * grid.cells()];
     let rows = values.par_chunks_mut(n * n_phi).enumerate();
     rows.for_each(|(i, values)| fill_row(brdf, grid, [i / n_d, i % n_d], values));
-    let mut content = Content { grid, n, values };
-    let filled = if fill { content.fill_gaps()? } else { 0 };
-    Ok((content, filled))
+    let filled = match fill {
+        true => fill_cells(grid, n, &mut values)?,
+        false => 0,
+    };
+    let header = grid.dims().map(|dim| (dim as i32).to_le_bytes());
+    let planes = Planes {
+        head: header.concat(),
+        stored: |c, v| if is_data(v) { v / SCALE[c] } else { MISSING },
+        n,
+        values,
+    };
+    Ok((planes, filled))
 }
 
-impl Content {
-    /// Fills those cells without data that have a pair of directions, and returns their number.
-    fn fill_gaps(&mut self) -> Result<usize, TableError> {
-        let Self {
-            grid,
-            n,
-            ref mut values,
-        } = *self;
-        let [_, n_d, n_phi] = grid.dims();
-        let has_pair = |cell: &usize| {
-            let (row, phi) = (cell / n_phi, cell % n_phi);
-            grid.pair([row / n_d, row % n_d, phi]).is_some()
-        };
-        let cells: Vec<usize> = (0..grid.cells()).filter(has_pair).collect();
-        let seen = cells
-            .iter()
-            .flat_map(|cell| &values[n * cell..n * (cell + 1)]);
-        let or_nan = |v: &f64| if is_data(*v) { *v } else { f64::NAN };
-        let mut seen: Vec<f64> = seen.map(or_nan).collect();
-        let filled = gaps(&seen, n);
-        if !fill_gaps(&mut seen, n) {
-            return Err(no_data());
-        }
-        for (cell, found) in cells.into_iter().zip(seen.chunks_exact(n)) {
-            values[n * cell..n * (cell + 1)].copy_from_slice(found);
-        }
-        Ok(filled)
+/// Fills those cells without data that have a pair of directions, and returns their number.
+fn fill_cells(grid: MerlGrid, n: usize, values: &mut [f64]) -> Result<usize, TableError> {
+    let [_, n_d, n_phi] = grid.dims();
+    let has_pair = |cell: &usize| {
+        let (row, phi) = (cell / n_phi, cell % n_phi);
+        grid.pair([row / n_d, row % n_d, phi]).is_some()
+    };
+    let cells: Vec<usize> = (0..grid.cells()).filter(has_pair).collect();
+    let seen = cells
+        .iter()
+        .flat_map(|cell| &values[n * cell..n * (cell + 1)]);
+    let or_nan = |v: &f64| if is_data(*v) { *v } else { f64::NAN };
+    let mut seen: Vec<f64> = seen.map(or_nan).collect();
+    let filled = gaps(&seen, n);
+    if !fill_gaps(&mut seen, n) {
+        return Err(no_data());
     }
-
-    /// Writes the file.
-    pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        for dim in self.grid.header() {
-            out.write_all(&dim.to_le_bytes())?;
-        }
-        let stored = |c: usize, v: f64| if is_data(v) { v / SCALE[c] } else { MISSING };
-        write_planes(&self.values, self.n, stored, out)
+    for (cell, found) in cells.into_iter().zip(seen.chunks_exact(n)) {
+        values[n * cell..n * (cell + 1)].copy_from_slice(found);
     }
+    Ok(filled)
 }
 
 /// Fills the cells of one (theta_h, theta_d).

@@ -23,7 +23,7 @@ pub use file::Fields;
 pub use write::{LEVELS, Level, table_pairs, tabulate};
 
 use super::specs::{file_table, length};
-use super::{Channels, FileFormat, TableError, without_wavelengths, write_file};
+use super::{Channels, FileFormat, TableError, around, without_wavelengths, write_file};
 use crate::brdf::{Brdf, Presence, Wavelengths};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
@@ -86,19 +86,6 @@ pub(super) fn symmetry(azimuths: usize) -> Symmetry {
         isotropic: azimuths <= MOST_OF_ISOTROPIC,
         ..Symmetry::NONE
     }
-}
-
-/// The nodes around a place, and their weights; those beyond an end have the end's.
-fn around(nodes: &[f64], x: f64) -> [(usize, f64); 2] {
-    let Some(last) = nodes.len().checked_sub(2) else {
-        return [(0, 1.0), (0, 0.0)];
-    };
-    let low = nodes
-        .partition_point(|n| *n < x)
-        .saturating_sub(1)
-        .min(last);
-    let t = ((x - nodes[low]) / (nodes[low + 1] - nodes[low])).clamp(0.0, 1.0);
-    [(low, 1.0 - t), (low + 1, t)]
 }
 
 impl Rgl {

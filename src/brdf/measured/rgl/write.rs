@@ -47,33 +47,12 @@ const LOOKS: usize = 12;
 /// Steps of the search for the last elevation that has data: to 1e-7 rad.
 const BISECTIONS: usize = 24;
 
-/// Number of nodes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Level {
-    /// Along each axis of the grid of an incidence.
-    pub nodes: usize,
-    /// Elevations of the light.
-    pub elevations: usize,
-    /// Its azimuths over the whole circle, if the BRDF is not isotropic.
-    pub azimuths: usize,
-}
+/// Nodes along each axis of the grid of an incidence, elevations of the light, and its azimuths over the whole circle if the
+/// BRDF is not isotropic.
+pub type Level = [usize; 3];
 
 /// Those that a tolerance chooses from, the usual one first.
-pub const LEVELS: [Level; 3] = [
-    Level::new(64, 32, 25),
-    Level::new(128, 64, 33),
-    Level::new(256, 128, 49),
-];
-
-impl Level {
-    const fn new(nodes: usize, elevations: usize, azimuths: usize) -> Self {
-        Self {
-            nodes,
-            elevations,
-            azimuths,
-        }
-    }
-}
+pub const LEVELS: [Level; 3] = [[64, 32, 25], [128, 64, 33], [256, 128, 49]];
 
 /// What is known of a BRDF before it is tabulated.
 struct Surface<'a> {
@@ -216,17 +195,20 @@ fn normal([u, v]: [f64; 2]) -> DVec3 {
 ///
 /// # Errors
 /// [`TableError::NoData`] of one that is 0, or not known, everywhere.
-pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), TableError> {
+pub fn tabulate(
+    brdf: &dyn Brdf,
+    [nodes, elevations, azimuths]: Level,
+) -> Result<(Fields, usize), TableError> {
     let surface = Surface::new(brdf)?;
     let is_isotropic = brdf.symmetry().isotropic;
     let steps = |from: f64, to: f64, count: usize| -> Vec<f32> {
         let at = |i: usize| from + (to - from) * i as f64 / (count - 1) as f64;
         (0..count).map(|i| at(i) as f32).collect()
     };
-    let theta_i = steps(0.0, last_light(brdf), level.elevations);
+    let theta_i = steps(0.0, last_light(brdf), elevations);
     let (phi_i, rows) = match is_isotropic {
         true => (vec![0.0], NORMALS_OF_ISOTROPIC),
-        false => (steps(-PI, PI, level.azimuths), level.azimuths),
+        false => (steps(-PI, PI, azimuths), azimuths),
     };
     let colours = match brdf.channels().wavelengths() {
         Some(w) => Colours::Wavelengths(w.nm().iter().map(|nm| *nm as f32).collect()),
@@ -263,7 +245,7 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), TableE
                 u_of(light(i).theta()),
                 (f64::from(phi_i[i / theta_i.len()]) + PI) / TAU,
             ]),
-            nodes: level.nodes,
+            nodes,
             colours: colours.count(),
         };
         incidence.grids(is_isotropic && theta_i[i % theta_i.len()] == 0.0)
@@ -283,7 +265,7 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Fields, usize), TableE
         return Err(black());
     }
     let all = |k: usize| Grids {
-        size: [level.nodes; 2],
+        size: [nodes; 2],
         values: held.iter().flat_map(|g| &g[k]).copied().collect(),
     };
     let fields = Fields {
@@ -334,14 +316,14 @@ fn last_light(brdf: &dyn Brdf) -> f64 {
 }
 
 /// Pairs that [`tabulate`] evaluates of a BRDF that has data towards the horizon.
-pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> u64 {
+pub fn table_pairs(brdf: &dyn Brdf, [nodes, elevations, azimuths]: Level) -> u64 {
     let (rows, azimuths) = match brdf.symmetry().isotropic {
         true => (NORMALS_OF_ISOTROPIC, 1),
-        false => (NORMALS, level.azimuths),
+        false => (NORMALS, azimuths),
     };
     // And one towards the horizon.
     let profile = rows * NORMALS * PROFILE_DEG.len() + 1;
-    (profile + azimuths * level.elevations * level.nodes.pow(2)) as u64
+    (profile + azimuths * elevations * nodes.pow(2)) as u64
 }
 
 /// One incidence of a table.

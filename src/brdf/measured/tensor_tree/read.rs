@@ -68,10 +68,7 @@ impl<'t> Part<'t> {
     /// An error about where it begins.
     fn refuse(self, message: String) -> TableError {
         let before = &self.whole.as_bytes()[..self.from];
-        TableError::Line {
-            line: 1 + before.iter().filter(|b| **b == b'\n').count(),
-            message,
-        }
+        TableError::line(1 + before.iter().filter(|b| **b == b'\n').count(), message)
     }
 
     /// Leaves out what separates braces and numbers, and returns the next letter.

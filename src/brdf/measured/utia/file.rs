@@ -14,7 +14,7 @@
 //! values into sr⁻¹.
 
 use super::super::doubts::Doubts;
-use super::super::{TableError, fill_gaps, gaps, open_regular, values_or_nan, write_planes};
+use super::super::{Planes, TableError, fill_gaps, gaps, open_regular, values_or_nan};
 use super::{NODES, Utia, pair};
 use crate::brdf::{Brdf, Channels, Marks};
 use crate::geometry::DirectionPair;
@@ -167,8 +167,7 @@ fn held(stored: f64, scale: f64) -> f64 {
 /// # Ok::<(), gonio::brdf::measured::TableError>(())
 /// ```
 pub fn write_utia(brdf: &dyn Brdf, out: &mut impl Write) -> Result<(), TableError> {
-    let (content, _) = tabulate(brdf, false)?;
-    content.write(out).map_err(no_access)
+    tabulate(brdf, false)?.0.write(out).map_err(no_access)
 }
 
 /// Pairs that the table of a BRDF is made of.
@@ -182,20 +181,12 @@ pub fn table_pairs(brdf: &dyn Brdf) -> Result<u64, TableError> {
     }
 }
 
-/// The values of a file.
-pub(crate) struct Content {
-    /// Channels, 1 or 3.
-    n: usize,
-    /// Of all nodes, channels together; NaN where there is no data.
-    values: Vec<f64>,
-}
-
 /// Tabulates a BRDF. If `fill`, pairs without data have the values of the pair before them in the file, those at the start of the
 /// first that has some; also returns their number, else 0.
 ///
 /// # Errors
 /// As [`table_pairs`], and [`TableError::NoData`] if there is none to fill with.
-pub(crate) fn tabulate(brdf: &dyn Brdf, fill: bool) -> Result<(Content, usize), TableError> {
+pub(crate) fn tabulate(brdf: &dyn Brdf, fill: bool) -> Result<(Planes, usize), TableError> {
     table_pairs(brdf)?;
     let n = brdf.channels().count();
     let row = |light: usize| {
@@ -208,12 +199,11 @@ pub(crate) fn tabulate(brdf: &dyn Brdf, fill: bool) -> Result<(Content, usize), 
     if fill && !fill_gaps(&mut values, n) {
         return Err(no_data());
     }
-    Ok((Content { n, values }, filled))
-}
-
-impl Content {
-    /// Writes the file.
-    pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        write_planes(&self.values, self.n, |_, v| v, out)
-    }
+    let planes = Planes {
+        head: Vec::new(),
+        stored: |_, v| v,
+        n,
+        values,
+    };
+    Ok((planes, filled))
 }

@@ -79,10 +79,7 @@ impl<'t> Words<'t> {
     }
 
     fn refuse(&self, found: &str, allowed: &str) -> TableError {
-        TableError::Line {
-            line: self.line,
-            message: format!("{}: allowed {allowed}", excerpt(found)),
-        }
+        TableError::line(self.line, format!("{}: allowed {allowed}", excerpt(found)))
     }
 
     fn expect(&mut self, word: &'static str) -> Result<(), TableError> {

@@ -16,7 +16,7 @@ pub use write::{LEVELS, Level, table_pairs, tabulate};
 
 use super::doubts::{Doubts, of_doubts};
 use super::specs::file_table;
-use super::{FileFormat, TableError, write_file};
+use super::{FileFormat, TableError, around, write_file};
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use glam::DVec3;
@@ -49,8 +49,8 @@ pub(crate) struct Angles {
     pub mirrored: bool,
 }
 
-/// The nodes around a number, and the weight of the upper one.
-type Around = ([usize; 2], f64);
+/// The nodes around a number, and their weights.
+type Around = [(usize, f64); 2];
 
 impl Angles {
     /// Number of nodes.
@@ -114,30 +114,18 @@ impl Angles {
         };
         // A circle whose end is its start has no gap.
         if !self.mirrored && gap > SLACK && (0.0..=gap).contains(&beyond) {
-            return Some(([nodes.len() - 1, 0], beyond / gap));
+            let upper = beyond / gap;
+            return Some([(nodes.len() - 1, 1.0 - upper), (0, upper)]);
         }
-        around(nodes, azimuth)
+        within(nodes, azimuth)
     }
 }
 
 /// The nodes around a number among ascending ones; `None` outside.
-fn around(nodes: &[f64], x: f64) -> Option<Around> {
-    let last = nodes.len() - 1;
-    // Written so that NaN fails.
-    if !(x >= nodes[0] - SLACK && x <= nodes[last] + SLACK) {
-        return None;
-    }
-    let upper = nodes
-        .partition_point(|node| *node <= x)
-        .clamp(1, last.max(1));
-    if last == 0 {
-        return Some(([0, 0], 0.0));
-    }
-    let (low, high) = (nodes[upper - 1], nodes[upper]);
-    Some((
-        [upper - 1, upper],
-        ((x - low) / (high - low)).clamp(0.0, 1.0),
-    ))
+fn within(nodes: &[f64], x: f64) -> Option<Around> {
+    // Of NaN it is false.
+    let is_inside = x >= nodes[0] - SLACK && x <= nodes[nodes.len() - 1] + SLACK;
+    is_inside.then(|| around(nodes, x))
 }
 
 impl Zemax {
@@ -146,9 +134,9 @@ impl Zemax {
         let angles = &self.angles;
         let [theta, azimuth, radial] = angles.place(pair);
         let axes = (
-            around(&angles.theta_i, theta),
+            within(&angles.theta_i, theta),
             angles.around_azimuth(azimuth),
-            around(&angles.radial, radial),
+            within(&angles.radial, radial),
         );
         let (Some(light), Some(azimuth), Some(radial)) = axes else {
             return Vec::new();
@@ -156,11 +144,8 @@ impl Zemax {
         let mut found = Vec::with_capacity(8);
         let mut total = 0.0;
         for corner in 0..8 {
-            let of = |(nodes, upper): Around, bit: usize| match corner >> bit & 1 {
-                0 => (nodes[0], 1.0 - upper),
-                _ => (nodes[1], upper),
-            };
-            let [(i, u), (j, v), (k, w)] = [of(light, 0), of(azimuth, 1), of(radial, 2)];
+            let [(i, u), (j, v)] = [light[corner & 1], azimuth[corner >> 1 & 1]];
+            let (k, w) = radial[corner >> 2];
             let node = (i * angles.azimuth.len() + j) * angles.radial.len() + k;
             let weight = u * v * w;
             let is_read = !self.values[node].is_nan();

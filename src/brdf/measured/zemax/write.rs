@@ -3,12 +3,11 @@
 use super::file::degrees;
 use super::{Angles, Zemax};
 use crate::brdf::measured::doubts::Doubts;
-use crate::brdf::measured::{TableError, fill_gaps, gaps, suits_isotropic, values_or_nan};
+use crate::brdf::measured::{TableError, fill_gaps, gaps, rows, suits_isotropic, values_or_nan};
 use crate::brdf::{Brdf, Channels};
 use crate::geometry::DirectionPair;
 use crate::numeric::XYZ;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use std::io::{self, Write};
 
@@ -18,48 +17,26 @@ const LAST_DEG: f64 = 89.0;
 /// The largest angle from the mirror direction at which a sensor can be, degrees.
 const FARTHEST_DEG: f64 = 90.0 + LAST_DEG;
 
-/// Number of steps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Level {
-    /// Of the polar angle of the light.
-    pub theta_i: usize,
-    /// Of the azimuth, from 0° to 180°.
-    pub azimuth: usize,
-    /// Of the angle from the mirror direction.
-    pub radial: usize,
-}
+/// Steps of the polar angle of the light, of the azimuth from 0° to 180°, and of the angle from the mirror direction.
+pub type Level = [usize; 3];
 
 /// Those that a tolerance chooses from, the usual one first.
-pub const LEVELS: [Level; 3] = [
-    Level::new(36, 24, 60),
-    Level::new(72, 48, 120),
-    Level::new(144, 96, 240),
-];
+pub const LEVELS: [Level; 3] = [[36, 24, 60], [72, 48, 120], [144, 96, 240]];
 
-impl Level {
-    const fn new(theta_i: usize, azimuth: usize, radial: usize) -> Self {
-        Self {
-            theta_i,
-            azimuth,
-            radial,
-        }
-    }
-
-    /// Nodes. Lights are equally far apart, angles from the mirror direction in proportion to their squares: lobes are narrow.
-    fn angles(self, mirrored: bool) -> Angles {
-        let list = |steps: usize, angle: &dyn Fn(f64) -> f64| {
-            // To what is written.
-            let tidy = |x: f64| (x * 1e6).round() / 1e6;
-            let all = (0..=steps).map(|k| tidy(angle(k as f64 / steps as f64)).to_radians());
-            all.collect::<Vec<f64>>()
-        };
-        let turn = if mirrored { 1 } else { 2 };
-        Angles {
-            theta_i: list(self.theta_i, &|x| LAST_DEG * x),
-            azimuth: list(turn * self.azimuth, &|x| 180.0 * turn as f64 * x),
-            radial: list(self.radial, &|x| FARTHEST_DEG * x * x),
-            mirrored,
-        }
+/// Nodes. Lights are equally far apart, angles from the mirror direction in proportion to their squares: lobes are narrow.
+fn angles([theta_i, azimuth, radial]: Level, mirrored: bool) -> Angles {
+    let list = |steps: usize, angle: &dyn Fn(f64) -> f64| {
+        // To what is written.
+        let tidy = |x: f64| (x * 1e6).round() / 1e6;
+        let all = (0..=steps).map(|k| tidy(angle(k as f64 / steps as f64)).to_radians());
+        all.collect::<Vec<f64>>()
+    };
+    let turn = if mirrored { 1 } else { 2 };
+    Angles {
+        theta_i: list(theta_i, &|x| LAST_DEG * x),
+        azimuth: list(turn * azimuth, &|x| 180.0 * turn as f64 * x),
+        radial: list(radial, &|x| FARTHEST_DEG * x * x),
+        mirrored,
     }
 }
 
@@ -69,7 +46,7 @@ impl Level {
 /// [`TableError::Unsuited`] of a BRDF that is not isotropic, or of several wavelengths.
 pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> Result<u64, TableError> {
     suits(brdf)?;
-    Ok(level.angles(brdf.symmetry().bilateral).count() as u64)
+    Ok(angles(level, brdf.symmetry().bilateral).count() as u64)
 }
 
 /// Checks that a table can hold a BRDF.
@@ -87,10 +64,9 @@ fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
 pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Zemax, usize), TableError> {
     suits(brdf)?;
     let n = brdf.channels().count();
-    let angles = level.angles(brdf.symmetry().bilateral);
+    let angles = angles(level, brdf.symmetry().bilateral);
     let row = angles.radial.len();
-    let rows = (0..angles.count() / row).into_par_iter();
-    let rows = rows.map(|r| {
+    let (rows, lost) = rows(angles.count() / row, "node", |r| {
         let pairs: Vec<DirectionPair> = (r * row..(r + 1) * row).map(|k| angles.pair(k)).collect();
         let mut values = values_or_nan(brdf, &pairs);
         let below = |k: usize| !pairs[k].is_above_horizon();
@@ -103,15 +79,9 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Zemax, usize), TableEr
             values[n * k..n * (k + 1)].fill(0.0);
         }
         (values, has_data, lost)
-    });
-    let rows: Vec<(Vec<f64>, bool, usize)> = rows.collect();
-    if !rows.iter().any(|(_, has_data, _)| *has_data) {
-        return Err(TableError::NoData(
-            "this material has no data at any node of the table".into(),
-        ));
-    }
+    })?;
     let plane = |c: usize| {
-        let values = rows.iter().flat_map(|(values, ..)| values);
+        let values = rows.iter().flatten();
         values.skip(c).step_by(n).copied().collect::<Vec<f64>>()
     };
     let table = Zemax {
@@ -120,7 +90,7 @@ pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Zemax, usize), TableEr
         angles,
         doubts: Doubts::default(),
     };
-    Ok((table, rows.iter().map(|(.., lost)| lost).sum()))
+    Ok((table, lost))
 }
 
 /// The albedo of an incidence, by trapezoids over the angles about the mirror direction.
