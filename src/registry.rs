@@ -26,7 +26,7 @@ mod named;
 #[cfg(feature = "experiments")]
 mod text;
 
-pub(crate) use declare::{declare, family, keys};
+pub(crate) use declare::{declare, family, keys, only};
 #[cfg(not(feature = "experiments"))]
 pub use json::{Keys, Table, Value, parse};
 #[cfg(not(feature = "experiments"))]
@@ -204,6 +204,13 @@ pub fn resolved<S: Serialize>(kind: &str, member: &S) -> Keys {
     if let Some(rest) = keys(member) {
         table.extend(rest);
     }
+    table
+}
+
+/// A member as a table, whose only key is a table, or an array of tables.
+pub(crate) fn nested(kind: &str, key: &str, value: impl Into<Value>) -> Keys {
+    let mut table = resolved(kind, &NoKeys {});
+    table.insert(key.into(), value.into());
     table
 }
 

@@ -2,7 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::numeric;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -80,7 +80,8 @@ pub(super) fn mean_over(nm: &[f64], values: &[f64]) -> f64 {
 }
 
 /// Wavelengths in nm, ascending: 1 to [`MAX`](Self::MAX) of them, each once. Cheap to clone.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, PartialEq, Deserialize)]
+#[serde(try_from = "Written")]
 pub struct Wavelengths(Arc<[f64]>);
 
 impl Wavelengths {
@@ -195,21 +196,24 @@ impl Serialize for Wavelengths {
     }
 }
 
-impl<'de> Deserialize<'de> for Wavelengths {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(
-            untagged,
-            expecting = "expected numbers of nm, or { from, to, step } in nm"
-        )]
-        enum Written {
-            List(Vec<f64>),
-            Steps(Steps),
+/// Wavelengths as a config writes them.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected numbers of nm, or { from, to, step } in nm"
+)]
+enum Written {
+    List(Vec<f64>),
+    Steps(Steps),
+}
+
+impl TryFrom<Written> for Wavelengths {
+    type Error = ParameterError;
+
+    fn try_from(written: Written) -> Result<Self, ParameterError> {
+        match written {
+            Written::List(nm) => Self::new(&nm),
+            Written::Steps(steps) => Self::stepped(steps),
         }
-        let read = match Written::deserialize(deserializer)? {
-            Written::List(nm) => Wavelengths::new(&nm),
-            Written::Steps(steps) => Wavelengths::stepped(steps),
-        };
-        read.map_err(serde::de::Error::custom)
     }
 }

@@ -141,11 +141,7 @@ impl BrdfSpec for LowAbcSpec {
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check(&channels)?;
-        Ok(Box::new(LowAbc::new(
-            self.surface,
-            &self.parameters,
-            channels,
-        )))
+        Ok(Box::new(LowAbc::new(self, channels)))
     }
 }
 
@@ -165,8 +161,9 @@ pub struct Abc {
 }
 
 impl LowAbc {
-    /// The BRDF of checked parameters.
-    pub fn new(surface: Surface, p: &LowAbcParameters, channels: Channels) -> Self {
+    /// The BRDF of a checked spec.
+    pub fn new(spec: &LowAbcSpec, channels: Channels) -> Self {
+        let (surface, p) = (spec.surface, &spec.parameters);
         let scale = match surface {
             Surface::Microfacet => FRAC_1_PI,
             Surface::Smooth => 1.0,

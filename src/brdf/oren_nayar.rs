@@ -39,7 +39,7 @@ formula! {
     }
     label: [sigma_deg],
     favours: Neither,
-    build: |spec, channels| OrenNayar::new(spec.albedo.clone(), spec.sigma_deg.to_radians(), channels),
+    build: OrenNayar::new,
 }
 
 /// The qualitative Oren–Nayar BRDF.
@@ -54,17 +54,18 @@ pub struct Grooves {
 }
 
 impl OrenNayar {
-    /// Facets of the given albedo whose slope angles have standard deviation `sigma` (rad).
-    pub fn new(albedo: Spectrum, sigma: f64, channels: Channels) -> Self {
+    /// The facets of a checked spec.
+    pub fn new(spec: &OrenNayarSpec, channels: Channels) -> Self {
+        let (albedo, sigma) = (&spec.albedo, spec.sigma_deg.to_radians());
         let s2 = sigma * sigma;
         let a = 1.0 - 0.5 * s2 / (s2 + 0.33);
         let b = 0.45 * s2 / (s2 + 0.09);
         let grooves = Grooves {
             a,
             b,
-            conserves_energy: planes([&albedo], &channels).all(|[rho]| rho * (a + 0.5 * b) <= 1.0),
+            conserves_energy: planes([albedo], &channels).all(|[rho]| rho * (a + 0.5 * b) <= 1.0),
         };
-        Self::on_base(BLACK, (&albedo, FRAC_1_PI), grooves, channels)
+        Self::on_base(BLACK, (albedo, FRAC_1_PI), grooves, channels)
     }
 }
 

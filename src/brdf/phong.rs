@@ -38,9 +38,7 @@ formula! {
     }
     label: [exponent],
     favours: HalfAngle,
-    build: |spec, channels| {
-        Phong::new(spec.rho_d.clone(), spec.rho_s.clone(), spec.exponent, channels)
-    },
+    build: Phong::new,
 }
 
 /// The normalised Blinn–Phong BRDF.
@@ -55,16 +53,16 @@ pub struct CosinePower {
 }
 
 impl Phong {
-    /// A lobe of albedo `rho_s` at the normal, above a diffuse base of albedo `rho_d`.
-    pub fn new(rho_d: Spectrum, rho_s: Spectrum, exponent: f64, channels: Channels) -> Self {
-        let n = exponent;
+    /// The lobe of a checked spec above its diffuse base.
+    pub fn new(spec: &PhongSpec, channels: Channels) -> Self {
+        let (rho_d, rho_s, n) = (&spec.rho_d, &spec.rho_s, spec.exponent);
         let c = (n + 2.0) * (n + 4.0) / (8.0 * PI * ((-0.5 * n).exp2() + n));
         let power = CosinePower {
-            exponent,
-            mixture: Mixture::new(&rho_d, &rho_s),
-            conserves_energy: planes([&rho_d, &rho_s], &channels).all(|[d, s]| d + s <= 1.0),
+            exponent: n,
+            mixture: Mixture::new(rho_d, rho_s),
+            conserves_energy: planes([rho_d, rho_s], &channels).all(|[d, s]| d + s <= 1.0),
         };
-        Self::on_base((&rho_d, FRAC_1_PI), (&rho_s, c), power, channels)
+        Self::on_base((rho_d, FRAC_1_PI), (rho_s, c), power, channels)
     }
 }
 

@@ -11,10 +11,8 @@
 
 use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Tables};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Table, only};
 use glam::DVec3;
-use serde::Deserialize;
-use serde::de::IgnoredAny;
 
 const KIND: &str = "retro-reflective";
 
@@ -36,18 +34,10 @@ pub struct RetroReflectiveSpec {
     pub of: Box<dyn BrdfSpec>,
 }
 
-/// The only key, taken out before; listed for the message about an unknown one.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Keys {
-    #[serde(rename = "of")]
-    _of: Option<IgnoredAny>,
-}
-
 fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
     let of = registry::take_table(&mut table, "of")?;
     let span = table.span();
-    let Keys { .. } = registry::parse(table)?;
+    only!(table, "of")?;
     let Some(of) = of else {
         let message = "of is missing from the retro-reflective material; allowed: the table of a \
                        material, e.g. of = { kind = \"ggx\" }";
@@ -59,10 +49,7 @@ fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
 
 impl BrdfSpec for RetroReflectiveSpec {
     fn resolved(&self) -> registry::Keys {
-        let mut table = registry::Keys::new();
-        table.insert("kind".into(), KIND.into());
-        table.insert("of".into(), self.of.resolved().into());
-        table
+        registry::nested(KIND, "of", self.of.resolved())
     }
 
     fn label(&self) -> String {

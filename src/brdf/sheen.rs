@@ -36,7 +36,7 @@ formula! {
     label: [alpha],
     // V spans a factor of ten, D many decades.
     favours: HalfAngle,
-    build: |spec, channels| Sheen::new(spec.rho.clone(), spec.alpha, channels),
+    build: Sheen::new,
 }
 
 /// The sheen BRDF.
@@ -50,14 +50,14 @@ pub struct Rim {
 }
 
 impl Sheen {
-    /// A rim of scale `rho` from fibres of roughness `alpha`.
-    pub fn new(rho: Spectrum, alpha: f64, channels: Channels) -> Self {
-        let n = 1.0 / alpha;
+    /// The rim of a checked spec.
+    pub fn new(spec: &SheenSpec, channels: Channels) -> Self {
+        let n = 1.0 / spec.alpha;
         let scale = (2.0 + n) / (8.0 * PI);
         let rim = Rim {
             half_exponent: 0.5 * n,
         };
-        Self::on_base(BLACK, (&rho, scale), rim, channels)
+        Self::on_base(BLACK, (&spec.rho, scale), rim, channels)
     }
 }
 

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Table, only};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -43,15 +43,7 @@ pub struct ComponentSpec {
     pub brdf: Box<dyn BrdfSpec>,
 }
 
-/// The sum's own keys; `component` is taken out before and listed for the message about an
-/// unknown key. So is a component's `brdf`.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Keys {
-    #[serde(rename = "component")]
-    _component: Option<IgnoredAny>,
-}
-
+/// The keys of a component; `brdf` is taken out before and listed for the message about an unknown one.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ComponentKeys {
@@ -63,7 +55,7 @@ struct ComponentKeys {
 fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
     let span = table.span();
     let items = registry::take_tables(&mut table, "component")?;
-    let Keys { .. } = registry::parse(table)?;
+    only!(table, "component")?;
     let Some(items) = items else {
         let message = "component is missing from the sum; allowed: an array of { weight, brdf }";
         return Err(ReadError::new(span, message));
@@ -96,10 +88,7 @@ impl BrdfSpec for SumSpec {
             item.insert("brdf".into(), c.brdf.resolved().into());
             registry::Value::from(item)
         });
-        let mut table = registry::Keys::new();
-        table.insert("kind".into(), KIND.into());
-        table.insert("component".into(), components.collect::<Vec<_>>().into());
-        table
+        registry::nested(KIND, "component", components.collect::<Vec<_>>())
     }
 
     fn label(&self) -> String {

@@ -35,9 +35,7 @@ formula! {
     }
     label: [alpha],
     favours: HalfAngle,
-    build: |spec, channels| {
-        Ward::new(spec.rho_d.clone(), spec.rho_s.clone(), spec.alpha, channels)
-    },
+    build: Ward::new,
 }
 
 /// Ward's BRDF.
@@ -53,17 +51,18 @@ pub struct Gaussian {
 }
 
 impl Ward {
-    /// A Gaussian lobe of reflectance `rho_s` above a diffuse base of albedo `rho_d`.
-    pub fn new(rho_d: Spectrum, rho_s: Spectrum, alpha: Roughness, channels: Channels) -> Self {
+    /// The lobe of a checked spec above its diffuse base.
+    pub fn new(spec: &WardSpec, channels: Channels) -> Self {
+        let (rho_d, rho_s, alpha) = (&spec.rho_d, &spec.rho_s, spec.alpha);
         let [ax, ay] = alpha.xy();
         let gaussian = Gaussian {
             isotropic: alpha.is_isotropic(),
             alpha: [ax, ay],
             inverse_alpha: [1.0 / ax, 1.0 / ay],
-            mixture: Mixture::new(&rho_d, &rho_s),
+            mixture: Mixture::new(rho_d, rho_s),
         };
         let scale = 1.0 / (4.0 * PI * ax * ay);
-        Self::on_base((&rho_d, FRAC_1_PI), (&rho_s, scale), gaussian, channels)
+        Self::on_base((rho_d, FRAC_1_PI), (rho_s, scale), gaussian, channels)
     }
 }
 

@@ -149,11 +149,13 @@ impl Optics {
     /// ⟨cos θ_i⟩ over both whole apertures, what is below the horizon counting as 0: the signal of a
     /// perfect diffuser, times π.
     pub(crate) fn cosine(&self, pair: &DirectionPair) -> f64 {
-        let [light, sensor] = [
-            Disk::new(pair.omega_i, self.source),
-            Disk::new(pair.omega_o, self.detector),
-        ];
+        let [light, sensor] = self.disks(pair);
         self.rules.means(&light)[1] * self.rules.means(&sensor)[0]
+    }
+
+    fn disks(&self, pair: &DirectionPair) -> [Disk; 2] {
+        let sensor = Disk::new(pair.omega_o, self.detector);
+        [Disk::new(pair.omega_i, self.source), sensor]
     }
 
     /// The estimate of the cheapest rule that is within the tolerance, else of the best one.
@@ -166,10 +168,7 @@ impl Optics {
     ) -> Estimate {
         work.reset();
         let start = work.evaluations;
-        let disks = [
-            Disk::new(pair.omega_i, self.source),
-            Disk::new(pair.omega_o, self.detector),
-        ];
+        let disks = self.disks(pair);
         if clipped || self.half_vector_is_lost(pair) {
             return self.products(brdf, &disks, work);
         }

@@ -7,11 +7,9 @@ use crate::brdf::{
 };
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair};
-use crate::registry::{self, Entry, ReadError, Table, keys};
+use crate::registry::{self, Entry, ReadError, Table, keys, only};
 use crate::sampling::{RandomStream, cosine_hemisphere, cosine_hemisphere_pdf};
 use glam::{DMat3, DVec3};
-use serde::Deserialize;
-use serde::de::IgnoredAny;
 use smallvec::smallvec;
 use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
@@ -74,9 +72,9 @@ impl PartialEq for FacetsSpec {
 keys! {
     /// Lambertian facets.
     #[derive(PartialEq)]
-    pub struct DiffuseSpec {
-        /// Their albedo in [0, 1].
-        albedo: Spectrum = Spectrum::Grey(0.5);
+    pub struct DiffuseSpec(channels: &Channels) {
+        /// Their albedo.
+        albedo: Spectrum = Spectrum::Grey(0.5), in 0.0..=1.0;
     }
 }
 
@@ -86,32 +84,16 @@ impl Default for FacetsSpec {
     }
 }
 
-/// The only key, taken out before; listed for the message about an unknown one.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MirrorKeys {
-    #[serde(rename = "fresnel")]
-    _fresnel: Option<IgnoredAny>,
-}
-
 fn read_mirror(mut table: Table<'_>) -> Result<Box<FacetsSpec>, ReadError> {
     let term = fresnel::take(&mut table)?;
-    let MirrorKeys { .. } = registry::parse(table)?;
+    only!(table, "fresnel")?;
     Ok(Box::new(FacetsSpec::Mirror(term)))
-}
-
-/// The only key of facets of a material.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MaterialKeys {
-    #[serde(rename = "brdf")]
-    _brdf: Option<IgnoredAny>,
 }
 
 fn read_material(mut table: Table<'_>) -> Result<Box<FacetsSpec>, ReadError> {
     let span = table.span();
     let spec = registry::take_table(&mut table, "brdf")?;
-    let MaterialKeys { .. } = registry::parse(table)?;
+    only!(table, "brdf")?;
     let Some(spec) = spec else {
         let message = "brdf is missing from the facets; allowed: a table with a kind of material";
         return Err(ReadError::new(span, message));
@@ -122,16 +104,12 @@ fn read_material(mut table: Table<'_>) -> Result<Box<FacetsSpec>, ReadError> {
 impl FacetsSpec {
     /// The kind and every key with its value.
     pub fn resolved(&self) -> registry::Keys {
-        let of = |kind: &str, key: &str, table: registry::Keys| {
-            let mut keys = registry::Keys::new();
-            keys.insert("kind".into(), kind.into());
-            keys.insert(key.into(), table.into());
-            keys
-        };
         match self {
-            FacetsSpec::Mirror(fresnel) => of(MIRROR.kind, "fresnel", fresnel.resolved()),
+            FacetsSpec::Mirror(fresnel) => {
+                registry::nested(MIRROR.kind, "fresnel", fresnel.resolved())
+            }
             FacetsSpec::Diffuse(spec) => registry::resolved(DIFFUSE.kind, spec),
-            FacetsSpec::Material(spec) => of(MATERIAL.kind, "brdf", spec.resolved()),
+            FacetsSpec::Material(spec) => registry::nested(MATERIAL.kind, "brdf", spec.resolved()),
         }
     }
 
@@ -163,10 +141,7 @@ impl FacetsSpec {
     pub fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         match self {
             FacetsSpec::Mirror(fresnel) => fresnel.check(channels).map_err(BuildError::from),
-            FacetsSpec::Diffuse(spec) => spec
-                .albedo
-                .within("albedo", 0.0..=1.0, channels)
-                .map_err(BuildError::from),
+            FacetsSpec::Diffuse(spec) => spec.check_keys(channels).map_err(BuildError::from),
             FacetsSpec::Material(spec) => {
                 let within = |e: BuildError| e.within("brdf");
                 spec.check(channels).map_err(within)?;
@@ -305,17 +280,14 @@ impl Facets {
                 let mut share: ChannelValues = smallvec![0.0; weight.len()];
                 let mut next = normal;
                 if let Some(back) = seen_in(&frame, back) {
-                    let sampler = brdf.as_sample();
-                    let drawn = match sampler {
-                        // Drawn as the light of a sensor there, and weighted as what it is.
-                        Some(sampler) => sampler.sample(back, u),
-                        None => Some(cosine_hemisphere(u)),
+                    // Drawn as the light of a sensor there, and weighted as what it is.
+                    let drawn = match brdf.as_sample() {
+                        Some(sampler) => sampler
+                            .sample(back, u)
+                            .map(|drawn| (drawn, sampler.pdf(&DirectionPair::new(drawn, back)))),
+                        None => Some(cosine_hemisphere(u)).map(|d| (d, cosine_hemisphere_pdf(d))),
                     };
-                    if let Some(drawn) = drawn {
-                        let density = match sampler {
-                            Some(sampler) => sampler.pdf(&DirectionPair::new(drawn, back)),
-                            None => cosine_hemisphere_pdf(drawn),
-                        };
+                    if let Some((drawn, density)) = drawn {
                         _ = brdf.eval(&DirectionPair::new(back, drawn), &mut share);
                         let scale = if density > 0.0 {
                             drawn.cos_theta() / density

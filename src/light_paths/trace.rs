@@ -25,8 +25,10 @@ const STEPS: usize = 1 << 20;
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     cell: [usize; 2],
-    place: DVec3,
-    direction: DVec3,
+    /// Its place, cells.
+    pub place: DVec3,
+    /// Its direction, a unit vector.
+    pub direction: DVec3,
     /// The triangle it starts from (that of x ≥ y first), if it does.
     start: Option<usize>,
 }
@@ -34,8 +36,8 @@ pub struct Ray {
 /// A triangle that was hit.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
-    /// The ray at the place.
-    ray: Ray,
+    /// The ray that came, at the place.
+    pub ray: Ray,
     /// Unit normal of the triangle, turned up.
     pub normal: DVec3,
 }
@@ -51,19 +53,6 @@ pub enum Exit {
     Lost,
 }
 
-impl Ray {
-    /// Its direction, a unit vector.
-    #[inline]
-    pub fn direction(&self) -> DVec3 {
-        self.direction
-    }
-
-    /// Its place, cells.
-    pub fn place(&self) -> DVec3 {
-        self.place
-    }
-}
-
 impl Hit {
     /// The ray that goes on from there in another direction, a unit vector.
     #[inline]
@@ -72,16 +61,6 @@ impl Hit {
             direction,
             ..self.ray
         }
-    }
-
-    /// Direction of the ray that came.
-    pub(crate) fn direction(&self) -> DVec3 {
-        self.ray.direction
-    }
-
-    /// The place, cells.
-    pub fn place(&self) -> DVec3 {
-        self.ray.place
     }
 }
 

@@ -184,7 +184,7 @@ impl Transport {
             let hit = match self.tracer.follow(ray) {
                 Exit::Hit(hit) => hit,
                 Exit::Sky if order == 0 => break,
-                Exit::Sky => return Some((ray.direction(), order)),
+                Exit::Sky => return Some((ray.direction, order)),
                 Exit::Lost => break,
             };
             if order == 1 {
@@ -195,7 +195,7 @@ impl Transport {
             }
             let next = self
                 .facets
-                .scatter(-hit.direction(), hit.normal, weight, random);
+                .scatter(-hit.ray.direction, hit.normal, weight, random);
             let before = std::mem::replace(&mut light, self.channels.luminance(weight));
             sums.absorbed += before - light;
             if order + 1 >= CERTAIN {
@@ -247,7 +247,7 @@ impl Transport {
             let Exit::Hit(hit) = self.tracer.follow(ray) else {
                 return;
             };
-            let back = -hit.direction();
+            let back = -hit.ray.direction;
             let cosine = hit.normal.dot(to);
             if cosine > 0.0 && matches!(self.tracer.follow(hit.turned(to)), Exit::Sky) {
                 let scale = cosine / cos_to;

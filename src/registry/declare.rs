@@ -161,4 +161,17 @@ macro_rules! declare {
     };
 }
 
-pub(crate) use {declare, family, keys};
+/// Refuses what is left of a table of which the only key was taken out before; the message about another one lists it.
+macro_rules! only {
+    ($table:expr, $key:literal) => {{
+        #[derive(serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Only {
+            #[serde(rename = $key)]
+            _key: Option<serde::de::IgnoredAny>,
+        }
+        $crate::registry::parse::<Only>($table).map(drop)
+    }};
+}
+
+pub(crate) use {declare, family, keys, only};

@@ -178,11 +178,11 @@ fn rays_hit_what_they_meet_first() {
             let mut ray: Ray = tracer.from_sky([stream.next(), stream.next()], direction);
             let mut after = -1e-9;
             for _ in 0..6 {
-                let (from, way) = (ray.place(), ray.direction());
+                let (from, way) = (ray.place, ray.direction);
                 let met = first_of_all(&field, from, way, after);
                 match tracer.follow(ray) {
                     Exit::Hit(hit) => {
-                        let place = hit.place();
+                        let place = hit.ray.place;
                         let back = |x: f64, n: usize| x - (x / n as f64 + 0.5).floor() * n as f64;
                         // Within the two periods on each side that are searched.
                         if let Some(t) = met {

@@ -47,7 +47,7 @@ const SLAB: usize = 16 * TASK;
 const BOUND: f64 = 1.732_050_807_568_877_2;
 
 /// One reading.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Reading {
     value: ChannelValues,
     type_a: ChannelValues,
@@ -132,10 +132,8 @@ impl Errors {
         let hours = visit.since_calibration_seconds / 3600.0;
         let gain = (1.0 + self.drift * hours) / self.tile;
         let mut reading = Reading {
-            value: ChannelValues::new(),
-            type_a: ChannelValues::new(),
-            type_b: ChannelValues::new(),
             flags: clipped(average.clipped),
+            ..Reading::default()
         };
         // Of sample and tile alike: it decides how many electrons there are, and nothing else.
         let seen = collected(&bench.spec, pair);

@@ -175,32 +175,21 @@ impl Rules {
         [light, sensor]: &[Disk; 2],
         work: &mut Workspace,
     ) -> (Estimate, Estimate) {
-        let (ci, co) = (light.centre, sensor.centre);
-        let wide = [light, sensor].map(|d| d.half_angle > 0.0);
-        work.push(ci, co, 1.0, 0);
-        if wide[0] {
-            for p in self.hexagon {
-                work.push(light.direction(p), co, 0.125, 1);
-            }
-        }
-        if wide[1] {
-            for p in self.hexagon {
-                work.push(ci, sensor.direction(p), 0.125, 2);
-            }
-        }
-        let square = |disk: &Disk| SQUARE.map(|p| disk.direction(p));
-        let (on_light, on_sensor) = (square(light), square(sensor));
-        if wide[0] {
-            for i in on_light {
-                work.push(i, co, 0.25, 3);
-            }
-        }
-        if wide[1] {
-            for o in on_sensor {
-                work.push(ci, o, 0.25, 4);
+        let disks = [light, sensor];
+        let centres = disks.map(|d| d.centre);
+        let wide = disks.map(|d| d.half_angle > 0.0);
+        work.push(centres[0], centres[1], 1.0, 0);
+        for (points, weight, group) in [(&self.hexagon[..], 0.125, 1), (&SQUARE[..], 0.25, 3)] {
+            for side in (0..2).filter(|side| wide[*side]) {
+                for point in points {
+                    let mut pair = centres;
+                    pair[side] = disks[side].direction(*point);
+                    work.push(pair[0], pair[1], weight, group + side);
+                }
             }
         }
         if wide[0] && wide[1] {
+            let [on_light, on_sensor] = disks.map(|disk| SQUARE.map(|p| disk.direction(p)));
             for i in on_light {
                 for o in on_sensor {
                     work.push(i, o, 0.0625, 5);

@@ -20,7 +20,7 @@
 use super::super::TableError;
 use super::super::doubts::Doubts;
 use super::no_access;
-use super::tensor::{self, Field, Numbers, Tensor};
+use super::tensor::{self, F32, Field, Tensor, U8};
 use super::warp::Grids;
 use crate::brdf::Marks;
 use crate::files;
@@ -120,10 +120,7 @@ impl<R: Read + Seek> Head<R> {
 
     fn bytes(&mut self, name: &str) -> Result<Vec<u8>, TableError> {
         let field = self.field(name, 1)?.clone();
-        match field.load(&mut self.input)? {
-            Numbers::Bytes(bytes) => Ok(bytes),
-            Numbers::Floats(_) => Err(TableError::field(name, "is of f32; allowed: u8")),
-        }
+        field.load(&mut self.input, U8)
     }
 
     /// Finite numbers, none below `least`; any without it.
@@ -134,9 +131,9 @@ impl<R: Read + Seek> Head<R> {
         least: Option<f32>,
     ) -> Result<(Vec<usize>, Vec<f32>), TableError> {
         let field = self.field(name, dimensions)?.clone();
-        let Numbers::Floats(floats) = field.load(&mut self.input)? else {
-            return Err(TableError::field(name, "is of u8; allowed: f32"));
-        };
+        let bytes = field.load(&mut self.input, F32)?;
+        let floats = bytes.as_chunks().0.iter();
+        let floats: Vec<f32> = floats.map(|b| f32::from_le_bytes(*b)).collect();
         // A table of readings has some of them.
         let is_wrong = |v: &f32| least.is_some_and(|least| !v.is_finite() || *v < least);
         let wrong = floats.iter().position(is_wrong);
@@ -332,17 +329,17 @@ impl Fields {
     /// Those of `out`.
     pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let incidences = [self.phi_i.len(), self.theta_i.len()];
+        let floats = |numbers: &[f32]| numbers.iter().flat_map(|v| v.to_le_bytes()).collect();
         let grids = |name, before: &[usize], grids: &Grids| -> Tensor<'_> {
             let shape = [before, &[grids.size[1], grids.size[0]]].concat();
-            (name, shape, Numbers::Floats(grids.values.clone()))
+            (name, shape, F32, floats(&grids.values))
         };
         let of_colours = [&incidences[..], &[self.colours.count()]].concat();
         let list = |name, numbers: &[f32]| -> Tensor<'_> {
-            (name, vec![numbers.len()], Numbers::Floats(numbers.into()))
+            (name, vec![numbers.len()], F32, floats(numbers))
         };
-        let bytes = |name, bytes: &[u8]| -> Tensor<'_> {
-            (name, vec![bytes.len()], Numbers::Bytes(bytes.into()))
-        };
+        let bytes =
+            |name, bytes: &[u8]| -> Tensor<'_> { (name, vec![bytes.len()], U8, bytes.into()) };
         let mut tensors = vec![
             bytes("description", self.description.as_bytes()),
             bytes("jacobian", &[u8::from(self.jacobian)]),

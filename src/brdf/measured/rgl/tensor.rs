@@ -14,8 +14,9 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 
 const MAGIC: &[u8; 12] = b"tensor_file\0";
 const VERSION: [u8; 2] = [1, 0];
-const U8: u8 = 1;
-const F32: u8 = 10;
+/// The types that a table needs.
+pub(super) const U8: u8 = 1;
+pub(super) const F32: u8 = 10;
 
 /// Sizes of the types in bytes, from 1 on.
 const SIZES: [u64; 11] = [1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
@@ -26,17 +27,8 @@ const MOST_DIMENSIONS: u64 = 8;
 /// Arrays begin at multiples of this.
 const ALIGNED: usize = 8;
 
-/// The numbers of an array.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Numbers {
-    /// Bytes.
-    Bytes(Vec<u8>),
-    /// Single precision.
-    Floats(Vec<f32>),
-}
-
-/// An array: its name, the length of each dimension, and its numbers, the last dimension fastest.
-pub(crate) type Tensor<'a> = (&'a str, Vec<usize>, Numbers);
+/// An array: its name, the length of each dimension, its type, and the bytes of its numbers, the last dimension fastest.
+pub(crate) type Tensor<'a> = (&'a str, Vec<usize>, u8, Vec<u8>);
 
 /// An array of a file: where it is, and what.
 #[derive(Clone, Debug)]
@@ -134,76 +126,54 @@ pub(crate) fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, Tab
 }
 
 impl Field {
-    /// Its numbers, bytes or floats.
+    /// The bytes of its numbers, which are of the type `wanted`.
     ///
     /// # Errors
     /// [`TableError::Malformed`] of another type, and those of `input`.
-    pub fn load(&self, input: &mut (impl Read + Seek)) -> Result<Numbers, TableError> {
-        input
-            .seek(SeekFrom::Start(self.offset))
-            .map_err(no_access)?;
-        match self.kind {
-            U8 => {
-                let mut bytes = vec![0; self.count];
+    pub fn load(&self, input: &mut (impl Read + Seek), wanted: u8) -> Result<Vec<u8>, TableError> {
+        let what = match (self.kind, wanted) {
+            (U8, F32) => "is of u8; allowed: f32".into(),
+            (F32, U8) => "is of f32; allowed: u8".into(),
+            (kind, _) if kind == wanted => {
+                input
+                    .seek(SeekFrom::Start(self.offset))
+                    .map_err(no_access)?;
+                let mut bytes = vec![0; SIZES[usize::from(kind) - 1] as usize * self.count];
                 input.read_exact(&mut bytes).map_err(no_access)?;
-                Ok(Numbers::Bytes(bytes))
+                return Ok(bytes);
             }
-            F32 => {
-                let mut bytes = vec![0; 4 * self.count];
-                input.read_exact(&mut bytes).map_err(no_access)?;
-                let floats = bytes.as_chunks().0.iter();
-                let floats = floats.map(|b| f32::from_le_bytes(*b)).collect();
-                Ok(Numbers::Floats(floats))
-            }
-            kind => {
-                let what = format!("has the type {kind}; allowed: {U8} (u8) and {F32} (f32)");
-                Err(TableError::field(&self.name, what))
-            }
-        }
+            (kind, _) => format!("has the type {kind}; allowed: {U8} (u8) and {F32} (f32)"),
+        };
+        Err(TableError::field(&self.name, what))
     }
 }
 
 /// Writes arrays in their order.
 pub(crate) fn write(tensors: &[Tensor<'_>], out: &mut impl Write) -> io::Result<()> {
-    let of_field = |(name, shape, _): &Tensor<'_>| 2 + name.len() + 2 + 1 + 8 + 8 * shape.len();
+    let of_field = |(name, shape, ..): &Tensor<'_>| 2 + name.len() + 2 + 1 + 8 + 8 * shape.len();
     let mut next = MAGIC.len() + VERSION.len() + 4 + tensors.iter().map(of_field).sum::<usize>();
     let mut head = Vec::with_capacity(next);
     head.extend(MAGIC);
     head.extend(VERSION);
     head.extend((tensors.len() as u32).to_le_bytes());
     let mut offsets = Vec::new();
-    for (name, shape, numbers) in tensors {
+    for (name, shape, kind, bytes) in tensors {
         next = next.next_multiple_of(ALIGNED);
         offsets.push(next);
-        let (kind, length) = match numbers {
-            Numbers::Bytes(bytes) => (U8, bytes.len()),
-            Numbers::Floats(floats) => (F32, 4 * floats.len()),
-        };
         head.extend((name.len() as u16).to_le_bytes());
         head.extend(name.as_bytes());
         head.extend((shape.len() as u16).to_le_bytes());
-        head.push(kind);
+        head.push(*kind);
         head.extend((next as u64).to_le_bytes());
         head.extend(shape.iter().flat_map(|d| (*d as u64).to_le_bytes()));
-        next += length;
+        next += bytes.len();
     }
     out.write_all(&head)?;
     let mut done = head.len();
-    for ((.., numbers), offset) in tensors.iter().zip(offsets) {
+    for ((.., bytes), offset) in tensors.iter().zip(offsets) {
         out.write_all(&[0; ALIGNED][..offset - done])?;
-        done = offset;
-        match numbers {
-            Numbers::Bytes(bytes) => {
-                out.write_all(bytes)?;
-                done += bytes.len();
-            }
-            Numbers::Floats(floats) => {
-                for float in floats {
-                    out.write_all(&float.to_le_bytes())?;
-                }
-                done += 4 * floats.len();
-            }
-        }
+        out.write_all(bytes)?;
+        done = offset + bytes.len();
     }
     Ok(())
 }

@@ -50,15 +50,8 @@ fn wrong_length(found: u64) -> TableError {
     ))
 }
 
-/// Checks the length of a file without reading it.
-///
-/// # Errors
-/// [`TableError`] if the file cannot be opened, is not a regular file, or has another length.
-pub fn check(path: &Path) -> Result<(), TableError> {
-    open(path).map(drop)
-}
-
-fn open(path: &Path) -> Result<File, TableError> {
+/// Opens a file and checks its length.
+pub(super) fn open(path: &Path) -> Result<File, TableError> {
     match open_regular(path, no_access)? {
         (file, FILE_LEN) => Ok(file),
         (_, length) => Err(wrong_length(length)),
@@ -66,20 +59,6 @@ fn open(path: &Path) -> Result<File, TableError> {
 }
 
 impl Utia {
-    /// Loads a file; `scale` turns its values into sr⁻¹, and `no_reading` is one more number that stands for no reading. In
-    /// luminance one plane is held.
-    ///
-    /// # Errors
-    /// [`TableError`].
-    pub fn load(
-        path: &Path,
-        scale: f64,
-        channels: Channels,
-        no_reading: Option<f64>,
-    ) -> Result<Self, TableError> {
-        Self::read_without(open(path)?, scale, channels, no_reading)
-    }
-
     /// Reads a file's bytes from anywhere; they must end where the table ends.
     ///
     /// # Errors
@@ -88,7 +67,9 @@ impl Utia {
         Self::read_without(input, scale, channels, None)
     }
 
-    fn read_without(
+    /// Reads a file's bytes; `scale` turns its values into sr⁻¹, and `no_reading` is one more number that stands for no reading. In
+    /// luminance one plane is held.
+    pub(super) fn read_without(
         mut input: impl Read,
         scale: f64,
         channels: Channels,

@@ -14,7 +14,7 @@
 pub mod file;
 
 pub(crate) use file::tabulate;
-pub use file::{FILE_LEN, check, table_pairs, write_utia};
+pub use file::{FILE_LEN, table_pairs, write_utia};
 
 use super::doubts::{Doubts, of_doubts};
 use super::specs::file_table;
@@ -188,7 +188,7 @@ file_table! {
     fn fits(&self, channels: &Channels) -> Result<(), TableError> {
         without_wavelengths("path", self.path.display(), channels)?;
         in_left_open("scale", self.scale, 0.0, 1e6)?;
-        check(&self.path)
+        file::open(&self.path).map(drop)
     }
 
     fn symmetries(&self, _channels: &Channels) -> Result<Symmetry, TableError> {
@@ -197,7 +197,8 @@ file_table! {
 
     fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError> {
         self.fits(&channels)?;
-        let table = Utia::load(&self.path, self.scale, channels, self.no_reading)?;
+        let file = file::open(&self.path)?;
+        let table = Utia::read_without(file, self.scale, channels, self.no_reading)?;
         Ok(Box::new(table))
     }
 
