@@ -172,8 +172,8 @@ impl Planes {
     }
 }
 
-/// The rows of a table of values, of which `row` gives one, whether it has data, and how many of its pairs have none; their
-/// places are called `place`s. Also returns the number of all of these.
+/// The rows of a table, and the number of pairs without data in all of them. Of each, `row` gives the values, whether it has data,
+/// and the number of its pairs without. A sentence calls their nodes a `place`.
 fn rows(
     count: usize,
     place: &str,
