@@ -170,14 +170,19 @@ fn arrows(modules: &[Module]) -> Vec<Vec<usize>> {
         found.next()
     };
     let all: Vec<Vec<(Vec<String>, bool)>> = modules.iter().map(imports).collect();
+    let passed = |at: usize| all[at].iter().filter(|(_, on)| *on).map(|(path, _)| path);
     let follow = |path: &[String]| {
         let (mut at, mut rest) = enter(path)?;
         for _ in 0..8 {
             let Some(name) = rest.first() else {
                 break;
             };
-            let mut passed = all[at].iter().filter(|(_, on)| *on);
-            let Some((next, _)) = passed.find(|(p, _)| p.last() == Some(name)) else {
+            let is_of = |path: &&Vec<String>, name: &str| path.last().is_some_and(|l| l == name);
+            // All that another door passes on.
+            let doors = passed(at).filter(|path| is_of(path, "*"));
+            let doors = doors.filter_map(|path| place(&path[..path.len() - 1]));
+            let mut names = passed(at).chain(doors.flat_map(passed));
+            let Some(next) = names.find(|path| is_of(path, name)) else {
                 break;
             };
             let next = enter(next)?;

@@ -47,16 +47,19 @@ pub struct SliceMoments {
 }
 
 /// Reason not to trust the uncertainties of a result.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 pub enum Unresolved {
     /// Fewer than `Unresolved::ENOUGH` effective samples carry the result.
+    #[error("only {effective:.0} effective samples")]
     FewSamples {
         /// (Σ w)² / Σ w².
         effective: f64,
     },
     /// The value in the mirror direction is more than twice any sampled one.
+    #[error("no sample near the mirror direction")]
     PeakUnseen,
     /// The tolerance was not reached within the allowed evaluations.
+    #[error("uncertainty {excess:.1} times the tolerance")]
     Tolerance {
         /// The largest uncertainty, in units of the tolerance.
         #[serde(with = "crate::numeric::infinite_as_null")]
@@ -67,20 +70,6 @@ pub enum Unresolved {
 impl Unresolved {
     /// Effective samples from which the uncertainty of a random estimate can be trusted.
     pub(crate) const ENOUGH: f64 = 1000.0;
-}
-
-impl fmt::Display for Unresolved {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Unresolved::FewSamples { effective } => {
-                write!(f, "only {effective:.0} effective samples")
-            }
-            Unresolved::PeakUnseen => f.write_str("no sample near the mirror direction"),
-            Unresolved::Tolerance { excess } => {
-                write!(f, "uncertainty {excess:.1} times the tolerance")
-            }
-        }
-    }
 }
 
 /// Every estimator a config can name.

@@ -40,11 +40,7 @@ pub use clamping::{Clamping, HorizonCopy};
 pub use component::{Component, Estimate, Moments, Order};
 pub use errors::MomentErrors;
 pub use estimator::{Estimator, SliceMoments, Unresolved, all, read};
-pub use fit::{
-    EnergyFit, EnergySeries, FitError, FitErrors, MeanFit, MeanVarianceFit, Ramp, SharedEnergyFit,
-    Undetermined, VarianceFit, ViewRange, fit_average_variance, fit_energy, fit_energy_shared,
-    fit_mean, fit_mean_variance,
-};
+pub use fit::*;
 pub use gaussian::TruncatedGaussian;
 pub use peak::PeakResolving;
 pub use profile::{MomentsSpec, Profile, Split};

@@ -3,9 +3,9 @@
 
 use super::profiles::MaterialProfiles;
 use crate::moments::{
-    Channel, Clamping, Component, EnergyFit, EnergySeries, FitError, MeanFit, MeanVarianceFit,
-    Profile, SharedEnergyFit, VarianceFit, ViewRange, fit_average_variance, fit_energy,
-    fit_energy_shared, fit_mean, fit_mean_variance,
+    Channel, Clamping, Component, EnergyFit, EnergySeries, FactorFit, FitError, MeanVarianceFit,
+    Profile, SharedEnergyFit, ViewRange, fit_average_variance, fit_energy, fit_energy_shared,
+    fit_mean, fit_mean_variance,
 };
 use crate::numeric::{Correlation, CorrelationMatrix, correlate};
 use serde::Serialize;
@@ -24,9 +24,9 @@ pub struct ProfileFits {
     /// Base and ramp of the energy.
     pub energy: Result<EnergyFit, FitError>,
     /// Slope of the mean.
-    pub mean: Result<MeanFit, FitError>,
+    pub mean: Result<FactorFit, FitError>,
     /// Constant that fits the variance, rad².
-    pub variance: Result<VarianceFit, FitError>,
+    pub variance: Result<FactorFit, FitError>,
     /// Average over the fitted views of each component, at its index.
     pub averages: [Option<f64>; 15],
     /// The largest of each component over the fitted views, without its sign; means and
@@ -97,12 +97,12 @@ impl ProfileFits {
 
     /// Slope µ̃ of the mean; `None` if its fit failed.
     pub(crate) fn slope(&self) -> Option<f64> {
-        Some(self.mean.as_ref().ok()?.slope)
+        Some(self.mean.as_ref().ok()?.factor)
     }
 
     /// Average variance σ̃², rad²; `None` if its fit failed.
     pub(crate) fn average_variance(&self) -> Option<f64> {
-        Some(self.variance.as_ref().ok()?.variance)
+        Some(self.variance.as_ref().ok()?.factor)
     }
 }
 

@@ -4,39 +4,29 @@ use super::projected::{Block, Solved, best_knots, solve};
 use super::ramp::Ramp;
 use super::{FitError, FitErrors, ViewRange};
 use nalgebra::DVector;
-use serde::Serialize;
 use std::f64::consts::{FRAC_PI_4, PI};
-use std::fmt;
 
 /// Reason why the values do not determine the knots.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Undetermined {
     /// The RMS deviation from the mean is at most the values' tolerance times it. The fit is the mean.
+    #[error("the energy is constant")]
     Flat,
     /// The ramp explains less than ten times as much variance per parameter as it leaves per
     /// degree of freedom: ((S_0 − S)/(2p + 2))/(S/(n − 3p − 2)) < 10 with S_0 and S the sums of
     /// squares about the mean and about the fit, n values, p profiles. The fit is the mean.
+    #[error("the energy has no ramp above its noise")]
     Noise,
     /// The views do not determine a knot, as when the energy steps between two neighbouring views:
     /// moving the knots by 1 rad, in one direction of the plane (θ_0, θ_1), changes the fit (to
     /// first order, base, height and slope fitted again) by less than 10⁻⁶ of the ramp. A θ_1 at
     /// the end of the views is held there and not judged. The fit is the best there is.
+    #[error("no view tells where the knots are")]
     Unseen,
 }
 
-impl fmt::Display for Undetermined {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            Undetermined::Flat => "the energy is constant",
-            Undetermined::Noise => "the energy has no ramp above its noise",
-            Undetermined::Unseen => "no view tells where the knots are",
-        })
-    }
-}
-
 /// α(θ_o) ≈ base + ramp (Zubiaga et al. 2015, §3.4).
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EnergyFit {
     /// Energy below the first knot, rad² sr⁻¹.
     pub base: f64,
@@ -69,7 +59,7 @@ impl EnergyFit {
 }
 
 /// Several energy profiles fitted with the same knots.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SharedEnergyFit {
     /// θ_0 and θ_1 of all, rad; `None` if they are not determined.
     pub knots: Option<[f64; 2]>,
@@ -196,7 +186,8 @@ struct Unit {
 
 impl Unit {
     fn new(series: EnergySeries<'_>, range: ViewRange, needed: usize) -> Result<Self, FitError> {
-        let (views, values) = range.used(series.views, series.values, needed)?;
+        let used = range.used(series.views, series.values, needed)?;
+        let (views, values): (Vec<f64>, Vec<f64>) = used.into_iter().unzip();
         let n = values.len() as f64;
         let mean = values.iter().map(|v| v / n).sum::<f64>();
         if !(mean > 0.0) {

@@ -1,29 +1,39 @@
 //! The mean profile as a line through the origin, the average variance as a constant, and the relation of both over
 //! materials.
 
-use super::{FitError, FitErrors, ViewRange};
+use super::{FitError, FitErrors, ViewRange, together};
 use crate::numeric::{Correlation, correlate};
 use serde::Serialize;
 use std::f64::consts::PI;
 
-/// µ_θ(θ_o) ≈ µ̃ θ_o (Zubiaga et al. 2015, §3.4).
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MeanFit {
-    /// Slope µ̃, without a unit: −1 for a mirror, 0 for a Lambertian material.
-    pub slope: f64,
-    /// Errors of the fit, rad.
+/// A factor of a known function of the view, fitted to values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FactorFit {
+    /// The factor, in the unit of the values over that of the function.
+    pub factor: f64,
+    /// Errors of the fit, in the unit of the values.
     pub errors: FitErrors,
 }
 
-impl MeanFit {
-    /// The fitted mean (rad) at a view elevation (rad).
-    pub fn value(&self, theta: f64) -> f64 {
-        self.slope * theta
+impl FactorFit {
+    /// The best factor of functions (first) to values (second): Σ xy / Σ x².
+    fn new(pairs: &[(f64, f64)]) -> Result<Self, FitError> {
+        let square: f64 = pairs.iter().map(|(x, _)| x * x).sum();
+        if square == 0.0 {
+            return Err(FitError::Undetermined);
+        }
+        let factor = pairs.iter().map(|(x, y)| x * y).sum::<f64>() / square;
+        let residuals = pairs.iter().map(|(x, y)| y - factor * x);
+        Ok(Self {
+            factor,
+            errors: FitErrors::from_residuals(residuals),
+        })
     }
 }
 
-/// Fits the mean µ_θ (rad, [`Component`](crate::moments::Component) (1, 0)) over the view
-/// elevations (rad): µ̃ = Σ θ µ / Σ θ².
+/// Fits µ_θ(θ_o) ≈ µ̃ θ_o (Zubiaga et al. 2015, §3.4) to the mean µ_θ (rad,
+/// [`Component`](crate::moments::Component) (1, 0)) over the view elevations (rad). The slope µ̃ has no
+/// unit: −1 for a mirror, 0 for a Lambertian material.
 ///
 /// # Errors
 /// If no view but 0 is used, or the numbers of views and values differ.
@@ -31,39 +41,13 @@ pub fn fit_mean(
     views: &[f64],
     values: &[Option<f64>],
     range: ViewRange,
-) -> Result<MeanFit, FitError> {
-    let (views, values) = range.used(views, values, 1)?;
-    let square: f64 = views.iter().map(|t| t * t).sum();
-    if square == 0.0 {
-        return Err(FitError::Undetermined);
-    }
-    let pairs = || views.iter().zip(&values);
-    let slope = pairs().map(|(t, v)| t * v).sum::<f64>() / square;
-    Ok(MeanFit {
-        slope,
-        errors: FitErrors::from_residuals(pairs().map(|(t, v)| v - slope * t)),
-    })
+) -> Result<FactorFit, FitError> {
+    FactorFit::new(&range.used(views, values, 1)?)
 }
 
-/// (σ_θ² + σ_φ²)/2 ≈ σ̃² (Zubiaga et al. 2015, §3.4).
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct VarianceFit {
-    /// Average variance σ̃², rad²: 0 for a mirror, π²/12 for a Lambertian material.
-    pub variance: f64,
-    /// Errors of the fit, rad².
-    pub errors: FitErrors,
-}
-
-impl VarianceFit {
-    /// The fitted average variance, rad²; equal at every view.
-    pub fn value(&self, _theta: f64) -> f64 {
-        self.variance
-    }
-}
-
-/// Fits the average of the variances σ_θ² and σ_φ² (rad²,
+/// Fits (σ_θ² + σ_φ²)/2 ≈ σ̃² (Zubiaga et al. 2015, §3.4) to the variances σ_θ² and σ_φ² (rad²,
 /// [`Component`](crate::moments::Component) (2, 0) and (0, 2)) over the view elevations (rad). A
-/// view is used if it has both.
+/// view is used if it has both. σ̃² is 0 for a mirror, π²/12 for a Lambertian material.
 ///
 /// # Errors
 /// If no view is used, or the numbers of views and values differ.
@@ -72,21 +56,11 @@ pub fn fit_average_variance(
     along_theta: &[Option<f64>],
     along_phi: &[Option<f64>],
     range: ViewRange,
-) -> Result<VarianceFit, FitError> {
-    if along_theta.len() != along_phi.len() {
-        return Err(FitError::Lengths {
-            first: along_theta.len(),
-            second: along_phi.len(),
-        });
-    }
-    let pairs = along_theta.iter().zip(along_phi);
+) -> Result<FactorFit, FitError> {
+    let pairs = together(along_theta, along_phi)?;
     let average: Vec<Option<f64>> = pairs.map(|(&t, &p)| Some(0.5 * (t? + p?))).collect();
-    let (_, values) = range.used(views, &average, 1)?;
-    let variance = values.iter().sum::<f64>() / values.len() as f64;
-    Ok(VarianceFit {
-        variance,
-        errors: FitErrors::from_residuals(values.iter().map(|v| v - variance)),
-    })
+    let used = range.used(views, &average, 1)?.into_iter();
+    FactorFit::new(&used.map(|(_, value)| (1.0, value)).collect::<Vec<_>>())
 }
 
 /// π²/12 rad², the variance of a Lambertian slice.
@@ -129,13 +103,7 @@ pub fn fit_mean_variance(
     slopes: &[Option<f64>],
     variances: &[Option<f64>],
 ) -> Result<MeanVarianceFit, FitError> {
-    if slopes.len() != variances.len() {
-        return Err(FitError::Lengths {
-            first: slopes.len(),
-            second: variances.len(),
-        });
-    }
-    let pairs = slopes.iter().zip(variances);
+    let pairs = together(slopes, variances)?;
     let used: Vec<(f64, f64)> = pairs
         .filter_map(|(&slope, &variance)| Some((slope?, variance?)))
         .filter(|(slope, variance)| slope.is_finite() && variance.is_finite())
@@ -146,16 +114,10 @@ pub fn fit_mean_variance(
             needed: 1,
         });
     }
-    let (mut product, mut square) = (0.0, 0.0);
-    for &(slope, variance) in &used {
-        let bend = slope * (1.0 + slope);
-        product += bend * (variance - LAMBERTIAN * (1.0 + slope));
-        square += bend * bend;
-    }
-    if square == 0.0 {
-        return Err(FitError::Undetermined);
-    }
-    let coefficient = product / square;
+    let beyond = |&(slope, variance): &(f64, f64)| {
+        (slope * (1.0 + slope), variance - LAMBERTIAN * (1.0 + slope))
+    };
+    let coefficient = FactorFit::new(&used.iter().map(beyond).collect::<Vec<_>>())?.factor;
     let errors = FitErrors::from_residuals(
         used.iter()
             .map(|&(slope, v)| v - variance(coefficient, slope)),

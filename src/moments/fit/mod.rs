@@ -10,7 +10,7 @@
 //! let views: Vec<f64> = (0..90).map(|i| f64::from(i).to_radians()).collect();
 //! let mean: Vec<Option<f64>> = views.iter().map(|t| Some(-0.7 * t)).collect();
 //! let fit = fit_mean(&views, &mean, ViewRange::default()).unwrap();
-//! assert!((fit.slope + 0.7).abs() < 1e-12 && fit.errors.views == 81);
+//! assert!((fit.factor + 0.7).abs() < 1e-12 && fit.errors.views == 81);
 //! // A constant profile has no ramp, so its knots are not determined.
 //! let flat = fit_energy(&views, &[Some(2.0); 90], ViewRange::default(), 1e-4).unwrap();
 //! assert!(flat.knots().is_none() && (flat.value(1.0) - 2.0).abs() < 1e-12);
@@ -24,9 +24,7 @@ mod ramp;
 pub use knots::{
     EnergyFit, EnergySeries, SharedEnergyFit, Undetermined, fit_energy, fit_energy_shared,
 };
-pub use line::{
-    MeanFit, MeanVarianceFit, VarianceFit, fit_average_variance, fit_mean, fit_mean_variance,
-};
+pub use line::{FactorFit, MeanVarianceFit, fit_average_variance, fit_mean, fit_mean_variance};
 pub use ramp::Ramp;
 
 use crate::error::{ParameterError, in_closed, in_left_open};
@@ -62,29 +60,37 @@ impl ViewRange {
         (lo - Self::SLACK..=hi + Self::SLACK).contains(&theta)
     }
 
-    /// The used views and their values.
+    /// The used views and their values, so many at least.
     fn used(
         self,
         views: &[f64],
         values: &[Option<f64>],
         needed: usize,
-    ) -> Result<(Vec<f64>, Vec<f64>), FitError> {
-        if views.len() != values.len() {
-            return Err(FitError::Lengths {
-                first: views.len(),
-                second: values.len(),
-            });
-        }
-        let pairs = views.iter().zip(values);
-        let used = pairs.filter_map(|(&theta, &value)| {
+    ) -> Result<Vec<(f64, f64)>, FitError> {
+        let used = together(views, values)?.filter_map(|(&theta, &value)| {
             let value = value.filter(|v| v.is_finite())?;
             self.contains(theta).then_some((theta, value))
         });
-        let used: (Vec<f64>, Vec<f64>) = used.unzip();
-        match used.0.len() {
+        let used: Vec<(f64, f64)> = used.collect();
+        match used.len() {
             found if found < needed => Err(FitError::TooFewViews { found, needed }),
             _ => Ok(used),
         }
+    }
+}
+
+/// The members of two series that belong together.
+fn together<'a, A, B>(
+    first: &'a [A],
+    second: &'a [B],
+) -> Result<impl Iterator<Item = (&'a A, &'a B)>, FitError> {
+    let (a, b) = (first.len(), second.len());
+    match a == b {
+        true => Ok(first.iter().zip(second)),
+        false => Err(FitError::Lengths {
+            first: a,
+            second: b,
+        }),
     }
 }
 

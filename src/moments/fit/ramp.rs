@@ -1,11 +1,9 @@
 //! The Hermite ramp of an energy profile and its derivatives with respect to the knots.
 
-use serde::Serialize;
-
 /// Ramp of the energy towards grazing views (Zubiaga et al. 2015, §3.4 and Fig. 7a): 0 below
 /// the knot θ_0, where it starts with slope 0; between the knots the cubic Hermite spline; beyond
 /// θ_1, which the paper does not define, the straight line with the spline's value and slope there.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
     /// θ_0 < θ_1, rad.
     pub knots: [f64; 2],

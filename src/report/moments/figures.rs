@@ -257,14 +257,10 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
             }),
             errors("relative to the mean energy", energy_errors),
             computed("mean 10 (°)", &mean),
-            fitted("mean 10 (°)", &|f, v| {
-                Some(f.mean.as_ref().ok()?.value(v).to_degrees())
-            }),
+            fitted("mean 10 (°)", &|f, v| Some((f.slope()? * v).to_degrees())),
             errors("rad", mean_errors),
             computed("average variance (rad²)", &variance),
-            fitted("average variance (rad²)", &|f, v| {
-                Some(f.variance.as_ref().ok()?.value(v))
-            }),
+            fitted("average variance (rad²)", &|f, _| f.average_variance()),
             errors("rad²", variance_errors),
         ],
         columns: 3,
