@@ -19,46 +19,32 @@ use crate::registry::Entry;
 use glam::DVec3;
 use nalgebra::Matrix3x4;
 use rayon::prelude::*;
+use serde::Serialize;
 
 /// Step of the central differences (rad): its square and its share of a rounding, 1e-16 over it,
 /// are both below 1e-10.
 const STEP: f64 = 1e-6;
 
-/// Median and 95 % point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Quantiles {
-    /// Half of the values are below it.
-    pub median: f64,
-    /// 95 % of the values are below it.
-    pub p95: f64,
-}
-
-impl Quantiles {
-    /// Quantiles of values in any order; `None` of no values.
-    fn of(mut values: Vec<f64>) -> Option<Self> {
-        values.sort_by(f64::total_cmp);
-        let at = |p: f64| {
-            let place = (p * (values.len() - 1) as f64).round() as usize;
-            values[place]
-        };
-        (!values.is_empty()).then(|| Self {
-            median: at(0.5),
-            p95: at(0.95),
-        })
-    }
-}
-
 /// Stretching of steps by a parametrization, over a set of pairs.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Anisotropy {
-    /// Condition number, ≥ 1.
-    pub condition: Quantiles,
-    /// Relative difference of the product of the singular values from the Jacobian.
-    pub jacobian_error: Quantiles,
+    /// Name of the parametrization.
+    pub parametrization: &'static str,
+    /// Median condition number, ≥ 1.
+    pub condition_median: f64,
+    /// 95 % of the condition numbers are below it.
+    pub condition_p95: f64,
+    /// Median relative difference of the product of the singular values from the Jacobian.
+    pub jacobian_error_median: f64,
     /// Number of pairs.
     pub pairs: usize,
     /// Pairs left out: at a pole or on the horizon, where there is no derivative.
     pub skipped: usize,
+}
+
+/// The value below which a share of sorted ones is.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    sorted[(share * (sorted.len() - 1) as f64).round() as usize]
 }
 
 /// Anisotropy of the 3-D form of a parametrization for BRDFs with every symmetry, over `pairs`;
@@ -85,12 +71,17 @@ pub fn anisotropy(
             Some((long / short, error))
         })
         .collect();
-    let (conditions, errors): (Vec<f64>, Vec<f64>) = found.iter().flatten().copied().unzip();
-    Some(Anisotropy {
+    let (mut conditions, mut errors): (Vec<f64>, Vec<f64>) =
+        found.iter().flatten().copied().unzip();
+    conditions.sort_by(f64::total_cmp);
+    errors.sort_by(f64::total_cmp);
+    (!conditions.is_empty()).then(|| Anisotropy {
+        parametrization: entry.kind,
+        condition_median: quantile(&conditions, 0.5),
+        condition_p95: quantile(&conditions, 0.95),
+        jacobian_error_median: quantile(&errors, 0.5),
         pairs: conditions.len(),
         skipped: pairs.len() - conditions.len(),
-        condition: Quantiles::of(conditions)?,
-        jacobian_error: Quantiles::of(errors)?,
     })
 }
 

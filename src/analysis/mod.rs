@@ -13,7 +13,7 @@ mod subset;
 mod symmetry;
 
 pub use alignment::{Alignment, alignment};
-pub use anisotropy::{Anisotropy, Quantiles, anisotropy, stretches};
+pub use anisotropy::{Anisotropy, anisotropy, stretches};
 pub use claims::{Claim, Verdict, on_material, on_materials, on_test_functions};
 pub use density::{Density, fine_and_plain, is_within};
 pub use distortion::{

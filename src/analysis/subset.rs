@@ -118,8 +118,10 @@ impl SubsetMeasure {
 /// A box of coordinates of an isotropic form.
 #[derive(Clone)]
 pub struct Subset {
-    form: Arc<dyn Parametrization>,
-    ranges: [[f64; 2]; 3],
+    /// The form whose coordinates bound it.
+    pub(crate) form: Arc<dyn Parametrization>,
+    /// Lowest and highest coordinate along each axis.
+    pub ranges: [[f64; 2]; 3],
 }
 
 /// A pair of the set, and the steradians² that a sample of its size stands for.
@@ -178,7 +180,7 @@ impl Subset {
     /// use gonio::geometry::Symmetry;
     /// let form = gonio::parametrization::find("hybrid").unwrap().form(Symmetry::FULL);
     /// let subset = Subset::read(form, "h_bar=0..0.2, delta=30..60")?;
-    /// assert_eq!(subset.ranges()[1], [0.0, 1.0]);
+    /// assert_eq!(subset.ranges[1], [0.0, 1.0]);
     /// # Ok::<(), gonio::error::ParameterError>(())
     /// ```
     pub fn read(form: Arc<dyn Parametrization>, text: &str) -> Result<Self, ParameterError> {
@@ -219,16 +221,6 @@ impl Subset {
             "subsets are those of an isotropic form"
         );
         Self { form, ranges }
-    }
-
-    /// The form whose coordinates bound it.
-    pub(crate) fn form(&self) -> &dyn Parametrization {
-        &*self.form
-    }
-
-    /// Lowest and highest coordinate along each axis.
-    pub fn ranges(&self) -> [[f64; 2]; 3] {
-        self.ranges
     }
 
     /// True if the pair is in the box, or one of its images is.

@@ -3,8 +3,8 @@
 use super::front::{front_of, is_on_fronts};
 use super::row::cases;
 use super::{Machine, Row, Section, Task};
-use crate::report::csv::text as csv_text;
 use crate::report::in_memory;
+use crate::report::schema::text as csv_text;
 use crate::report::schema::{Cell, Schema, columns};
 use serde_json::Value as Json;
 

@@ -125,7 +125,7 @@ impl End<'_> {
         let begun = Instant::now();
         plan.conclude(folder, self)?;
         *seconds.entry(Stage::Report.name().into()).or_default() += begun.elapsed().as_secs_f64();
-        counts.extend(&folder.counters().counts());
+        counts.extend(&folder.counters.counts());
         Ok(())
     }
 }
@@ -177,7 +177,7 @@ impl Run {
         }
         let known = folder.known();
         let before = MadeFrom::read(&dir).tuned;
-        let before = if folder.goes_on() { before } else { Vec::new() };
+        let before = if folder.is_same { before } else { Vec::new() };
         let folder = RefCell::new(folder);
         let extent = Extent {
             shard: self.shard,

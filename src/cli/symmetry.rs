@@ -8,7 +8,6 @@ use crate::analysis::{self, Deviation, Deviations, SYMMETRY_TOLERANCE, Saving};
 use crate::brdf::{Brdf, Channels, Favours};
 use crate::error::Error;
 use crate::experiment::Material;
-use crate::geometry::Symmetry;
 use crate::report::Columns;
 use clap::Args;
 use serde::Serialize;
@@ -138,19 +137,13 @@ impl<'a> Sheet<'a> {
             ("bilateral", declared.bilateral, found.bilateral),
         ]
         .map(|(name, declared, found)| Row::new(name, declared, found, tolerance));
-        let [isotropic, reciprocal, bilateral] = symmetries.each_ref().map(|row| row.holds);
-        let holding = Symmetry {
-            isotropic,
-            reciprocal,
-            bilateral,
-        };
         Self {
             material: &material.name,
             favours: favours.name(),
             favours_because: favours.summary(),
             alignment,
             symmetries,
-            savings: analysis::savings(holding),
+            savings: analysis::savings(found.holding(tolerance)),
         }
     }
 

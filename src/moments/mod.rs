@@ -33,7 +33,6 @@ mod profile;
 pub mod relations;
 mod sampled;
 mod slice;
-mod split;
 mod tally;
 
 pub use clamping::{Clamping, HorizonCopy};
@@ -43,8 +42,7 @@ pub use estimator::{Estimator, SliceMoments, Unresolved, all, read};
 pub use fit::*;
 pub use gaussian::TruncatedGaussian;
 pub use peak::PeakResolving;
-pub use profile::{MomentsSpec, Profile, Split};
+pub use profile::{MomentsSpec, Profile, Split, lambertian_part};
 pub use sampled::{MonteCarlo, ScrambledSobol};
 pub use slice::{Batch, Channel, Kind, Slice};
-pub use split::lambertian_part;
 pub use tally::Tally;

@@ -88,10 +88,12 @@ impl Estimator for PeakResolving {
                 break;
             }
             for (i, axis) in worst {
-                let rectangle = balance.cells[i].rectangle;
+                let rectangle = balance.cells[i].cell.rectangle;
                 let [below, above] = rectangle.cut(axis, rectangle.centre()[axis]);
-                balance.replace(i, Cell::new(slice, order, below, &mut work));
-                balance.add(Cell::new(slice, order, above, &mut work));
+                let mut half = |part| balance.judged(Cell::new(slice, order, part, &mut work));
+                let [below, above] = [half(below), half(above)];
+                balance.cells[i] = below;
+                balance.cells.push(above);
                 evaluations += 2 * EVALUATIONS;
             }
         }
@@ -226,21 +228,23 @@ fn towards_a_peak(r: &Rectangle, peaks: &[Peak]) -> Option<Vec<Rectangle>> {
     None
 }
 
+/// A cell and its errors.
+struct Judged {
+    cell: Cell,
+    /// Errors of the components, in their scales, along both angles together.
+    errors: [f64; 15],
+    /// Largest error of a component along θ and along φ, in units of the tolerance.
+    shares: [f64; 2],
+}
+
 /// The cells, their moments, and the errors of each.
 struct Balance {
-    cells: Vec<Cell>,
-    /// Errors of the components per cell, in their scales, along both angles together.
-    errors: Vec<[f64; 15]>,
-    /// Largest error of a component along θ and along φ, in units of the tolerance, one
-    /// per cell.
-    shares: Vec<[f64; 2]>,
+    cells: Vec<Judged>,
     order: Order,
     tolerance: f64,
     /// Propagation of errors with the moments of the cells at its making.
     propagation: Propagation,
     refreshed: usize,
-    /// Smallest side (rad) of a rectangle.
-    smallest: f64,
 }
 
 impl Balance {
@@ -256,31 +260,25 @@ impl Balance {
 
     fn new(cells: Vec<Cell>, order: Order, tolerance: f64) -> Self {
         let mut balance = Self {
-            propagation: Propagation::new(&cells, order),
-            smallest: cells.iter().map(smallest_side).fold(FRAC_PI_2, f64::min),
-            cells,
-            errors: Vec::new(),
-            shares: Vec::new(),
+            propagation: Propagation::new(cells.iter(), order),
+            refreshed: cells.len(),
+            cells: Vec::new(),
             order,
             tolerance,
-            refreshed: 0,
         };
-        balance.carry();
+        balance.cells = cells.into_iter().map(|c| balance.judged(c)).collect();
         balance
     }
 
     /// Carries every error over again, with the moments of all cells there are now.
     fn refresh(&mut self) {
-        self.propagation = Propagation::new(&self.cells, self.order);
-        self.carry();
-    }
-
-    fn carry(&mut self) {
+        let cells = self.cells.iter().map(|c| &c.cell);
+        self.propagation = Propagation::new(cells, self.order);
         self.refreshed = self.cells.len();
-        (self.errors, self.shares) = self.cells.iter().map(|c| self.errors_of(c)).unzip();
+        self.cells = self.cells.iter().map(|c| self.judged(c.cell)).collect();
     }
 
-    fn errors_of(&self, cell: &Cell) -> ([f64; 15], [f64; 2]) {
+    fn judged(&self, cell: Cell) -> Judged {
         let mut both = [0.0; 15];
         let shares = [0, 1].map(|axis| {
             let errors = self
@@ -294,28 +292,18 @@ impl Balance {
             }
             largest / self.tolerance
         });
-        (both, shares)
-    }
-
-    fn replace(&mut self, i: usize, cell: Cell) {
-        self.smallest = self.smallest.min(smallest_side(&cell));
-        (self.errors[i], self.shares[i]) = self.errors_of(&cell);
-        self.cells[i] = cell;
-    }
-
-    fn add(&mut self, cell: Cell) {
-        self.smallest = self.smallest.min(smallest_side(&cell));
-        let (errors, shares) = self.errors_of(&cell);
-        self.errors.push(errors);
-        self.shares.push(shares);
-        self.cells.push(cell);
+        Judged {
+            cell,
+            errors: both,
+            shares,
+        }
     }
 
     /// The error of each component over all cells, in its scale.
     fn totals(&self) -> [f64; 15] {
         let (mut sums, mut squares) = ([0.0; 15], [0.0; 15]);
-        for errors in &self.errors {
-            for (i, e) in errors.iter().enumerate() {
+        for cell in &self.cells {
+            for (i, e) in cell.errors.iter().enumerate() {
                 sums[i] += e;
                 squares[i] += e * e;
             }
@@ -325,7 +313,11 @@ impl Balance {
 
     /// Rounding of the sums, and of the angles against the smallest rectangle.
     fn rounding(&self) -> f64 {
-        1e-14 + f64::EPSILON / self.smallest
+        let sides = self.cells.iter().map(|c| {
+            let rectangle = &c.cell.rectangle;
+            rectangle.width(0).min(rectangle.width(1))
+        });
+        1e-14 + f64::EPSILON / sides.fold(FRAC_PI_2, f64::min)
     }
 
     /// The largest error in units of what rounding leaves of the tolerance; of half of it where
@@ -343,8 +335,8 @@ impl Balance {
         if self.cells.len() > self.refreshed + self.refreshed / 2 {
             self.refresh();
         }
-        let size = |i: usize| self.shares[i][0] + self.shares[i][1];
-        let mut order: Vec<usize> = (0..self.shares.len()).collect();
+        let size = |i: usize| self.cells[i].shares[0] + self.cells[i].shares[1];
+        let mut order: Vec<usize> = (0..self.cells.len()).collect();
         order.sort_by(|&a, &b| size(b).total_cmp(&size(a)).then(a.cmp(&b)));
         let (mut sum, mut squares) = (0.0, 0.0);
         for &i in &order {
@@ -362,20 +354,20 @@ impl Balance {
             }
             sum -= size(i);
             squares -= size(i) * size(i);
-            let [theta, phi] = self.shares[i];
+            let [theta, phi] = self.cells[i].shares;
             worst.push((i, usize::from(phi > theta)));
         }
         worst
     }
 
     fn finish(&self, evaluations: usize) -> SliceMoments {
-        let cells = &self.cells;
+        let cells = || self.cells.iter().map(|c| &c.cell);
         let share = |of: fn(&Cell) -> f64| {
-            let area: f64 = cells.iter().map(of).sum();
+            let area: f64 = cells().map(of).sum();
             (area / VIEW_CENTERED_AREA).clamp(0.0, 1.0)
         };
         let missing_share = share(|c| c.missing);
-        let nothing = cells.iter().all(|c| c.missing > c.area * (1.0 - 1e-12));
+        let nothing = cells().all(|c| c.missing > c.area * (1.0 - 1e-12));
         let mut moments = Moments::default();
         if !nothing {
             let values = self.propagation.tally.values();
@@ -400,10 +392,6 @@ impl Balance {
     }
 }
 
-fn smallest_side(cell: &Cell) -> f64 {
-    cell.rectangle.width(0).min(cell.rectangle.width(1))
-}
-
 fn largest(errors: &[f64; 15]) -> f64 {
     errors.iter().copied().fold(0.0, f64::max)
 }
@@ -423,9 +411,9 @@ struct Propagation {
 }
 
 impl Propagation {
-    fn new(cells: &[Cell], order: Order) -> Self {
+    fn new<'a>(cells: impl Iterator<Item = &'a Cell> + Clone, order: Order) -> Self {
         let mut tally = Tally::new(order);
-        for cell in cells {
+        for cell in cells.clone() {
             tally.merge(&Tally::about(order, cell.centre, &cell.sums));
         }
         let weight = tally.weight().max(f64::MIN_POSITIVE);

@@ -3,7 +3,6 @@
 mod acquisition;
 mod analysis;
 mod columns;
-pub(crate) mod csv;
 mod moments;
 #[cfg(feature = "pictures")]
 pub mod pictures;

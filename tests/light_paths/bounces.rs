@@ -279,7 +279,7 @@ fn the_best_box_is_told_by_paths_that_did_not_choose_it() {
             );
             assert!(best.chosen_by >= 0.9 && (best.capture.inside[1].value - 0.9).abs() < 0.02);
             // What is taken from outside may lie below, above, or both.
-            let [from, to] = subset.ranges()[0].map(f64::to_degrees);
+            let [from, to] = subset.ranges[0].map(f64::to_degrees);
             assert!((26.5..30.5).contains(&from), "{}", best.text);
             assert!((49.5..51.5).contains(&to), "{}", best.text);
         }
@@ -428,18 +428,18 @@ fn errors_hold_what_surfaces_differ_by_where_there_are_enough() {
         PathSample::follow(&formula, 100_000)
     };
     let many = of(8);
-    assert_eq!([many.batches(), many.followed() % 8], [8, 0]);
-    assert_eq!(many.spread(), Spread::Surfaces);
+    assert_eq!([many.batches(), many.followed % 8], [8, 0]);
+    assert_eq!(many.spread, Spread::Surfaces);
     let share = many.shares().classes[0];
     // Deviations of 0.2 over eight surfaces: 0.2/√7.
     assert!((share.error - 0.2 / 7f64.sqrt()).abs() < 0.01, "{share:?}");
     let few = of(2);
-    assert_eq!([few.batches(), few.followed() % 32], [16, 0]);
-    assert_eq!(few.spread(), Spread::FewSurfaces);
+    assert_eq!([few.batches(), few.followed % 32], [16, 0]);
+    assert_eq!(few.spread, Spread::FewSurfaces);
     let share = few.shares().classes[0];
     assert_near(share, 0.5, 5.0);
     assert!(share.error < 0.005, "{share:?}");
-    assert_eq!(of(1).spread(), Spread::FewSurfaces);
-    assert_eq!(of(0).spread(), Spread::Paths);
+    assert_eq!(of(1).spread, Spread::FewSurfaces);
+    assert_eq!(of(0).spread, Spread::Paths);
     assert_eq!(of(200).batches(), 64);
 }

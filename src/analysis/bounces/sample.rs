@@ -40,8 +40,10 @@ pub struct PathSample {
     pub(super) class: Vec<u8>,
     /// First path of each batch, and the number of paths.
     starts: Vec<usize>,
-    followed: usize,
-    spread: Spread,
+    /// Paths that were followed, those that did not leave included.
+    pub followed: usize,
+    /// What errors hold.
+    pub spread: Spread,
 }
 
 /// Light of each class, of each batch.
@@ -127,19 +129,9 @@ impl PathSample {
         sample
     }
 
-    /// Paths that were followed, those that did not leave included.
-    pub fn followed(&self) -> usize {
-        self.followed
-    }
-
     /// Independent parts that errors are of.
     pub fn batches(&self) -> usize {
         self.starts.len() - 1
-    }
-
-    /// What errors hold.
-    pub fn spread(&self) -> Spread {
-        self.spread
     }
 
     /// Paths of a batch.

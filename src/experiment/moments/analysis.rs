@@ -4,8 +4,8 @@
 use super::profiles::MaterialProfiles;
 use crate::moments::{
     Channel, Clamping, Component, EnergyFit, EnergySeries, FactorFit, FitError, MeanVarianceFit,
-    Profile, SharedEnergyFit, ViewRange, fit_average_variance, fit_energy, fit_energy_shared,
-    fit_mean, fit_mean_variance,
+    Profile, ViewRange, fit_average_variance, fit_energy, fit_energy_shared, fit_mean,
+    fit_mean_variance,
 };
 use crate::numeric::{Correlation, CorrelationMatrix, correlate};
 use serde::Serialize;
@@ -199,8 +199,8 @@ pub struct Group {
     pub at_bounds: [usize; 2],
     /// Materials whose fitted energy is larger at θ_1 than at θ_0.
     pub boosted: usize,
-    /// The energy fit with the same knots for all materials.
-    pub shared: Result<SharedEnergyFit, FitError>,
+    /// The energy fits with the same knots for all materials, at least one.
+    pub shared: Result<Vec<EnergyFit>, FitError>,
     /// Average variance as a function of the mean slope.
     pub relation: Result<MeanVarianceFit, FitError>,
     /// Correlations between orders, and between colour channels.

@@ -58,19 +58,6 @@ impl EnergyFit {
     }
 }
 
-/// Several energy profiles fitted with the same knots.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SharedEnergyFit {
-    /// θ_0 and θ_1 of all, rad; `None` if they are not determined.
-    pub knots: Option<[f64; 2]>,
-    /// Reason why the knots are not determined; `None` if they are.
-    pub undetermined: Option<Undetermined>,
-    /// True if θ_1 is the last used view of all, see [`EnergyFit::upper_at_end`].
-    pub upper_at_end: bool,
-    /// The fits, one per profile, in the order given.
-    pub fits: Vec<EnergyFit>,
-}
-
 /// An energy profile.
 #[derive(Clone, Copy, Debug)]
 pub struct EnergySeries<'a> {
@@ -101,17 +88,17 @@ pub fn fit_energy(
     range: ViewRange,
     tolerance: f64,
 ) -> Result<EnergyFit, FitError> {
-    let shared = fit_energy_shared(&[EnergySeries { views, values }], range, tolerance);
-    let mut shared = shared.map_err(|e| match e {
-        FitError::Profile { source, .. } => *source,
-        other => other,
-    })?;
-    Ok(shared.fits.remove(0))
+    let fits = fit_energy_shared(&[EnergySeries { views, values }], range, tolerance);
+    match fits {
+        Ok(mut fits) => Ok(fits.remove(0)),
+        Err(FitError::Profile { source, .. }) => Err(*source),
+        Err(other) => Err(other),
+    }
 }
 
 /// Fits a base and a ramp to each of several profiles and one pair of knots to all. Each profile
 /// counts in units of its mean energy, so that a dark material weighs as much as a bright one;
-/// a profile with more views weighs more. `tolerance` as for [`fit_energy`], of all profiles together.
+/// a profile with more views weighs more. The fits are in the order given, at least one. `tolerance` as for [`fit_energy`], of all profiles together.
 ///
 /// # Errors
 /// If a profile has fewer than three used views or no positive mean energy, or all together have
@@ -120,7 +107,7 @@ pub fn fit_energy_shared(
     profiles: &[EnergySeries<'_>],
     range: ViewRange,
     tolerance: f64,
-) -> Result<SharedEnergyFit, FitError> {
+) -> Result<Vec<EnergyFit>, FitError> {
     // Alone, a profile must determine the knots as well.
     let needed = if profiles.len() == 1 { 5 } else { 3 };
     let mut units = Vec::with_capacity(profiles.len());
@@ -169,12 +156,7 @@ pub fn fit_energy_shared(
             }
         });
     }
-    Ok(SharedEnergyFit {
-        knots: undetermined.is_none().then_some(knots),
-        undetermined,
-        upper_at_end: upper_at_end && !constant,
-        fits: fits.into_iter().flatten().collect(),
-    })
+    Ok(fits.into_iter().flatten().collect())
 }
 
 /// A profile in units of its mean.

@@ -21,9 +21,7 @@ mod line;
 mod projected;
 mod ramp;
 
-pub use knots::{
-    EnergyFit, EnergySeries, SharedEnergyFit, Undetermined, fit_energy, fit_energy_shared,
-};
+pub use knots::{EnergyFit, EnergySeries, Undetermined, fit_energy, fit_energy_shared};
 pub use line::{FactorFit, MeanVarianceFit, fit_average_variance, fit_mean, fit_mean_variance};
 pub use ramp::Ramp;
 

@@ -1,6 +1,6 @@
 //! `results.parquet`: the rows of an acquisition as a table of typed columns.
 
-use super::results::cells;
+use super::csv::cells;
 use crate::experiment::{Row, quantities};
 use crate::report::in_memory;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};

@@ -245,7 +245,7 @@ impl<'a> Studio<'a> {
         if names.iter().all(is_there) {
             return Ok(());
         }
-        let counters = folder.counters().within(Stage::Pictures);
+        let counters = folder.counters.within(Stage::Pictures);
         let mut shown = Vec::new();
         for (i, name) in drawn.into_iter().zip(names) {
             if cancelled() {

@@ -79,7 +79,7 @@ pub(super) fn listed(estimates: &[Estimate; CLASSES]) -> String {
 /// What the errors of a sample hold.
 pub(super) fn errors_are(sample: &PathSample) -> String {
     let batches = sample.batches();
-    match sample.spread() {
+    match sample.spread {
         Spread::Surfaces => {
             format!("standard errors are those of paths and surfaces, over {batches} batches")
         }
@@ -139,7 +139,7 @@ impl<'a> BouncesReport<'a> {
         });
         let mut caption = format!(
             "Light by the number of facets that it met, of {}: {} of all light leaves; {}.",
-            count(self.sample.followed(), "path"),
+            count(self.sample.followed, "path"),
             percent(&self.shares.albedo),
             listed(&self.shares.classes),
         );
@@ -158,7 +158,7 @@ impl<'a> BouncesReport<'a> {
         let mut out = format!(
             "{}: {} followed, {} left; {}\n\n",
             self.material,
-            count(self.sample.followed(), "path"),
+            count(self.sample.followed, "path"),
             self.sample.pairs.len(),
             errors_are(&self.sample)
         );
@@ -263,10 +263,10 @@ impl<'a> BouncesReport<'a> {
             .map(|chart| (chart.name.to_owned(), self.chart(chart)));
         json!({
             "material": self.material,
-            "paths": self.sample.followed(),
+            "paths": self.sample.followed,
             "left": self.sample.pairs.len(),
             "batches": self.sample.batches(),
-            "errors": match self.sample.spread() {
+            "errors": match self.sample.spread {
                 Spread::Surfaces => "paths and surfaces",
                 Spread::Paths | Spread::FewSurfaces => "paths",
             },

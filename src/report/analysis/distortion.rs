@@ -1,9 +1,9 @@
 //! Distortions of materials in parametrizations: rows for programs, tables for people.
 
-use crate::analysis::{Distortion, Gradients, Scale, Shares, Weight};
+use crate::analysis::{Anisotropy, Distortion, Gradients, Scale, Shares, Weight};
 use crate::error::count;
 use crate::parametrization::Axis;
-use crate::report::csv::Csv;
+use crate::report::schema::Csv;
 use crate::report::{Columns, each_once, in_memory};
 use crate::statistics::{Bootstrap, median};
 use serde::Serialize;
@@ -253,23 +253,6 @@ pub struct ReductionRow {
     pub log_relative_from_half_difference: Option<f64>,
 }
 
-/// Stretching of small steps by a parametrization.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct StretchRow {
-    /// Name of the parametrization.
-    pub parametrization: &'static str,
-    /// Median condition number.
-    pub condition_median: f64,
-    /// 95 % of the condition numbers are below it.
-    pub condition_p95: f64,
-    /// Median relative difference of the product of singular values from the Jacobian.
-    pub jacobian_error_median: f64,
-    /// Number of pairs.
-    pub pairs: usize,
-    /// Number of pairs left out.
-    pub skipped: usize,
-}
-
 /// Rows as CSV, columns named as their fields; undefined values are empty fields.
 pub fn rows_csv<T: Serialize>(rows: &[T]) -> String {
     let mut csv = Csv::new();
@@ -373,8 +356,8 @@ pub fn reduction_table(rows: &[ReductionRow]) -> String {
 }
 
 /// Stretching of steps, one line per parametrization.
-pub fn stretch_table(rows: &[StretchRow]) -> String {
-    let line = |row: &StretchRow| {
+pub fn stretch_table(rows: &[Anisotropy]) -> String {
+    let line = |row: &Anisotropy| {
         let [median, p95] = [row.condition_median, row.condition_p95];
         let (name, jacobian) = (row.parametrization, row.jacobian_error_median);
         format!("{name}\t{median:.2}\t{p95:.2}\t{jacobian:.1e}")

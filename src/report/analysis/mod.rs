@@ -17,8 +17,8 @@ pub use alignment::alignment_svg;
 pub use bounces::BouncesReport;
 pub use claims::{claims_csv, claims_json, claims_table};
 pub use distortion::{
-    AlignmentRow, ReductionRow, SharesRow, StretchRow, alignment_table, reduction_table, rows_csv,
-    rows_json, shares_table, stretch_table,
+    AlignmentRow, ReductionRow, SharesRow, alignment_table, reduction_table, rows_csv, rows_json,
+    shares_table, stretch_table,
 };
 #[cfg(feature = "pictures")]
 pub use subset::SubsetReport;

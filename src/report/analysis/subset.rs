@@ -39,11 +39,11 @@ fn ranges(axes: &[Axis], ranges: &[[f64; 2]; 3]) -> String {
 impl SubsetReport<'_> {
     /// The report as text.
     pub(crate) fn text(&self) -> String {
-        let form = self.subset.form();
+        let form = &*self.subset.form;
         let mut out = format!(
             "{}: {}\n",
             form.name(),
-            ranges(form.axes(), &self.subset.ranges())
+            ranges(form.axes(), &self.subset.ranges)
         );
         let SubsetMeasure {
             quadrature,
@@ -72,7 +72,7 @@ impl SubsetReport<'_> {
             out += &format!("  energy              {share} of that of {material}\n");
         }
         if let Some((sample, capture)) = &self.bounces {
-            let followed = count(sample.followed(), "path");
+            let followed = count(sample.followed, "path");
             out += &match capture.captured.iter().any(|c| c.value > 0.0) {
                 true => format!(
                     "  facets met          {} of the light inside\n  of each number      {} is inside ({followed}; {})\n",
@@ -127,7 +127,7 @@ impl SubsetReport<'_> {
             Value::Object(parts.collect())
         };
         let degrees = |r: [f64; 2]| r.map(f64::to_degrees);
-        let form = self.subset.form();
+        let form = &*self.subset.form;
         let images = self.images.iter().map(|(form, image)| {
             let found = json!({
                 "box": boxed(form.axes(), &image.ranges),
@@ -146,7 +146,7 @@ impl SubsetReport<'_> {
         });
         json!({
             "parametrization": form.name(),
-            "box": boxed(form.axes(), &self.subset.ranges()),
+            "box": boxed(form.axes(), &self.subset.ranges),
             "measure_sr2": estimate(&self.measure.best()),
             "measured_by": if self.measure.is_counted() { "counting" } else { "quadrature" },
             "quadrature_sr2": estimate(&self.measure.quadrature),
@@ -158,7 +158,7 @@ impl SubsetReport<'_> {
                 "error": share.map(|s| s.error),
             })),
             "bounces": self.bounces.as_ref().map(|(sample, capture)| json!({
-                "paths": sample.followed(),
+                "paths": sample.followed,
                 "batches": sample.batches(),
                 "classes": capture_json(capture),
             })),
@@ -190,7 +190,7 @@ impl SubsetReport<'_> {
         let elevations = ["θ_i (°)", "θ_o (°)"].map(|l| PlotAxis::linear(l).within([0.0, 90.0]));
         let both = |p: &DirectionPair| [p.omega_i, p.omega_o].map(|d| d.theta().to_degrees());
         let mut of_elevations = panel("elevations", elevations, &both);
-        if self.subset.form().symmetry().reciprocal {
+        if self.subset.form.symmetry().reciprocal {
             // The set holds both orders of light and sensor, its members are one of them.
             for series in of_elevations.series.iter_mut().skip(1) {
                 let other = series.points.clone().into_iter();
@@ -200,7 +200,7 @@ impl SubsetReport<'_> {
         }
         let mut panels = vec![of_elevations];
         let images = self.images.iter().map(|(form, _)| &**form);
-        for form in std::iter::once(self.subset.form()).chain(images) {
+        for form in std::iter::once(&*self.subset.form).chain(images) {
             let axis = |i: usize| {
                 let axis = &form.axes()[i];
                 PlotAxis::linear(label(axis)).within(axis.range.map(|end| axis.file_value(end)))

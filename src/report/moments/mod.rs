@@ -3,18 +3,12 @@
 #[cfg(feature = "pictures")]
 mod figures;
 mod profiles;
-#[cfg(feature = "pictures")]
-mod relation_figures;
 mod relations;
 mod tables;
 
 #[cfg(feature = "pictures")]
-pub use figures::{Sheet, group_sheets, material_sheet};
-pub use profiles::{
-    PROFILE_COLUMNS, profile_columns, profile_objects, profiles_csv, profiles_json,
-};
-#[cfg(feature = "pictures")]
-pub use relation_figures::relation_sheets;
+pub use figures::{Sheet, group_sheets, material_sheet, relation_sheets};
+pub use profiles::{PROFILE_COLUMNS, profile_objects, profiles_csv, profiles_json};
 pub use relations::{
     RELATION_COLUMNS, relations_csv, relations_head, relations_lines, relations_summary,
 };

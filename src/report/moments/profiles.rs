@@ -44,11 +44,6 @@ fn schema<'a>() -> Schema<ProfileRow<'a>> {
     moments.fold(first, Schema::and).and(last)
 }
 
-/// Names of the columns of `profiles.csv`.
-pub fn profile_columns() -> Vec<String> {
-    schema().names().map(String::from).collect()
-}
-
 /// Rows as CSV; an undefined moment is an empty field.
 pub fn profiles_csv(rows: &[ProfileRow<'_>]) -> String {
     schema().csv(rows)

@@ -135,7 +135,7 @@ pub fn summary_json(groups: &[Group]) -> String {
 
 fn summary(group: &Group) -> Value {
     let in_degrees = |spread: Option<Spread>| spread.map(|s| s.scaled(1f64.to_degrees()));
-    let shared = group.shared.as_ref().ok().and_then(|s| s.knots);
+    let shared = group.shared.as_ref().ok().and_then(|s| s[0].knots());
     let horizon: serde_json::Map<String, Value> = HORIZON
         .iter()
         .map(|c| {
@@ -293,10 +293,10 @@ fn knot(group: &Group, which: usize) -> String {
 
 fn shared_knots(group: &Group) -> String {
     let fit = match &group.shared {
-        Ok(fit) => fit,
+        Ok(fits) => &fits[0],
         Err(e) => return e.to_string(),
     };
-    match (fit.knots, fit.undetermined) {
+    match (fit.knots(), fit.undetermined) {
         (Some(knots), _) => {
             let [a, b] = knots.map(f64::to_degrees);
             let end = match fit.upper_at_end {

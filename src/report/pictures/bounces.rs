@@ -1,7 +1,6 @@
 //! Light of one facet, of two, of more over the first two axes of parametrizations.
 
-use super::bar::{Swatch, swatches};
-use super::plot::{BELOW, LEFT, Plane, Plot, text, text_upwards};
+use super::plot::{BELOW, LEFT, Plane, Plot, Swatch, swatches, text, text_upwards};
 use crate::analysis::bounces::{ChartBounces, MAP_CELLS, Map};
 use crate::brdf::CLASSES;
 use crate::parametrization::{self, Unit};

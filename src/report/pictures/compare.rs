@@ -5,8 +5,7 @@
 //! is left out of both, and a pixel that gets most of its light from there is without data: it is
 //! no black, so it is hatched, and in no error.
 
-use super::bar::{NO_DATA, bar};
-use super::plot::{FRAME, circle, text};
+use super::plot::{FRAME, NO_DATA, bar, circle, text};
 use super::render::{SpherePair, render_spheres};
 use crate::brdf::Brdf;
 use crate::lighting::Lighting;

@@ -1,8 +1,7 @@
 //! The test functions of Barla et al. 2015 on the hemisphere and in slices (their Fig. 2).
 
-use super::bar::{Swatch, swatches};
 use super::dome::{Dome, From};
-use super::plot::{BELOW, LEFT, Plane, Plot, middles, text, text_upwards};
+use super::plot::{BELOW, LEFT, Plane, Plot, Swatch, middles, swatches, text, text_upwards};
 use crate::brdf::{Brdf, BrdfSpec, Channels, TestFunctionSpec};
 use crate::geometry::DirectionPair;
 use crate::parametrization::ParametrizationSpec;
@@ -76,7 +75,7 @@ pub fn test_functions_svg(
                 let title = format!("{} = {phi}°", plane.azimuth);
                 text(canvas, [x(i) + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
                 let phi = phi.to_radians();
-                let pair = |p| plane.form().inverse(&plane.coords(p, phi));
+                let pair = |p| plane.form.inverse(&plane.coords(p, phi));
                 let pairs: Vec<_> = middles(PIXELS).map(pair).collect();
                 draw(canvas, &plot, &functions, &pairs);
                 plot.axes(canvas, plane, Some(phi));

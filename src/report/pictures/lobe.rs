@@ -1,8 +1,7 @@
 //! A slice of a BRDF as pictures: a map in its own chart, and a lobe in space (Fig. 3 of Zubiaga et al.
 //! 2015).
 
-use super::bar::{NO_DATA, Swatch, bar, log_ticks, swatches};
-use super::plot::{Plot, circle, text};
+use super::plot::{NO_DATA, Plot, Swatch, bar, circle, log_ticks, swatches, text};
 use super::png::encoded;
 use crate::moments::{Batch, Kind, Slice};
 use crate::parametrization::view_centered;
@@ -41,11 +40,6 @@ impl FlatSlice {
             resolution,
             values: rows.concat(),
         }
-    }
-
-    /// Values, sr⁻¹, row after row from φ = 90° downwards; `None` without data.
-    pub(crate) fn values(&self) -> &[Option<f64>] {
-        &self.values
     }
 
     /// The range of colours that shows every one of these slices: their largest value and the
@@ -310,7 +304,7 @@ fn map(canvas: &mut Canvas, flat: &FlatSlice, range: [f64; 2], theta_o: f64) {
     let says = "ρ (sr⁻¹), one scale for all views; dots: normal, view, mirror";
     let ticks = log_ticks(range, MAP.side);
     bar(canvas, below, MAP.side, ramp, &ticks, says);
-    if flat.values().contains(&None) {
+    if flat.values.contains(&None) {
         swatches(canvas, [below[0], below[1] + 62.0], &[Swatch::NO_DATA]);
     }
 }
@@ -381,12 +375,12 @@ mod tests {
         let half = half();
         let slice = Slice::new(&half, Channel::Luminance, 0.4).unwrap();
         let flat = FlatSlice::new(&slice, 10);
-        for (i, value) in flat.values().iter().enumerate() {
+        for (i, value) in flat.values.iter().enumerate() {
             let [theta, phi] = angles(10, i / 10, i % 10);
             assert_eq!(*value, slice.value(theta, phi));
             assert_eq!(value.is_none(), i >= 50);
         }
-        assert!(flat.values()[9] > flat.values()[0]);
+        assert!(flat.values[9] > flat.values[0]);
         let mut csv = Vec::new();
         flat.write_csv(&mut csv).unwrap();
         let csv = String::from_utf8(csv).unwrap();

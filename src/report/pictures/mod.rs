@@ -1,6 +1,5 @@
 //! Pictures of materials, reconstructions and parametrizations.
 
-mod bar;
 pub(super) mod bounces;
 mod compare;
 mod contours;

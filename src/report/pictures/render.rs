@@ -11,9 +11,10 @@
 //! Points are scrambled Sobol points, scrambled anew for each pixel.
 
 use super::distribution::Distribution;
-use crate::brdf::{Brdf, Presence};
+use crate::brdf::Brdf;
 use crate::geometry::{Direction, DirectionPair};
 use crate::lighting::Lighting;
+use crate::metrics;
 use crate::numeric::luminance;
 use crate::parametrization::view_centered;
 use crate::report::SphereImage;
@@ -213,14 +214,10 @@ fn lobe_table(brdfs: &[&dyn Brdf], theta_o: f64) -> Distribution {
     };
     let mut weights = vec![0.0; cells.len()];
     for (b, brdf) in brdfs.iter().enumerate() {
-        let n = brdf.channels().count();
-        let mut values = vec![0.0; n * pairs.len()];
-        let mut presence = vec![Presence::Missing; pairs.len()];
-        brdf.eval_batch(&pairs, &mut values, &mut presence);
-        let found = above.iter().zip(values.chunks_exact(n)).zip(presence);
-        let of = found.map(|((&i, f), presence)| match presence {
-            Presence::Present => brdf.channels().luminance(f) * cells[i].z * angle(i),
-            Presence::Missing => 0.0,
+        let found = metrics::evaluate(*brdf, &pairs);
+        let of = above.iter().enumerate().map(|(k, &i)| {
+            let f = found.get(k);
+            f.map_or(0.0, |f| f * cells[i].z * angle(i))
         });
         let of: Vec<f64> = of.collect();
         let total: f64 = of.iter().sum();

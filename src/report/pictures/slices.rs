@@ -1,8 +1,10 @@
 //! A BRDF in the planes of the first two axes of parametrizations (Figs. 3 to 5 of Barla et al.
 //! 2015, bottom).
 
-use super::bar::{NO_DATA, Swatch, bar, log_ticks, swatches};
-use super::plot::{BELOW, LEFT, OUTSIDE, Plane, Plot, middles, text, text_upwards};
+use super::plot::{
+    BELOW, LEFT, NO_DATA, OUTSIDE, Plane, Plot, Swatch, bar, log_ticks, middles, swatches, text,
+    text_upwards,
+};
 use crate::brdf::Brdf;
 use crate::numeric::luminance;
 use crate::parametrization::ParametrizationSpec;
@@ -181,7 +183,7 @@ impl BrdfSlices {
 }
 
 fn look(brdf: &dyn Brdf, plane: &Plane, phi: f64, resolution: usize) -> Vec<Pixel> {
-    let pair = |p| plane.form().inverse(&plane.coords(p, phi));
+    let pair = |p| plane.form.inverse(&plane.coords(p, phi));
     let pairs: Vec<_> = middles(resolution).map(pair).collect();
     let inside: Vec<_> = pairs.iter().flatten().copied().collect();
     let mut found = values(brdf, &inside).into_iter();

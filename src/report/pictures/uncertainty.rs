@@ -1,7 +1,6 @@
 //! Where a reconstruction is uncertain, over the directions of the sensor.
 
-use super::bar::{Swatch, bar, swatches};
-use super::plot::{FRAME, Plot, circle, middles, text};
+use super::plot::{FRAME, Plot, Swatch, bar, circle, middles, swatches, text};
 use crate::geometry::DirectionPair;
 use crate::reconstruct::{Cover, Coverage};
 use crate::report::svg::canvas::{Canvas, Ink, fitted};

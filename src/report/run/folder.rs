@@ -112,10 +112,10 @@ pub struct RunFolder<R> {
     files: BTreeSet<String>,
     /// True if pictures of earlier runs are drawn again.
     redraw: bool,
-    /// True if the folder held the same config when it was opened.
-    is_same: bool,
+    /// True if it held a run of the same config before, which goes on.
+    pub(crate) is_same: bool,
     /// Counters of files, and of what is made for pictures.
-    counters: Counters,
+    pub(crate) counters: Counters,
 }
 
 impl<R: Record> RunFolder<R> {
@@ -199,11 +199,6 @@ impl<R: Record> RunFolder<R> {
     pub(crate) fn is_whole(dir: &Path) -> bool {
         let manifest = manifest(dir);
         manifest["gonio"].is_string() && manifest["shard"].is_null()
-    }
-
-    /// What was made for the files here.
-    pub(crate) fn counters(&self) -> &Counters {
-        &self.counters
     }
 
     fn wrote(&self, path: &Path, stage: Stage) {
@@ -335,11 +330,6 @@ impl<R: Record> RunFolder<R> {
     /// The bytes of a file in one of the folders below, if it is there.
     pub(crate) fn below(&self, below: Below, name: &str) -> Option<Vec<u8>> {
         fs::read(self.dir.join(below.name()).join(name)).ok()
-    }
-
-    /// True if it held a run of the same config before, which goes on.
-    pub(crate) fn goes_on(&self) -> bool {
-        self.is_same
     }
 
     /// True if nothing was changed since the folder was opened: a finished run is still one.

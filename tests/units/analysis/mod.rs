@@ -83,9 +83,12 @@ fn the_product_is_the_jacobian() {
         assert!(found.skipped < 5, "{}: {found:?}", entry.kind);
         // Central differences of step 1e-6: 1e-10 for a coordinate of size 1, more by the
         // condition number near poles.
-        let [median, p95] = [found.jacobian_error.median, found.jacobian_error.p95];
-        assert!(median < 1e-8 && p95 < 1e-6, "{}: {found:?}", entry.kind);
-        assert!(found.condition.median >= 1.0);
+        assert!(
+            found.jacobian_error_median < 1e-8,
+            "{}: {found:?}",
+            entry.kind
+        );
+        assert!(found.condition_median >= 1.0);
     }
 }
 

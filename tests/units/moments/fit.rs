@@ -1,6 +1,6 @@
 use gonio::moments::{
-    EnergyFit, EnergySeries, FitError, MeanVarianceFit, Ramp, SharedEnergyFit, Undetermined,
-    ViewRange, fit_average_variance, fit_energy, fit_energy_shared, fit_mean, fit_mean_variance,
+    EnergyFit, EnergySeries, FitError, MeanVarianceFit, Ramp, Undetermined, ViewRange,
+    fit_average_variance, fit_energy, fit_energy_shared, fit_mean, fit_mean_variance,
 };
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
@@ -247,7 +247,7 @@ fn many(amplitude: f64) -> Vec<(Vec<f64>, Vec<Option<f64>>)> {
     (0..10).map(profile).collect()
 }
 
-fn shared(profiles: &[(Vec<f64>, Vec<Option<f64>>)]) -> SharedEnergyFit {
+fn shared(profiles: &[(Vec<f64>, Vec<Option<f64>>)]) -> Vec<EnergyFit> {
     let series: Vec<EnergySeries> = profiles
         .iter()
         .map(|(views, values)| EnergySeries { views, values })
@@ -258,9 +258,9 @@ fn shared(profiles: &[(Vec<f64>, Vec<Option<f64>>)]) -> SharedEnergyFit {
 #[test]
 fn shared_knots_are_recovered() {
     let fit = shared(&many(0.0));
-    let [lower, upper] = fit.knots.unwrap();
+    let [lower, upper] = fit[0].knots().unwrap();
     assert!((lower - 0.68).abs() < 1e-8 && (upper - 1.21).abs() < 1e-8);
-    for (k, one) in fit.fits.iter().enumerate() {
+    for (k, one) in fit.iter().enumerate() {
         let base = 10f64.powi(k as i32 - 4);
         let [.., found, h, m] = parameters(one);
         assert!((found / base - 1.0).abs() < 1e-8, "{found} {base}");
@@ -272,12 +272,12 @@ fn shared_knots_are_recovered() {
 #[test]
 fn shared_knots_do_not_depend_on_brightness() {
     let mut profiles = many(0.02);
-    let before = shared(&profiles).knots.unwrap();
+    let before = shared(&profiles)[0].knots().unwrap();
     assert!((before[0] - 0.68).abs() < 0.05 && (before[1] - 1.21).abs() < 0.05);
     for value in profiles[3].1.iter_mut() {
         *value = value.map(|v| 1e6 * v);
     }
-    let after = shared(&profiles).knots.unwrap();
+    let after = shared(&profiles)[0].knots().unwrap();
     assert!((0..2).all(|i| (before[i] - after[i]).abs() < 1e-7));
 }
 
@@ -285,14 +285,14 @@ fn shared_knots_do_not_depend_on_brightness() {
 fn no_profile_is_fitted_better_with_shared_knots() {
     let profiles = many(0.02);
     let fits = shared(&profiles);
-    for ((views, values), with_others) in profiles.iter().zip(&fits.fits) {
+    for ((views, values), with_others) in profiles.iter().zip(&fits) {
         let alone = fit_energy(views, values, ViewRange::default(), TOLERANCE).unwrap();
         let [alone, with_others] = [&alone, with_others].map(|f| f.relative_errors.rmse);
         assert!(alone <= with_others * (1.0 + 1e-9));
     }
     let (views, values) = &profiles[2];
     let alone = fit_energy(views, values, ViewRange::default(), TOLERANCE).unwrap();
-    assert_eq!(shared(&profiles[2..3]).fits, [alone]);
+    assert_eq!(shared(&profiles[2..3]), [alone]);
 }
 
 #[test]

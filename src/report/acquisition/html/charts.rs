@@ -4,8 +4,7 @@ use super::super::findings::{Against, compared_at, level, method, method_beside}
 use super::super::order::{best_of_each, sampling, sorted, whole};
 use super::figure::chart;
 use super::materials::Material;
-use super::scope_title;
-use super::words::{number, said};
+use super::{number, said, scope_title};
 use crate::error::count;
 use crate::experiment::{Calibration, Cell, Choice, Factor, Findings, Line, Metric, Ranking};
 use crate::report::svg::plot::{

@@ -4,8 +4,7 @@ use super::super::findings::{
     Against, at_readings, beside_none, compared_at, method, p_text, ratios, references, undecided,
 };
 use super::charts::{self, Looks};
-use super::scope_title;
-use super::words::{number, said};
+use super::{number, said, scope_title};
 use crate::experiment::{Cell, Choice, Findings, NONE, Ranking};
 use maud::{Markup, html};
 

@@ -13,14 +13,14 @@ mod materials;
 mod ranking;
 mod shrink;
 mod verdict;
-mod words;
 
 pub use charts::{study_curves, study_timings};
 
 use super::calibration::{self, LEGEND};
-use super::findings::named_shares;
+use super::findings::{named_shares, p_text};
 use crate::error::count;
 use crate::experiment::{Choice, Explained, Findings, Plan, Row, Scope};
+use crate::statistics::{Paired, Verdict};
 use charts::Looks;
 use figure::figures;
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html as page};
@@ -313,5 +313,24 @@ fn sampling_name(choice: &Choice) -> Markup {
     page! {
         (choice.parametrization)
         @if choice.warp != "none" { " " small { (choice.warp) } }
+    }
+}
+
+/// The verdict of a comparison, and the p that leaves it undecided.
+fn said(cell: &Paired) -> String {
+    match (cell.verdict(), cell.p) {
+        (Verdict::Undecided, None) => "undecided, too few for a p".into(),
+        (Verdict::Undecided, p) => format!("undecided, p {}", p_text(p)),
+        (verdict, _) => verdict.to_string(),
+    }
+}
+
+/// A ratio with enough digits to differ from 1.
+fn number(ratio: f64) -> String {
+    match ratio {
+        r if (r - 1.0).abs() < 0.05 => format!("{r:.3}"),
+        r if (0.01..10.0).contains(&r) => format!("{r:.2}"),
+        r if (10.0..1e4).contains(&r) => format!("{r:.0}"),
+        r => format!("{r:.1e}"),
     }
 }

@@ -2,8 +2,7 @@
 
 use super::super::findings::{method, p_text};
 use super::super::order::sorted;
-use super::words::number;
-use super::{sampling_name, scope_title};
+use super::{number, sampling_name, scope_title};
 use crate::error::count;
 use crate::experiment::{Cell, Findings, Line, Ranking};
 use crate::report::acquisition::table::error;

@@ -3,8 +3,7 @@
 use super::super::findings::{against, is_challenger, method, p_text, undecided};
 use super::super::order::sampling;
 use super::charts::{self, Looks};
-use super::middle;
-use super::words::{number, said};
+use super::{middle, number, said};
 use crate::brdf::Favours;
 use crate::error::count;
 use crate::experiment::{Choice, Duels, Findings, Line, Metric, NONE, OWN, Ranking, are_named};

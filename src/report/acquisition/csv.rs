@@ -1,9 +1,25 @@
-//! `ranking.csv`: every choice of every ranking with all its statistics.
+//! The tables of an acquisition: `results.csv`, its rows, and `ranking.csv`, every choice of every ranking with all its statistics.
 
-use crate::experiment::{Cell, Findings, Line, Scope};
-use crate::report::csv::text;
+use crate::experiment::{Cell, Findings, Line, Record, Row, Scope};
 use crate::report::in_memory;
-use crate::report::schema::{Schema, columns};
+use crate::report::schema::{Csv, Schema, columns, text};
+use serde_json::{Map, Value};
+
+/// Rows as CSV: a column per key of `results.jsonl`, in the same order; undefined values are empty fields.
+pub fn results_csv(rows: &[&Row]) -> String {
+    let mut csv = Csv::new();
+    csv.row(Row::columns().map(|(name, _)| name));
+    for row in rows {
+        csv.values(&cells(row));
+    }
+    csv.text()
+}
+
+/// The columns of a row, in order, with their values.
+pub(super) fn cells(row: &Row) -> Map<String, Value> {
+    let [cells, _] = in_memory(row.parts());
+    cells
+}
 
 /// A choice at an allowance: its ranking, its line, the allowance and its cell.
 type Place<'a> = (&'a Scope, &'a Line, &'a str, &'a Cell);
