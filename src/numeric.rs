@@ -82,6 +82,12 @@ pub(crate) fn last_where(
     inside
 }
 
+/// Smallest and largest of some values; `None` of none.
+pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> Option<[f64; 2]> {
+    let ends = values.into_iter().map(|v| [v, v]);
+    ends.reduce(|[lo, hi], [v, _]| [v.min(lo), v.max(hi)])
+}
+
 /// Luminance of a linear-sRGB triple (Rec. 709 weights).
 #[inline]
 pub fn luminance(rgb: [f64; 3]) -> f64 {

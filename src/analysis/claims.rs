@@ -70,42 +70,50 @@ pub struct Claim {
     pub finding: String,
 }
 
-/// A claim before it is measured.
-struct Statement {
-    id: &'static str,
-    place: &'static str,
-    statement: &'static str,
-    criterion: &'static str,
+/// The statements: a line each with its name, its place, itself and its criterion, below their headings.
+const STATEMENTS: &str = include_str!("claims/statements.tsv");
+
+/// The claim of a name, before it is measured.
+fn stated(name: &str) -> Claim {
+    let claim = STATEMENTS.lines().find_map(|line| {
+        let mut cells = line.split('\t');
+        Some(Claim {
+            id: cells.next().filter(|id| *id == name)?,
+            place: cells.next()?,
+            material: None,
+            statement: cells.next()?,
+            criterion: cells.next()?,
+            numbers: Vec::new(),
+            verdict: Verdict::NotDefined,
+            finding: String::new(),
+        })
+    });
+    // A constant of this module names it.
+    claim.unwrap_or_else(|| unreachable!("{name} is no statement"))
 }
 
-impl Statement {
+impl Claim {
     /// The claim, measured: it holds, partly, or not, as all, some or none of the cases do.
-    fn found(self, cases: &[bool], numbers: Vec<(String, f64)>, finding: String) -> Claim {
-        Claim {
-            id: self.id,
-            place: self.place,
-            material: None,
-            statement: self.statement,
-            criterion: self.criterion,
+    fn found(self, cases: &[bool], numbers: Vec<(String, f64)>, finding: String) -> Self {
+        Self {
             numbers,
             verdict: Verdict::of(cases),
             finding,
+            ..self
         }
     }
 
     /// The claim of an identity, which holds if no difference that was found is more than rounding.
-    fn exact(self, largest_difference: f64) -> Claim {
+    fn exact(self, largest_difference: f64) -> Self {
         let numbers = vec![("largest_difference".into(), largest_difference)];
         let finding = format!("exact: largest difference {largest_difference:.1e}");
         self.found(&[largest_difference < EXACT], numbers, finding)
     }
 
     /// The claim on a BRDF that leaves nothing to measure.
-    fn undefined(self, why: &str) -> Claim {
-        Claim {
-            verdict: Verdict::NotDefined,
-            ..self.found(&[], Vec::new(), why.into())
-        }
+    fn undefined(self, why: &str) -> Self {
+        let finding = why.into();
+        Self { finding, ..self }
     }
 }
 
@@ -159,19 +167,20 @@ const G: usize = 2;
 
 impl Bench {
     fn new() -> Result<Self, BuildError> {
+        let build = |spec: TestFunctionSpec| spec.build(Channels::Luminance);
         let [f, s, g] = [
             TestFunctionSpec::F,
             TestFunctionSpec::S,
             TestFunctionSpec::G,
-        ];
-        let build = |spec: TestFunctionSpec| spec.build(Channels::Luminance);
+        ]
+        .map(build);
         let spec = MetricsSpec {
             pairs: 20_000,
             mask_deg: 90.0,
             ..MetricsSpec::default()
         };
         Ok(Self {
-            functions: [build(f)?, build(s)?, build(g)?],
+            functions: [f?, s?, g?],
             pairs: test_pairs(Measure::Cosine, &spec)?,
         })
     }

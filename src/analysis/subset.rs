@@ -13,7 +13,7 @@ use crate::error::{ParameterError, one_of};
 use crate::geometry::{Direction, DirectionPair};
 use crate::instrument::Machine;
 use crate::metrics;
-use crate::numeric::last_where;
+use crate::numeric::{extent, last_where};
 use crate::parametrization::{Axis, Coords, Parametrization, Unit, usual_form};
 use crate::sampling::{Random, Sobol, gauss_legendre};
 use rayon::prelude::*;
@@ -63,6 +63,10 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    pub(super) fn new(value: f64, error: f64) -> Self {
+        Self { value, error }
+    }
+
     /// Larger errors, relative to the number, mean that it is not resolved.
     const RESOLVED: f64 = 0.1;
 
@@ -74,10 +78,10 @@ impl Estimate {
     /// This estimate over another, independent one, as a share: at most 1.
     fn share_of(&self, all: &Estimate) -> Estimate {
         let value = self.value / all.value;
-        Estimate {
-            value: value.min(1.0),
-            error: (self.error / all.value).hypot(value * all.error / all.value),
-        }
+        Estimate::new(
+            value.min(1.0),
+            (self.error / all.value).hypot(value * all.error / all.value),
+        )
     }
 }
 
@@ -108,10 +112,7 @@ impl SubsetMeasure {
 
     /// Share of all pairs, in [0, 1].
     pub fn share(&self) -> Estimate {
-        self.best().share_of(&Estimate {
-            value: TAU * TAU,
-            error: 0.0,
-        })
+        self.best().share_of(&Estimate::new(TAU * TAU, 0.0))
     }
 }
 
@@ -133,18 +134,9 @@ pub struct Member {
     pub weight: f64,
 }
 
-/// Smallest and largest angles (rad) over the pairs of a box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Needs {
-    /// Elevation of the light.
-    pub theta_i: [f64; 2],
-    /// Elevation of the sensor.
-    pub theta_o: [f64; 2],
-    /// Difference of their azimuths, in [0, π].
-    pub azimuth: [f64; 2],
-    /// Angle between them.
-    pub separation: [f64; 2],
-}
+/// Smallest and largest angles (rad) over the pairs of a box, by name: elevations of light and sensor, the difference of
+/// their azimuths, in [0, π], and the angle between them.
+pub type Needs = [(&'static str, [f64; 2]); 4];
 
 /// The part of a box that a machine can reach.
 #[derive(Clone, Debug, PartialEq)]
@@ -257,10 +249,7 @@ impl Subset {
     /// horizon: few nodes are above it.
     pub fn quadrature(&self) -> Estimate {
         let fine = self.integral(PANELS);
-        Estimate {
-            value: fine,
-            error: (fine - self.integral(PANELS / 2)).abs(),
-        }
+        Estimate::new(fine, (fine - self.integral(PANELS / 2)).abs())
     }
 
     fn integral(&self, panels: usize) -> f64 {
@@ -311,26 +300,21 @@ impl Subset {
         let physical = |phi: f64| self.form.inverse(&[x, y, phi, 0.0]).is_some();
         let at = |i: usize| lo + (hi - lo) * i as f64 / PROBES as f64;
         let edge = |inside: f64, outside: f64| last_where(inside, outside, 45, physical);
-        let mut sum = 0.0;
-        let mut start = physical(lo).then_some(lo);
-        for i in 1..=PROBES {
-            let here = physical(at(i));
-            let end = match (start, here) {
-                (Some(_), false) => Some(edge(at(i - 1), at(i))),
-                (Some(_), true) if i == PROBES => Some(hi),
-                _ => None,
-            };
-            if let (Some(from), Some(to)) = (start, end) {
-                sum += self.piece(x, y, [from, to], rule);
-                start = None;
-            } else if start.is_none() && here {
-                start = Some(edge(at(i), at(i - 1)));
-                if i == PROBES {
-                    sum += self.piece(x, y, [start.unwrap_or(hi), hi], rule);
+        let probes: Vec<(f64, bool)> = (0..=PROBES).map(|i| (at(i), physical(at(i)))).collect();
+        let edges = probes
+            .windows(2)
+            .filter_map(|ends| match [ends[0], ends[1]] {
+                [(inside, true), (outside, false)] | [(outside, false), (inside, true)] => {
+                    Some(edge(inside, outside))
                 }
-            }
-        }
-        sum
+                _ => None,
+            });
+        let first = probes[0].1.then_some(lo);
+        let last = probes[PROBES].1.then_some(hi);
+        let ends: Vec<f64> = first.into_iter().chain(edges).chain(last).collect();
+        let (pieces, _) = ends.as_chunks::<2>();
+        let parts = pieces.iter().map(|ends| self.piece(x, y, *ends, rule));
+        parts.fold(0.0, |sum, part| sum + part)
     }
 
     fn piece(&self, x: f64, y: f64, [from, to]: [f64; 2], rule: &[(f64, f64)]) -> f64 {
@@ -362,10 +346,10 @@ impl Subset {
         let n = CHECK_PAIRS as f64;
         // None of n may still be one of them (Laplace), so that no error is 0.
         let likely = (inside as f64 + 1.0) / (n + 2.0);
-        Estimate {
-            value: TAU * TAU * inside as f64 / n,
-            error: TAU * TAU * (likely * (1.0 - likely) / n).sqrt(),
-        }
+        Estimate::new(
+            TAU * TAU * inside as f64 / n,
+            TAU * TAU * (likely * (1.0 - likely) / n).sqrt(),
+        )
     }
 
     /// The pair at a place of the box in the unit cube, turned by the fourth number; `None` where
@@ -415,16 +399,19 @@ impl Subset {
     /// The ranges of angles it needs; `None` if no point of the box was found physical.
     pub fn needs(&self) -> Option<Needs> {
         let pairs = self.extremes();
-        let of = |angle: &dyn Fn(&DirectionPair) -> f64| ends(pairs.iter().map(angle));
-        Some(Needs {
-            theta_i: of(&|p| p.omega_i.theta())?,
-            theta_o: of(&|p| p.omega_o.theta())?,
-            azimuth: of(&|p| {
-                let off = (p.omega_i.phi() - p.omega_o.phi()).abs();
-                off.min(TAU - off).min(PI)
-            })?,
-            separation: of(&|p| p.separation())?,
-        })
+        let of = |name, angle: &dyn Fn(&DirectionPair) -> f64| {
+            Some((name, extent(pairs.iter().map(angle))?))
+        };
+        let azimuth = |p: &DirectionPair| {
+            let off = (p.omega_i.phi() - p.omega_o.phi()).abs();
+            off.min(TAU - off).min(PI)
+        };
+        Some([
+            of("theta_i", &|p| p.omega_i.theta())?,
+            of("theta_o", &|p| p.omega_o.theta())?,
+            of("azimuth difference", &azimuth)?,
+            of("separation", &|p| p.separation())?,
+        ])
     }
 
     /// The part of the box that a machine can reach; the sample may be turned about its normal.
@@ -461,7 +448,7 @@ impl Subset {
         form.forward_batch(&pairs, &mut coords);
         // At a pole the azimuth is 0 by convention: that is no part of the image.
         let counts = |i: usize, c: &Coords| i < 2 || c[0].min(c[1]) > POLE;
-        let along = |i: usize| ends(coords.iter().filter(|c| counts(i, c)).map(|c| c[i]));
+        let along = |i: usize| extent(coords.iter().filter(|c| counts(i, c)).map(|c| c[i]));
         let ranges = [along(0)?, along(1)?, along(2)?];
         let whole = Subset::new(Arc::clone(form), ranges).measure(IMAGE_SEED);
         Some(Image {
@@ -517,10 +504,7 @@ impl Subset {
             .iter()
             .map(|[h, a]| (h - share * a) * SETS as f64 / all)
             .collect();
-        Some(Estimate {
-            value: share,
-            error: mean(&off).error,
-        })
+        Some(Estimate::new(share, mean(&off).error))
     }
 }
 
@@ -539,18 +523,7 @@ fn mean(numbers: &[f64]) -> Estimate {
     let n = numbers.len() as f64;
     let value = numbers.iter().sum::<f64>() / n;
     let square: f64 = numbers.iter().map(|s| (s - value) * (s - value)).sum();
-    Estimate {
-        value,
-        error: (square / (n * (n - 1.0))).sqrt(),
-    }
-}
-
-/// Smallest and largest of some values; `None` of none.
-fn ends(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    values.fold(None, |found, v| match found {
-        None => Some([v, v]),
-        Some([lo, hi]) => Some([v.min(lo), v.max(hi)]),
-    })
+    Estimate::new(value, (square / (n * (n - 1.0))).sqrt())
 }
 
 fn read_range(axis: &Axis, text: &str) -> Result<[f64; 2], ParameterError> {

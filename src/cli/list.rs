@@ -52,15 +52,6 @@ enum Family {
     Columns,
 }
 
-/// The tables of the other kinds of experiments.
-const MORE_COLUMNS: [&str; 5] = [
-    report::RANKING_COLUMNS,
-    report::PROFILE_COLUMNS,
-    report::FIT_COLUMNS,
-    report::CORRELATION_COLUMNS,
-    report::RELATION_COLUMNS,
-];
-
 /// Members of a family, under a title.
 #[derive(Serialize)]
 struct Section {
@@ -275,7 +266,7 @@ fn columns() -> Vec<Section> {
         table("results.csv and results.jsonl", 22, &mut Row::columns()),
         table(times, 22, &mut Row::times()),
     ];
-    for more in MORE_COLUMNS {
+    for more in report::TABLE_COLUMNS.split("\n\n") {
         let (file, columns) = more.split_once('\n').unwrap_or((more, ""));
         let mut columns = columns.lines().filter_map(|line| line.split_once(" | "));
         sections.push(table(file, 32, &mut columns));

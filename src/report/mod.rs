@@ -36,6 +36,9 @@ pub use svg::{forest_svg, labelled, svg};
 
 use std::fmt::Display;
 
+/// Files of tables, and their columns with their meaning, a paragraph each; groups of like columns share a line.
+pub const TABLE_COLUMNS: &str = include_str!("columns.txt");
+
 /// Items, each once, in the order of their first appearance.
 pub(crate) fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut list = Vec::new();

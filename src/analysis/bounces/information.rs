@@ -125,10 +125,7 @@ fn of_axes(sample: &PathSample, ranks: &[&[u32]]) -> Estimate {
         return found;
     }
     let coarse = fine.merged(1 << ranks.len()).estimate(mutual);
-    Estimate {
-        value: found.value,
-        error: found.error.hypot(found.value - coarse.value),
-    }
+    Estimate::new(found.value, found.error.hypot(found.value - coarse.value))
 }
 
 /// A path and its places along up to four axes.
@@ -215,10 +212,7 @@ impl Cells {
         let n = without.len() as f64;
         // Each leaves out one share in n, and is off by as much more.
         let bias = (n - 1.0) * (without.iter().sum::<f64>() / n - all);
-        Estimate {
-            value: (all - bias).max(0.0),
-            error: spread(&without),
-        }
+        Estimate::new((all - bias).max(0.0), spread(&without))
     }
 }
 

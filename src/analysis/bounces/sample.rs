@@ -207,16 +207,10 @@ fn ratio(
     let [a, b] = [&above, &below].map(|v| v.iter().sum::<f64>());
     let share = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
     if b <= 0.0 {
-        return Estimate {
-            value: f64::NAN,
-            error: f64::NAN,
-        };
+        return Estimate::new(f64::NAN, f64::NAN);
     }
     let without = (0..above.len()).map(|i| share(a - above[i], b - below[i]));
-    Estimate {
-        value: share(a, b),
-        error: spread(&without.collect::<Vec<_>>()),
-    }
+    Estimate::new(share(a, b), spread(&without.collect::<Vec<_>>()))
 }
 
 /// Standard error of an estimate from those that leave out a batch each; there are at least four.

@@ -1,9 +1,9 @@
 //! Statements under Figs. 1 and 2 and in section 3, on the functions F, S and G.
 
 use super::{
-    ALIGNED, Bench, COMPARED, CONSTANT, Claim, EXACT, F, G, S, Statement, above, below, changes,
-    form, largest, lattice, of_charts, on_slices, per_chart, per_slice, percent, percentages,
-    smallest,
+    ALIGNED, Bench, COMPARED, CONSTANT, Claim, EXACT, F, G, S, above, below, changes, form,
+    largest, lattice, of_charts, on_slices, per_chart, per_slice, percent, percentages, smallest,
+    stated,
 };
 use crate::analysis::LATTICE;
 use crate::geometry::{Direction, DirectionPair};
@@ -14,36 +14,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 pub(super) fn claims(bench: &Bench) -> Vec<Claim> {
     let mut claims = vec![back_isolines(bench), mirror_isolines()];
     let aligned = [
-        (
-            "f-aligned-half-difference",
-            F,
-            "half-difference",
-            1,
-            "F is aligned with theta_d",
-        ),
-        ("f-aligned-hybrid", F, "hybrid", 1, "F is aligned with |k|"),
-        (
-            "s-aligned-orthographic",
-            S,
-            "orthographic",
-            0,
-            "S is aligned with |h_bar|, orthographic",
-        ),
-        (
-            "s-aligned-hybrid",
-            S,
-            "hybrid",
-            0,
-            "S is aligned with |h_bar|, hybrid",
-        ),
+        ("f-aligned-half-difference", F, "half-difference", 1),
+        ("f-aligned-hybrid", F, "hybrid", 1),
+        ("s-aligned-orthographic", S, "orthographic", 0),
+        ("s-aligned-hybrid", S, "hybrid", 0),
     ];
-    for (id, function, chart, axis, statement) in aligned {
-        let stated = Statement {
-            id,
-            place: "Fig. 2, section 3",
-            statement,
-            criterion: "the axis alone explains all of the variance on every slice",
-        };
+    for (id, function, chart, axis) in aligned {
+        let stated = stated(id);
         let Some(shares) = on_slices(&bench.distortion(function, chart), axis) else {
             claims.push(stated.undefined(CONSTANT));
             continue;
@@ -82,15 +59,7 @@ fn back_isolines(bench: &Bench) -> Claim {
         largest(by.map(f64::abs))
     });
     let miss = largest(miss);
-    Statement {
-        id: "back-isolines-concentric",
-        place: "Fig. 1",
-        statement: "isolines of theta_d and |k| are concentric about the back direction, with \
-                    different spacing; those of |k_bar| are as distorted as those of |h_bar|",
-        criterion: "theta_d is half the angle between the directions, |k| its sine, and |k_bar| is \
-                    |h_bar| with the view turned by 180°, over 20 000 pairs",
-    }
-    .exact(miss)
+    stated("back-isolines-concentric").exact(miss)
 }
 
 fn mirror_isolines() -> Claim {
@@ -110,15 +79,7 @@ fn mirror_isolines() -> Claim {
     };
     let [theta_h, h_bar] = ["half-difference", "hybrid"].map(|c| aspect(c, ACROSS));
     let [small_theta_h, small_h_bar] = ["half-difference", "hybrid"].map(|c| aspect(c, 0.01));
-    Statement {
-        id: "mirror-isolines-pinched",
-        place: "Fig. 1, section 2",
-        statement: "at grazing views isolines of theta_h are pinched about the mirror direction, \
-                    those of |h_bar| less so",
-        criterion: "at a view of 75°, the extent of an isoline towards the normal over that across \
-                    the plane of incidence: nearer to 1 for |h_bar|, at 15° across and at 0.01°",
-    }
-    .found(
+    stated("mirror-isolines-pinched").found(
         &[h_bar < 0.99 * theta_h, small_h_bar < 0.99 * small_theta_h],
         vec![
             ("aspect_theta_h".into(), theta_h),
@@ -134,14 +95,7 @@ fn mirror_isolines() -> Claim {
 }
 
 fn f_bends(bench: &Bench) -> Claim {
-    let stated = Statement {
-        id: "f-bends-orthographic",
-        place: "Fig. 2, section 3",
-        statement: "in orthographic coordinates isolines of F bend towards the anti-diagonal when \
-                    phi_k departs from 90°",
-        criterion: "|k_bar| alone explains F at 90° and less elsewhere, and at 0° isolines fall with \
-                    |h_bar|",
-    };
+    let stated = stated("f-bends-orthographic");
     let found = bench.distortion(F, "orthographic");
     let Some(shares) = on_slices(&found, 1) else {
         return stated.undefined(CONSTANT);
@@ -178,12 +132,7 @@ fn f_bends(bench: &Bench) -> Claim {
 }
 
 fn s_distorted(bench: &Bench) -> Claim {
-    let stated = Statement {
-        id: "s-distorted-half-difference",
-        place: "Fig. 2, section 3",
-        statement: "S is significantly distorted in half/difference coordinates",
-        criterion: "theta_h alone explains less than 95 % of its variance on every slice",
-    };
+    let stated = stated("s-distorted-half-difference");
     let found = bench.distortion(S, "half-difference");
     let Some(shares) = on_slices(&found, 0) else {
         return stated.undefined(CONSTANT);
@@ -201,12 +150,7 @@ fn s_distorted(bench: &Bench) -> Claim {
 }
 
 fn s_independent(bench: &Bench) -> Claim {
-    let stated = Statement {
-        id: "s-independent-of-phi-d",
-        place: "section 3",
-        statement: "and that independently of phi_d",
-        criterion: "no share of its variance changes with phi_d (|h_bar| = sin theta_h cos theta_d)",
-    };
+    let stated = stated("s-independent-of-phi-d");
     let Some(change) = changes(&bench.distortion(S, "half-difference")) else {
         return stated.undefined(CONSTANT);
     };
@@ -223,13 +167,7 @@ fn g_horizon(bench: &Bench) -> Claim {
     let horizon = view_centered(FRAC_PI_2 - 1e-9, 0.0);
     let values = lights.filter_map(|light| g.luminance(&DirectionPair::new(light, horizon)));
     let value = largest(values);
-    Statement {
-        id: "g-zero-on-the-horizon",
-        place: "section 3",
-        statement: "the 0-isoline of G is the horizon",
-        criterion: "G = 0 where a direction lies on the horizon",
-    }
-    .found(
+    stated("g-zero-on-the-horizon").found(
         &[value.abs() < EXACT],
         vec![("g_on_the_horizon".into(), value)],
         format!("G is {value:.3} there; the product of cosines is 0"),
@@ -237,14 +175,7 @@ fn g_horizon(bench: &Bench) -> Claim {
 }
 
 fn g_ranking(bench: &Bench) -> Claim {
-    let stated = Statement {
-        id: "g-ranking",
-        place: "Fig. 2, section 3",
-        statement: "every parametrization distorts G, half/difference most and hybrid least",
-        criterion: "in each of three shares of the variance half/difference has the largest and \
-                    hybrid the smallest: what changes with the azimuth, what is no sum of functions \
-                    of the first two axes, what the best axis leaves",
-    };
+    let stated = stated("g-ranking");
     let found = COMPARED.map(|chart| bench.distortion(G, chart));
     let (Some(change), Some(bent), Some(apart)) = (
         of_charts(&found, changes),
@@ -283,19 +214,15 @@ fn g_circular(bench: &Bench) -> Claim {
     };
     let [orthographic, hybrid] = ["orthographic", "hybrid"].map(|c| miss(c, FRAC_PI_2));
     let [orthographic_0, hybrid_0] = ["orthographic", "hybrid"].map(|c| miss(c, 0.0));
-    Statement {
-        id: "g-circular-at-90",
-        place: "Fig. 2, section 3",
-        statement: "isolines of G are circular in orthographic and hybrid coordinates at phi_k = 90°",
-        criterion: "G is the square of the distance from the corner at 90° (how far it is from it \
-                    at 0° is told for comparison)",
-    }
-    .found(
+    stated("g-circular-at-90").found(
         &[orthographic < EXACT, hybrid < EXACT],
         vec![
             ("largest_difference_orthographic_90deg".into(), orthographic),
             ("largest_difference_hybrid_90deg".into(), hybrid),
-            ("largest_difference_orthographic_0deg".into(), orthographic_0),
+            (
+                "largest_difference_orthographic_0deg".into(),
+                orthographic_0,
+            ),
             ("largest_difference_hybrid_0deg".into(), hybrid_0),
         ],
         format!(

@@ -1,13 +1,11 @@
 //! Statements of section 3 and of the appendix that are equations.
 
-use super::{
-    Bench, COMPARED, Claim, EXACT, G, Statement, form, largest, lattice, per_chart, percent,
-};
+use super::{Bench, COMPARED, Claim, EXACT, G, form, largest, lattice, per_chart, percent, stated};
 use crate::analysis::{Averaging, reduced};
 use crate::brdf::{Brdf, BuildError};
 use crate::geometry::DirectionPair;
 use crate::metrics::{self, Values};
-use crate::numeric::wrap_angle;
+use crate::numeric::{extent, wrap_angle};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 pub(super) fn claims(bench: &Bench) -> Result<Vec<Claim>, BuildError> {
@@ -36,13 +34,7 @@ fn equal_at_90() -> Claim {
                 .max((delta - FRAC_PI_2).abs()),
         )
     }));
-    Statement {
-        id: "orthographic-is-hybrid-at-90",
-        place: "section 3",
-        statement: "orthographic and hybrid coordinates are identical at phi_k = 90°",
-        criterion: "the coordinates of 64 × 64 pairs of that slice agree",
-    }
-    .exact(miss)
+    stated("orthographic-is-hybrid-at-90").exact(miss)
 }
 
 fn reciprocity(bench: &Bench) -> Claim {
@@ -56,13 +48,7 @@ fn reciprocity(bench: &Bench) -> Claim {
         }))
     });
     let worst = largest(miss);
-    Statement {
-        id: "reciprocity-is-half-a-turn",
-        place: "section 2",
-        statement: "exchanging light and sensor turns phi_d, or phi_k, by 180°",
-        criterion: "and changes nothing else, over 20 000 pairs",
-    }
-    .found(
+    stated("reciprocity-is-half-a-turn").found(
         &miss.map(|m| m < EXACT),
         per_chart("largest_difference", miss),
         format!("exact: largest difference {worst:.1e}"),
@@ -76,13 +62,7 @@ fn length_of_k(bench: &Bench) -> Claim {
         let kk = pair.back().length_squared();
         (theta_d.cos().powi(2) - (1.0 - kk)).abs()
     }));
-    Statement {
-        id: "cos-theta-d",
-        place: "section 3, appendix",
-        statement: "cos² theta_d = 1 − |k|²",
-        criterion: "over 20 000 pairs",
-    }
-    .exact(miss)
+    stated("cos-theta-d").exact(miss)
 }
 
 fn length_of_h_bar(bench: &Bench) -> Claim {
@@ -95,13 +75,7 @@ fn length_of_h_bar(bench: &Bench) -> Claim {
         printed = printed.max((hh - sin * cos).abs());
         appendix = appendix.max((hh - sin * sin * cos * cos).abs());
     }
-    Statement {
-        id: "length-of-h-bar",
-        place: "section 3, appendix",
-        statement: "|h_bar|² is sin theta_h cos theta_d (section 3), or the square of that (appendix)",
-        criterion: "each over 20 000 pairs",
-    }
-    .found(
+    stated("length-of-h-bar").found(
         &[printed < EXACT, appendix < EXACT],
         vec![
             ("largest_difference_section_3".into(), printed),
@@ -119,13 +93,7 @@ fn cosines(bench: &Bench) -> Claim {
         let printed = 1.0 - h.truncate().length_squared() - kk - k.z * k.z;
         (pair.omega_i.cos_theta() * pair.omega_o.cos_theta() - printed).abs()
     }));
-    Statement {
-        id: "product-of-cosines",
-        place: "section 3, appendix",
-        statement: "(omega_i·n)(omega_o·n) = 1 − |h_bar|² − |k|² (1 + cos² theta_k)",
-        criterion: "over 20 000 pairs",
-    }
-    .exact(miss)
+    stated("product-of-cosines").exact(miss)
 }
 
 fn theta_k(bench: &Bench) -> Claim {
@@ -138,13 +106,7 @@ fn theta_k(bench: &Bench) -> Claim {
         (printed - true_angle).abs() > 1e-3
     });
     let share = other.count() as f64 / bench.pairs.len() as f64;
-    Statement {
-        id: "theta-k",
-        place: "appendix",
-        statement: "theta_k is the inverse tangent of −h_z / (|h_bar| cos(phi_h − phi_k))",
-        criterion: "it is the angle of k for every one of 20 000 pairs; partly if for some",
-    }
-    .found(
+    stated("theta-k").found(
         &[share == 0.0, share < 1.0],
         vec![("share_on_the_other_branch".into(), share)],
         format!(
@@ -163,12 +125,7 @@ fn phi_k(bench: &Bench) -> Claim {
         .collect();
     off.sort_by(f64::total_cmp);
     let (median, most) = (off[off.len() / 2], off[off.len() - 1]);
-    Statement {
-        id: "phi-k-is-a-sum",
-        place: "section 3, appendix",
-        statement: "phi_k = phi_h + phi_d",
-        criterion: "over 20 000 pairs, cosine-distributed",
-    }
+    stated("phi-k-is-a-sum")
     .found(
         &[most < EXACT],
         vec![
@@ -190,22 +147,14 @@ fn slices() -> Claim {
             let pair = hybrid.inverse(&[x, y, delta, 0.0])?;
             Some(half.forward(&pair)[2])
         });
-        let [lo, hi] = ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| {
-            [a.min(v), b.max(v)]
-        });
+        let [lo, hi] = extent(ends).unwrap_or_default();
         (hi - lo).to_degrees()
     };
     let angles: [f64; 4] = [0.0, 30.0, 60.0, 90.0];
     let spreads = angles.map(|a| spread(a.to_radians()));
     let numbers = angles.iter().zip(spreads);
     let numbers = numbers.map(|(a, s)| (format!("spread_of_phi_d_at_{a}deg_deg"), s));
-    Statement {
-        id: "slices-correspond",
-        place: "section 3",
-        statement: "any slice in hybrid coordinates is a warped slice in half/difference coordinates",
-        criterion: "phi_d is the same all over a hybrid slice, at phi_k − phi_h of 0°, 30°, 60° and 90°",
-    }
-    .found(
+    stated("slices-correspond").found(
         &spreads.map(|s| s < 1e-4),
         numbers.collect(),
         format!(
@@ -225,15 +174,7 @@ fn projection(bench: &Bench) -> Claim {
 
 /// Two-dimensional approximations of one BRDF in both coordinates.
 pub(super) fn projections(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Claim {
-    let stated = Statement {
-        id: "projection-to-two-dimensions",
-        place: "section 3",
-        statement: "reducing a BRDF to two dimensions by projection gives the same approximation in \
-                    hybrid and half/difference coordinates",
-        criterion: "normalised RMS between the two averages over the azimuth below 1e-3 and a \
-                    hundredth of their errors: over equal steps of it, over solid angle, over \
-                    cosine-weighted solid angle",
-    };
+    let stated = stated("projection-to-two-dimensions");
     let forms = ["half-difference", "hybrid"].map(|name| form(name, true));
     let truth = metrics::evaluate(brdf, pairs);
     let of = |averaging: Averaging| {

@@ -4,8 +4,8 @@
 
 use super::identities::projections;
 use super::{
-    COMPARED, CONSTANT, Claim, Distortion, Statement, above, below, changes, form, of_charts,
-    on_slices, per_chart, per_slice, percent, percentages,
+    COMPARED, CONSTANT, Claim, Distortion, above, below, changes, form, of_charts, on_slices,
+    per_chart, per_slice, percent, percentages, stated,
 };
 use crate::analysis::{Scale, View, Weight};
 use crate::brdf::{Brdf, BuildError};
@@ -50,14 +50,7 @@ pub fn on_material(name: &str, brdf: &dyn Brdf) -> Result<Vec<Claim>, BuildError
 }
 
 fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
-    let stated = Statement {
-        id: "isolines-like-s",
-        place: "Fig. 3, gold-metallic-paint3",
-        statement: "isolines are like those of S: distorted in half/difference coordinates whatever \
-                    phi_d, not in the others",
-        criterion: "|h_bar| alone explains more of ln f than theta_h alone: on every slice, in \
-                    orthographic and in hybrid coordinates, and over all pairs by solid angle",
-    };
+    let stated = stated("isolines-like-s");
     let (Some(slices), Some(overall), Some(by_solid)) = (
         of_charts(pictures, |d| on_slices(d, 0)),
         of_charts(pictures, |d| Some(d.shares?.axis[0])),
@@ -87,16 +80,7 @@ fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
 }
 
 fn corner_stable(corner: &[Distortion; 3]) -> Claim {
-    let stated = Statement {
-        id: "sheen-corner-stable",
-        place: "Fig. 4, colonial-maple-223",
-        statement: "about the top left corner, isolines are stable over phi_d in half/difference \
-                    coordinates, distorted in orthographic ones away from 90°, and hybrid \
-                    coordinates keep distortions least",
-        criterion: "share of the variance of ln f within the first third of the first axis and the \
-                    last of the second that changes with the azimuth: orthographic largest, hybrid \
-                    smallest",
-    };
+    let stated = stated("sheen-corner-stable");
     let Some(change) = of_charts(corner, changes) else {
         return stated.undefined("the BRDF is constant about that corner");
     };
@@ -114,14 +98,7 @@ fn corner_stable(corner: &[Distortion; 3]) -> Claim {
 }
 
 fn typical_slices(pictures: &[Distortion; 3]) -> Claim {
-    let stated = Statement {
-        id: "exceptional-slices",
-        place: "Fig. 5, pink-felt",
-        statement: "half/difference coordinates are distorted most at phi_d = 90°, orthographic ones \
-                    at phi_k = 0°",
-        criterion: "mean squared deviation of ln f on a slice from the average over all azimuths is \
-                    largest there among 0°, 30°, 60°, 90°",
-    };
+    let stated = stated("exceptional-slices");
     let deviations = |i: usize| -> Option<Vec<f64>> {
         let slices = pictures[i].slices.iter();
         slices.map(|s| s.deviation).collect()
@@ -153,13 +130,7 @@ fn typical_slices(pictures: &[Distortion; 3]) -> Claim {
 }
 
 fn least_change(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
-    let stated = Statement {
-        id: "hybrid-changes-least",
-        place: "Fig. 5, pink-felt",
-        statement: "hybrid coordinates are the best trade-off: slices change little across phi_k",
-        criterion: "the share of the variance of ln f that changes with the azimuth is smallest in \
-                    hybrid coordinates, in equal steps of the coordinates and by solid angle",
-    };
+    let stated = stated("hybrid-changes-least");
     let names = [
         "changes_with_azimuth",
         "changes_with_azimuth_by_solid_angle",
@@ -170,7 +141,7 @@ fn least_change(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
 
 /// A claim of one number of each chart, in equal steps of the coordinates and by solid angle; `holds` of the numbers of all charts.
 fn in_both(
-    stated: Statement,
+    stated: Claim,
     found: [&[Distortion; 3]; 2],
     names: [&str; 2],
     of: impl Fn(&Distortion) -> Option<f64>,
@@ -189,20 +160,13 @@ fn in_both(
 }
 
 fn aligns_best(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
-    let stated = Statement {
-        id: ALIGNS_BEST,
-        place: "section 4",
-        statement: BETTER_ALIGNED,
-        criterion: "a sum of functions of the first two axes explains more of the variance of ln f \
-                    than in the others, in equal steps of the coordinates and by solid angle",
-    };
+    let stated = stated(ALIGNS_BEST);
     let sum = |d: &Distortion| Some(d.shares?.additive);
     let most = |v: [f64; 3]| above(v[2], &v[..2]);
     in_both(stated, [pictures, solid], SHARES_OF_A_SUM, sum, most)
 }
 
 const ALIGNS_BEST: &str = "hybrid-aligns-best";
-const BETTER_ALIGNED: &str = "hybrid coordinates are better aligned with common materials";
 
 /// Names of the shares of a sum, before that of a chart.
 const SHARES_OF_A_SUM: [&str; 2] = ["share_of_a_sum", "share_of_a_sum_by_solid_angle"];
@@ -213,13 +177,7 @@ pub fn on_materials(claims: &[Claim]) -> Option<Claim> {
         .iter()
         .filter(|c| c.id == ALIGNS_BEST && !c.numbers.is_empty())
         .collect();
-    let stated = Statement {
-        id: "hybrid-aligns-best-of-all",
-        place: "section 4",
-        statement: BETTER_ALIGNED,
-        criterion: "on average over the materials a sum of functions of the first two axes explains more of the \
-                    variance of ln f than in each of the others, by solid angle and in equal steps",
-    };
+    let stated = stated("hybrid-aligns-best-of-all");
     let (mut cases, mut numbers, mut findings) = (Vec::new(), Vec::new(), Vec::new());
     for (name, weight) in SHARES_OF_A_SUM
         .into_iter()

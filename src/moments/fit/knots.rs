@@ -3,6 +3,7 @@
 use super::projected::{Block, Solved, best_knots, solve};
 use super::ramp::Ramp;
 use super::{FitError, FitErrors, ViewRange};
+use crate::numeric::extent;
 use nalgebra::DVector;
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -126,14 +127,9 @@ pub fn fit_energy_shared(
     let blocks = blocks(&units);
     let order = blocks.iter().flat_map(|b| b.members.iter().copied());
     let order: Vec<usize> = order.collect();
-    let views = || units.iter().flat_map(|u| u.views.iter().copied());
-    let ends = [
-        views().fold(f64::INFINITY, f64::min),
-        views().fold(f64::NEG_INFINITY, f64::max),
-    ];
-    if ends[0] == ends[1] {
-        return Err(FitError::Undetermined);
-    }
+    let views = units.iter().flat_map(|u| u.views.iter().copied());
+    let ends = extent(views).filter(|[first, last]| first < last);
+    let ends = ends.ok_or(FitError::Undetermined)?;
     let (knots, upper_at_end) = best_knots(&blocks, ends, FIRST_START);
     let solved = solve(&blocks, knots);
     let undetermined = undetermined(&units, &order, &solved, upper_at_end, tolerance);

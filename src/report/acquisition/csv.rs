@@ -24,21 +24,6 @@ pub(super) fn cells(row: &Row) -> Map<String, Value> {
 /// A choice at an allowance: its ranking, its line, the allowance and its cell.
 type Place<'a> = (&'a Scope, &'a Line, &'a str, &'a Cell);
 
-/// The file, and its columns with their meaning; groups of like columns share a line.
-pub const RANKING_COLUMNS: &str = "\
-ranking.csv
-metric, measure, truth | which ranking; truth is empty for all of them
-materials | materials of that truth
-parametrization, …, allowed | which choice, as in results.csv
-place | among the choices that have all materials, from 1
-mean | geometric mean of the error over materials
-ratio_to_best, _low, _high | ratio to the best choice with its 95 % bootstrap interval over materials
-p | Wilcoxon signed-rank test against the best, adjusted for the number of choices (Holm)
-wins, losses, ties | materials on which it is better or worse than the best by more than the band
-verdict | against the best
-readings, instrument_seconds | geometric means over materials
-order, order_low, order_high | slope of ln error on ln readings over the budgets, with its 95 % interval over materials";
-
 /// The columns of the file.
 fn schema<'a>() -> Schema<Place<'a>> {
     columns! { (scope, line, allowed, cell) in Place<'a>;

@@ -1,11 +1,170 @@
-//! Table of the mean errors of all choices, over all materials.
+//! Tables at the end of an experiment: of one with instruments errors at equal readings and at equal minutes, by
+//! instrument, with the unreachable poses and the errors they cause; else mean errors of all choices.
 
 use super::order::{by, sampling};
 use super::table::{error, starred};
 use crate::error::count;
 use crate::experiment::{Choice, Row};
-use crate::report::each_once;
+use crate::report::{Columns, each_once};
+use crate::schedule::Unreachable;
 use crate::statistics::{compares, geometric_mean};
+
+/// Most materials that are shown one by one; more are shown as a geometric mean.
+const ONE_BY_ONE: usize = 4;
+
+/// Sampling, sample set and reconstruction: the identity of a line.
+type Parts = [String; 3];
+
+fn choice(row: &Row) -> Parts {
+    let choice = row.choice();
+    [sampling(&choice), row.sample_set.clone(), by(&choice)]
+}
+
+/// Lines and columns of all tables, each once, in the order of the rows.
+struct Layout<'r> {
+    /// Choices with their names: the sampling, and of the rest what differs between choices.
+    lines: Vec<(Parts, String)>,
+    instruments: Vec<&'r str>,
+}
+
+/// Tables of choices (parametrization, warp and so on) against instruments.
+pub fn instruments(rows: &[&Row]) -> String {
+    let choices = each_once(rows.iter().map(|r| choice(r)));
+    let differs = |i: &usize| *i == 0 || choices.iter().any(|c| c[*i] != choices[0][*i]);
+    let name = |choice: &Parts| {
+        let parts = (0..choice.len()).filter(differs);
+        let parts: Vec<&str> = parts.map(|i| choice[i].as_str()).collect();
+        parts.join(" ")
+    };
+    let layout = Layout {
+        lines: choices.iter().map(|c| (c.clone(), name(c))).collect(),
+        instruments: each_once(rows.iter().map(|r| r.instrument.as_str())),
+    };
+    let materials = each_once(rows.iter().map(|r| r.material.as_str()));
+    let (subject, groups) = match materials.len() {
+        0..=ONE_BY_ONE => {
+            let each = materials.iter().map(|m| ((*m).to_owned(), Some(*m)));
+            ("", each.collect())
+        }
+        n => (", geometric mean", vec![(count(n, "material"), None)]),
+    };
+    let measures = each_once(rows.iter().map(|r| r.measure.as_str()));
+    let mut out = String::new();
+    for label in each_once(rows.iter().map(|r| r.allowed.as_str())) {
+        let here: Vec<&Row> = rows
+            .iter()
+            .copied()
+            .filter(|r| r.allowed == label)
+            .collect();
+        for measure in &measures {
+            for (group, material) in &groups {
+                let title = format!("{group} at {label}: nrmse, {measure}{subject}");
+                let mine = |r: &Row| {
+                    r.measure == *measure && material.is_none_or(|m: &str| m == r.material)
+                };
+                let of = |r: &Row| mine(r).then(|| r.value("nrmse")).flatten();
+                out += &layout.table(&title, &here, of, |v, star| format!("{}{star}", error(v)));
+            }
+        }
+        let Some(first) = measures.first() else {
+            continue;
+        };
+        // Schedules are the same for every measure.
+        let once: Vec<&Row> = here.into_iter().filter(|r| r.measure == *first).collect();
+        // Grids have whole numbers of nodes: what is allowed is not used up.
+        let readings = |r: &Row| Some(r.readings as f64);
+        let minutes = |r: &Row| Some(r.instrument_seconds? / 60.0);
+        let shown = |digits: usize| {
+            move |v: Option<f64>, _| v.map_or("- ".into(), |v| format!("{v:.digits$} "))
+        };
+        out += &layout.table(&format!("readings at {label}"), &once, readings, shown(0));
+        out += &layout.table(&format!("minutes at {label}"), &once, minutes, shown(1));
+        for instrument in &layout.instruments {
+            out += &layout.reach(instrument, label, &once);
+        }
+    }
+    out
+}
+
+impl Layout<'_> {
+    /// Table of the unreachable poses of an instrument, reasons and the errors they cause: a line per choice.
+    fn reach(&self, instrument: &str, label: &str, rows: &[&Row]) -> String {
+        let mine = || rows.iter().filter(|r| r.instrument == instrument);
+        let reasons: Vec<&str> = Unreachable::NAMES
+            .into_iter()
+            .filter(|reason| mine().any(|r| lost_to(r, reason) > 0))
+            .collect();
+        if reasons.is_empty() {
+            return format!("\n{instrument} reaches every pose of {label}\n");
+        }
+        let headings: String = reasons.iter().map(|r| format!("\t>{r}")).collect();
+        let mut columns = Columns::new(&format!("\t>all{headings}\t>of nrmse"));
+        for (own, name) in &self.lines {
+            let rows = || mine().filter(|r| choice(r) == *own);
+            let poses: usize = rows().map(|r| r.poses).sum();
+            let share = |n: usize| match poses {
+                0 => "-".into(),
+                poses => format!("{:.1}%", 100.0 * (n as f64 / poses as f64)),
+            };
+            let lost = |reason: &str| rows().map(|r| lost_to(r, reason)).sum::<usize>();
+            let all = share(Unreachable::NAMES.into_iter().map(lost).sum());
+            let each = reasons
+                .iter()
+                .map(|reason| format!("\t{}", share(lost(reason))));
+            // Shares, as errors of unlike materials cannot be averaged.
+            let cost = |r: &&Row| Some(r.value("hole_nrmse")? / r.value("nrmse")?);
+            let costs: Vec<f64> = rows().filter_map(cost).collect();
+            let cost = match costs.len() {
+                0 => "-".into(),
+                // `+ 0.0` after rounding: no −0 %.
+                n => format!(
+                    "{}%",
+                    (100.0 * (costs.iter().sum::<f64>() / n as f64)).round() + 0.0
+                ),
+            };
+            columns.row(&format!(
+                "  {name}\t{all}{}\t{cost}",
+                each.collect::<String>()
+            ));
+        }
+        let measure = rows.first().map_or("", |r| r.measure.as_str());
+        format!(
+            "\nout of reach of {instrument} at {label}, and the share of nrmse, {measure}, that it makes\n{columns}"
+        )
+    }
+
+    /// A line per choice, a column per instrument: geometric means of a value of the rows, as `show` writes them with
+    /// the star of the least of a column.
+    fn table(
+        &self,
+        title: &str,
+        rows: &[&Row],
+        of: impl Fn(&Row) -> Option<f64>,
+        show: impl Fn(Option<f64>, char) -> String,
+    ) -> String {
+        let cell = |own: &Parts, instrument: &str| {
+            let mine = |r: &&&Row| r.instrument == instrument && choice(r) == *own;
+            let values: Vec<f64> = rows.iter().filter(mine).filter_map(|r| of(r)).collect();
+            geometric_mean(&values)
+        };
+        let lines = self.lines.iter().map(|(own, name)| {
+            let cells = self.instruments.iter().map(|i| cell(own, i));
+            (name.clone(), cells.collect())
+        });
+        let lines: Vec<(String, Vec<Option<f64>>)> = lines.collect();
+        let columns = starred("", &self.instruments, &lines, |i, k, star| {
+            show(lines[i].1[k], star)
+        });
+        format!("\n{title}\n{columns}")
+    }
+}
+
+/// Number of a row's poses that are unreachable for a reason.
+fn lost_to(row: &Row, reason: &str) -> usize {
+    let parts = row.unreachable.split(';').filter_map(|p| p.split_once(':'));
+    let counts = parts.filter(|(name, _)| *name == reason);
+    counts.filter_map(|(_, n)| n.parse::<usize>().ok()).sum()
+}
 
 /// The geometric mean of `nrmse` over materials and seeds, by measure and budget; the best of each
 /// column is marked. A mean that lacks rows others have is in brackets and not marked. Materials

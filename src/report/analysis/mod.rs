@@ -7,8 +7,6 @@ mod bounces;
 mod claims;
 mod distortion;
 #[cfg(feature = "pictures")]
-mod numbers;
-#[cfg(feature = "pictures")]
 mod subset;
 
 #[cfg(feature = "pictures")]

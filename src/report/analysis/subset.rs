@@ -1,7 +1,6 @@
 //! A box of coordinates and its directions: text, JSON and a picture.
 
-use super::bounces::{capture_json, errors_are, estimate, listed};
-use super::numbers::{percent, range, shown};
+use super::bounces::{capture_json, errors_are, estimate, listed, percent, range, shown};
 use crate::analysis::bounces::{Capture, PathSample};
 use crate::analysis::{Estimate, Image, Needs, Reach, Subset, SubsetMeasure};
 use crate::error::count;
@@ -83,7 +82,7 @@ impl SubsetReport<'_> {
                 false => format!("  facets met          none of {followed} is inside\n"),
             };
         }
-        for (name, angles) in self.angles() {
+        for (name, angles) in self.needs {
             out += &format!("  {name:19} {}\n", range(Unit::Radian, angles));
         }
         out += "  the smallest box around it in other coordinates, and how much of that it fills\n";
@@ -107,15 +106,6 @@ impl SubsetReport<'_> {
             );
         }
         out
-    }
-
-    fn angles(&self) -> [(&'static str, [f64; 2]); 4] {
-        [
-            ("theta_i", self.needs.theta_i),
-            ("theta_o", self.needs.theta_o),
-            ("azimuth difference", self.needs.azimuth),
-            ("separation", self.needs.separation),
-        ]
     }
 
     /// The report as one JSON object; angles in degrees.
@@ -144,7 +134,7 @@ impl SubsetReport<'_> {
             let found = json!({ "share": reach.share, "axes": axes });
             (name.clone(), found)
         });
-        json!({
+        let mut report = json!({
             "parametrization": form.name(),
             "box": boxed(form.axes(), &self.subset.ranges),
             "measure_sr2": estimate(&self.measure.best()),
@@ -162,13 +152,13 @@ impl SubsetReport<'_> {
                 "batches": sample.batches(),
                 "classes": capture_json(capture),
             })),
-            "theta_i_deg": degrees(self.needs.theta_i),
-            "theta_o_deg": degrees(self.needs.theta_o),
-            "azimuth_difference_deg": degrees(self.needs.azimuth),
-            "separation_deg": degrees(self.needs.separation),
-            "images": images.collect::<Map<_, _>>(),
-            "instruments": reaches.collect::<Map<_, _>>(),
-        })
+        });
+        for (name, angles) in self.needs {
+            report[format!("{}_deg", name.replace(' ', "_"))] = json!(degrees(angles));
+        }
+        report["images"] = json!(images.collect::<Map<_, _>>());
+        report["instruments"] = json!(reaches.collect::<Map<_, _>>());
+        report
     }
 
     /// A panel of the elevations, and one of the first two axes of each parametrization: the pairs

@@ -7,6 +7,7 @@ use crate::experiment::moments::{Group, MaterialProfiles, ProfileFits, degrees};
 use crate::experiment::relations::RelationRow;
 use crate::moments::relations::{Along, AngleMoments, Relation};
 use crate::moments::{Channel, Component, FitErrors, Profile, SliceMoments};
+use crate::numeric::extent;
 use crate::report::svg::plot::{Axis, Mark, Panel, Series};
 use std::f64::consts::PI;
 
@@ -183,9 +184,7 @@ fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Panel {
         let title = format!("{ZERO} (computed: at most {largest:.0e})");
         return over_views(title, &label, [Series::new("", color, Mark::Line, line)]);
     }
-    let ends = found().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], [v, _]| {
-        [lo.min(v), hi.max(v)]
-    });
+    let ends = extent(found().map(|[v, _]| v)).unwrap_or_default();
     // A constant stands in the middle of an axis of its own size.
     let height = match ends[1] - ends[0] {
         height if height > 1e-4 * largest => height,
@@ -273,10 +272,7 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
         let points = sheet.panels[row..row + 2].iter().flat_map(|p| &p.series);
         let points = points.flat_map(|s| &s.points);
         let values = points.filter_map(|(x, y)| y.filter(|_| inside(*x)));
-        let (lo, hi) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), y| {
-            (lo.min(y), hi.max(y))
-        });
-        if hi > lo {
+        if let Some([lo, hi]) = extent(values).filter(|[lo, hi]| hi > lo) {
             let room = 0.04 * (hi - lo);
             for panel in &mut sheet.panels[row..row + 2] {
                 panel.y.range = Some([lo - room, hi + room]);

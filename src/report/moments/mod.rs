@@ -8,10 +8,6 @@ mod tables;
 
 #[cfg(feature = "pictures")]
 pub use figures::{Sheet, group_sheets, material_sheet, relation_sheets};
-pub use profiles::{PROFILE_COLUMNS, profile_objects, profiles_csv, profiles_json};
-pub use relations::{
-    RELATION_COLUMNS, relations_csv, relations_head, relations_lines, relations_summary,
-};
-pub use tables::{
-    CORRELATION_COLUMNS, FIT_COLUMNS, correlations_csv, fits_csv, study_table, summary_json,
-};
+pub use profiles::{profile_objects, profiles_csv, profiles_json};
+pub use relations::{relations_csv, relations_head, relations_lines, relations_summary};
+pub use tables::{correlations_csv, fits_csv, study_table, summary_json};

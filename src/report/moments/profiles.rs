@@ -6,21 +6,6 @@ use crate::report::rows_json;
 use crate::report::schema::{Schema, columns};
 use serde_json::{Map, Value};
 
-/// The file, and its columns with their meaning; groups of like columns share a line.
-pub const PROFILE_COLUMNS: &str = "\
-profiles.csv (also of gonio moments)
-material, channel, theta_o_deg | which slice
-energy | rad²/sr: the integral of f_r over theta and phi, no cosine
-mean_10, mean_01 | mean direction along theta and phi, rad
-covariance_20, _11, _02 | central, rad²
-skewness_30, _21, _12, _03 | standardised by sigma
-kurtosis_40, …, _04 | excess: less that of a normal distribution of the same correlation
-*_uncertainty | standard deviation (random estimators) or error bound, in the same unit
-missing_share | share of the square (theta, phi) without data
-clamped_share | share of it that was below the diffuse part
-evaluations | values of the BRDF that were looked at
-unresolved | why the uncertainties are not to be trusted; empty if they are";
-
 /// The columns of `profiles.csv`.
 fn schema<'a>() -> Schema<ProfileRow<'a>> {
     let moment = |c: Component| {

@@ -3,17 +3,9 @@
 use crate::experiment::moments::degrees;
 use crate::experiment::relations::RelationRow;
 use crate::moments::relations::{AngleMoments, Prediction, Relation};
+use crate::numeric::upper_median;
 use crate::report::each_once;
 use crate::report::schema::{Schema, columns};
-
-/// The file, and its columns with their meaning; groups of like columns share a line.
-pub const RELATION_COLUMNS: &str = "\
-relations.csv
-slice_*, slope | moments of the slice at theta_o, and how its mean moves with the view
-rendered_* | windowed moments of reflected radiance: radiance × rad, rad, rad²
-printed_*, corrected_*, windowed_* | the same as each form predicts it
-*_error | relative to the rendered value; of means in rendered standard deviations
-cut_share | share of the window beyond the horizon";
 
 /// A form of the relations, with its name.
 pub(super) type Form = (&'static str, fn(&Relation) -> Option<Prediction>);
@@ -133,8 +125,7 @@ pub fn relations_summary(rows: &[RelationRow]) -> String {
             let errors: Vec<AngleMoments> = errors.filter_map(|r| form(r)?.errors).collect();
             let of = |value: fn(&AngleMoments) -> f64| {
                 let mut values: Vec<f64> = errors.iter().map(|e| value(e).abs()).collect();
-                values.sort_by(f64::total_cmp);
-                values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+                upper_median(&mut values).unwrap_or(f64::NAN)
             };
             out += "  ";
             out += &errors_text(MOMENTS.map(|(_, moment)| of(moment)));

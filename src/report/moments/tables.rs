@@ -10,25 +10,6 @@ use crate::report::schema::{Schema, columns};
 use crate::statistics;
 use serde_json::{Value, json};
 
-/// The file, and its columns with their meaning; groups of like columns share a line.
-pub const FIT_COLUMNS: &str = "\
-fits.csv: averages and counts are over the fitted views
-diffuse | what was subtracted before, 1/sr
-energy_base, ramp_height | rad²/sr; ramp_slope: per rad of theta_o
-knot_0_deg, knot_1_deg | where the ramp starts and ends; *_at_bound: at an end of the fitted views
-energy_*, mean_*, variance_* | mean absolute and root mean square errors: rad²/sr, rad, rad²
-mean_slope | of the mean over theta_o: −1 mirror, 0 Lambertian
-average_variance | (sigma_theta² + sigma_phi²)/2, rad²
-skewness_30, kurtosis_40 | averages
-horizon_* | share of a profile's course that a cut by the horizon explains; empty without course";
-
-/// The file, and its columns with their meaning; groups of like columns share a line.
-pub const CORRELATION_COLUMNS: &str = "\
-correlations.csv: over the materials of a group
-between | orders: of the first channel; channels: of one quantity
-pearson, spearman | of the averages of both quantities
-materials | that have both";
-
 /// The components whose course the horizon may explain.
 const HORIZON: [Component; 6] = [
     Component { n: 1, m: 0 },

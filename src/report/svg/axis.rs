@@ -1,6 +1,7 @@
 //! Ranges and ticks of axes.
 
 use super::canvas::text_width;
+use crate::numeric::extent;
 use crate::report::svg::plot::{Axis, Scale};
 
 /// Font size of tick labels, pixels.
@@ -170,18 +171,13 @@ fn ends(axis: &Axis, values: impl Iterator<Item = f64>, horizontal: bool) -> [f6
         Some([a.min(b), a.max(b)])
     });
     let shown = values.filter_map(|v| transformed(axis.scale, v));
-    let [lo, hi] = asked.unwrap_or_else(|| {
-        shown.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| {
-            [a.min(v), b.max(v)]
-        })
-    });
-    if lo > hi {
+    let Some([lo, hi]) = asked.or_else(|| extent(shown)) else {
         // Nothing to show.
         return match axis.scale {
             Scale::Linear => [0.0, 1.0],
             Scale::Log => [-1.0, 1.0],
         };
-    }
+    };
     let largest = lo.abs().max(hi.abs());
     if asked.is_some() && hi - lo > 1e-12 * largest && hi - lo > 1e-290 {
         return [lo, hi];

@@ -144,11 +144,13 @@ fn a_pole_is_no_part_of_an_azimuth() {
 fn the_angles_of_a_spherical_box_are_its_own() {
     let text = "theta_i=10..30, theta_o=40..75, delta_phi=20..50";
     let needs = full("spherical", text).needs().unwrap();
-    for (got, want) in [
-        (needs.theta_i, [10.0_f64, 30.0]),
-        (needs.theta_o, [40.0, 75.0]),
-        (needs.azimuth, [20.0, 50.0]),
-    ] {
+    let want = [
+        ("theta_i", [10.0_f64, 30.0]),
+        ("theta_o", [40.0, 75.0]),
+        ("azimuth difference", [20.0, 50.0]),
+    ];
+    for ((name, got), (known, want)) in needs.into_iter().zip(want) {
+        assert_eq!(name, known);
         for (got, want) in got.into_iter().zip(want) {
             assert!((got.to_degrees() - want).abs() < 1e-9, "{got} {want}");
         }

@@ -1,11 +1,13 @@
-//! Figures inside the page.
+//! Figures inside the page, their pictures in fewer bytes: a page holds hundreds of them.
 
 use super::Picture;
-use super::shrink::shrunk;
+use crate::report::pictures::png::{Rgba, read};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, Render, html};
+use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// What a PNG inside a page begins with.
 const PNG: &str = "data:image/png;base64,";
@@ -57,4 +59,150 @@ fn inline(svg: &str, label: &str) -> Markup {
         out += after;
     }
     PreEscaped(out)
+}
+
+/// A picture whose file is more than this share of its pixels is noisy.
+const NOISY: f64 = 0.12;
+
+/// Steps of a channel, less one, of a picture that is not noisy, which are too small to be seen, and
+/// of one that is, where the noise hides them.
+const STEPS: [u32; 2] = [63, 23];
+
+/// Steps of the opacity, less one: edges are few.
+const OPACITY: u32 = 3;
+
+/// A PNG of the same picture within half a step of a channel; `None` if the file cannot be read or
+/// gets no smaller.
+fn shrunk(png: &[u8]) -> Option<Vec<u8>> {
+    let (picture, bytes) = read(png)?;
+    let noisy = least(&picture)?.len() as f64 > NOISY * bytes as f64;
+    let file = least(&stepped(picture, STEPS[usize::from(noisy)]))?;
+    (file.len() < png.len()).then_some(file)
+}
+
+/// The picture with so many steps of a channel, and one.
+fn stepped(mut picture: Rgba, steps: u32) -> Rgba {
+    let step = |v: u8, n: u32| (((u32::from(v) * n + 127) / 255 * 255 + n / 2) / n) as u8;
+    for pixel in &mut picture.pixels {
+        let [r, g, b, a] = *pixel;
+        let [r, g, b] = [r, g, b].map(|v| if a == 0 { 0 } else { step(v, steps) });
+        *pixel = [r, g, b, step(a, OPACITY)];
+    }
+    picture
+}
+
+/// The smallest file of a picture: grey, of a palette or of all colours, with a filter or without.
+fn least(picture: &Rgba) -> Option<Vec<u8>> {
+    let pixels = || picture.pixels.iter().copied();
+    let opaque = pixels().all(|p| p[3] == 255);
+    let mut palette: BTreeMap<(u32, [u8; 4]), u8> = BTreeMap::new();
+    // By brightness, so that neighbours on the palette are alike.
+    let key = |p: [u8; 4]| {
+        (
+            3 * u32::from(p[0]) + 6 * u32::from(p[1]) + u32::from(p[2]),
+            p,
+        )
+    };
+    for pixel in pixels() {
+        palette.insert(key(pixel), 0);
+        if palette.len() > 256 {
+            break;
+        }
+    }
+    let few = palette.len() <= 256;
+    for (place, index) in palette.values_mut().zip(0..=255) {
+        *place = index;
+    }
+    let (color, bytes): (_, Vec<u8>) = if opaque && pixels().all(|p| p[0] == p[1] && p[1] == p[2]) {
+        (ColorType::Grayscale, pixels().map(|p| p[0]).collect())
+    } else if few {
+        (
+            ColorType::Indexed,
+            pixels().map(|p| palette[&key(p)]).collect(),
+        )
+    } else if opaque {
+        (
+            ColorType::Rgb,
+            pixels().flat_map(|[r, g, b, _]| [r, g, b]).collect(),
+        )
+    } else {
+        (ColorType::Rgba, pixels().flatten().collect())
+    };
+    let file = |filter| {
+        let mut file = Vec::new();
+        let mut encoder = Encoder::new(&mut file, picture.size[0], picture.size[1]);
+        encoder.set_color(color);
+        encoder.set_depth(BitDepth::Eight);
+        encoder.set_compression(Compression::Balanced);
+        encoder.set_filter(filter);
+        if color == ColorType::Indexed {
+            encoder.set_palette(
+                palette
+                    .keys()
+                    .flat_map(|(_, [r, g, b, _])| [*r, *g, *b])
+                    .collect::<Vec<_>>(),
+            );
+            if !opaque {
+                encoder.set_trns(palette.keys().map(|(_, p)| p[3]).collect::<Vec<_>>());
+            }
+        }
+        let mut writer = encoder.write_header().ok()?;
+        writer.write_image_data(&bytes).ok()?;
+        writer.finish().ok()?;
+        Some(file)
+    };
+    // Noise is smaller without a filter, all else with one.
+    let files = [Filter::NoFilter, Filter::Adaptive].map(file);
+    files.into_iter().flatten().min_by_key(Vec::len)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::pictures::png::encoded;
+
+    #[test]
+    fn pictures_stay_within_half_a_step() {
+        let smooth = |x: u32, y: u32| [(x + y) as u8, (2 * x) as u8, 40, 255];
+        let noise = |x: u32, y: u32| {
+            let v = x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b);
+            let [r, g, b, _] = (v ^ v >> 15).wrapping_mul(0x2c1b_3c6d).to_be_bytes();
+            [r, g, b, if x < 48 { 0 } else { 255 }]
+        };
+        let grey = |x: u32, y: u32| [(x ^ y) as u8, (x ^ y) as u8, (x ^ y) as u8, 255];
+        let few = |x: u32, y: u32| [(x / 8) as u8, 99 - (y / 8) as u8, 7, 255];
+        let of = |f: &dyn Fn(u32, u32) -> [u8; 4]| -> Vec<[u8; 4]> {
+            let places = (0..96).flat_map(|y| (0..96).map(move |x| (x, y)));
+            places.map(|(x, y)| f(x, y)).collect()
+        };
+        let all = [
+            (of(&smooth), 0),
+            (of(&grey), 0),
+            (of(&few), 0),
+            (of(&noise), 1),
+        ];
+        for (pixels, noisy) in all {
+            // Half a step, and the rounding of 127 / 255.
+            let most = (128 / STEPS[noisy] + 1) as u8;
+            for is_opaque in [true, false] {
+                let mut before = pixels.clone();
+                let file = if is_opaque {
+                    let colours: Vec<_> = pixels.iter().map(|p| [p[0], p[1], p[2]]).collect();
+                    before.iter_mut().for_each(|p| p[3] = 255);
+                    encoded(&colours, 96)
+                } else {
+                    encoded(&pixels, 96)
+                };
+                let small = shrunk(&file).unwrap_or_else(|| file.clone());
+                assert!(small.len() <= file.len() && (noisy == 0 || small.len() < file.len()));
+                let found = read(&small).unwrap().0.pixels;
+                // What cannot be seen has no colour.
+                let seen = found.iter().zip(&before).filter(|(_, b)| b[3] > 0);
+                let off = seen.flat_map(|(a, b)| [0, 1, 2, 3].map(|c| a[c].abs_diff(b[c])));
+                let off = off.max().unwrap();
+                assert!(off <= most && (noisy == 0) == (off < 4), "{off}");
+            }
+        }
+        assert!(shrunk(b"no picture").is_none());
+    }
 }

@@ -11,13 +11,11 @@ mod figure;
 mod made_by;
 mod materials;
 mod ranking;
-mod shrink;
 mod verdict;
 
 pub use charts::{study_curves, study_timings};
 
-use super::calibration::{self, LEGEND};
-use super::findings::{named_shares, p_text};
+use super::findings::{self, LEGEND, named_shares, p_text};
 use crate::error::count;
 use crate::experiment::{Choice, Explained, Findings, Plan, Row, Scope};
 use crate::statistics::{Paired, Verdict};
@@ -252,7 +250,7 @@ fn calibrations(findings: &Findings, looks: &Looks) -> Markup {
     page! {
         p { (LEGEND) }
         div.panels { @for chart in charts::calibrated(findings, looks) { (chart) } }
-        @for of in calibration::tables(findings) {
+        @for of in findings::calibrations(findings) {
             (table(None, &of.title, head(), page! {
                 tbody {
                     @for (name, cells) in &of.lines {
