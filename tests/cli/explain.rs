@@ -121,7 +121,8 @@ fn needed(plan: &Plan, units: &[Unit]) -> Counts {
         let weighing = methods.iter().filter(weighs).count();
         let seed = if set.is_random() { unit.seed } else { 0 };
         let budget = unit.allowance.count().unwrap();
-        let form = plan.parametrizations[unit.coordinates].form(Symmetry::FULL);
+        let at = unit.coordinates.map(|at| &plan.parametrizations[at]);
+        let form = at.unwrap_or(&plan.unguided).form(Symmetry::FULL);
         let schedule = Arc::new(set.plan(&form.unwrap(), budget, seed).unwrap());
         let poses = schedule.poses.len();
         if made.insert((unit.coordinates, unit.sample_set, budget, seed)) {
