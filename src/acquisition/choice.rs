@@ -13,9 +13,19 @@ pub(super) struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// True if there is to be another after those that were chosen.
-    pub(crate) fn another(self, chosen: &[usize]) -> bool {
-        chosen.len() < self.n && (self.go_on)()
+    /// Numbers after those that are there, one by one by what was chosen before, until there are enough or there is none.
+    pub(crate) fn after(
+        self,
+        mut chosen: Vec<usize>,
+        mut next: impl FnMut(&[usize]) -> Option<usize>,
+    ) -> Vec<usize> {
+        while chosen.len() < self.n && (self.go_on)() {
+            match next(&chosen) {
+                Some(best) => chosen.push(best),
+                None => break,
+            }
+        }
+        chosen
     }
 }
 
@@ -84,8 +94,7 @@ pub(super) fn a_optimal(
     let (mut worth, mut scaled) = (vec![0.0; variances.len()], vec![0.0; variances.len()]);
     let mut with = DVector::zeros(covariances.ncols());
     let mut gains = vec![0.0; covariances.ncols()];
-    let mut chosen = Vec::new();
-    while wanted.another(&chosen) {
+    wanted.after(Vec::new(), |_| {
         weights.worth(&variances, &mut worth);
         let columns = covariances
             .as_mut_slice()
@@ -104,9 +113,7 @@ pub(super) fn a_optimal(
         });
         let scores = gains.iter().enumerate();
         let scores = scores.map(|(c, gain)| gain / left.of_reading(c));
-        let Some(best) = left.best(scores) else {
-            break;
-        };
+        let best = left.best(scores)?;
         let spread = left.of_reading(best).sqrt();
         for ((scaled, c), v) in scaled
             .iter_mut()
@@ -117,9 +124,8 @@ pub(super) fn a_optimal(
             *v = (*v - *scaled * *scaled).max(0.0);
         }
         with = left.choose(best);
-        chosen.push(best);
-    }
-    chosen
+        Some(best)
+    })
 }
 
 /// Candidates that one task sweeps over.
@@ -161,16 +167,12 @@ pub(super) fn least_certain(
     wanted: Wanted<'_>,
 ) -> Vec<usize> {
     let mut left = Left::new(process, candidates, wanted.n);
-    let mut chosen = Vec::new();
-    while wanted.another(&chosen) {
+    wanted.after(Vec::new(), |_| {
         let scores = left.variances.iter().zip(weights).map(|(v, w)| v * w);
-        let Some(best) = left.best(scores) else {
-            break;
-        };
+        let best = left.best(scores)?;
         left.choose(best);
-        chosen.push(best);
-    }
-    chosen
+        Some(best)
+    })
 }
 
 /// Numbers of `n` candidates, each the one whose reading leaves known materials the smallest weighted squares of errors

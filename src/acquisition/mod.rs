@@ -99,7 +99,7 @@ impl Task<'_> {
 
 impl Task<'static> {
     /// Any machine, and all the time there is.
-    fn plain(form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Self {
+    pub(crate) fn plain(form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Self {
         Self {
             form: Arc::clone(form),
             budget,
@@ -303,13 +303,11 @@ pub struct Batch {
 impl<'a> Request<'a> {
     /// The task of an acquisition that goes on from a measurement.
     fn task(&self, so_far: Option<&Measurement>) -> Task<'a> {
+        let before = so_far.map_or(0, |m| m.schedule.poses.len());
         Task {
-            form: usual_form(self.symmetry),
-            budget: so_far.map_or(0, |m| m.schedule.poses.len()) + self.batch,
-            seed: self.seed,
             machine: self.machine,
             go_on: self.go_on,
-            truth: None,
+            ..Task::plain(&usual_form(self.symmetry), before + self.batch, self.seed)
         }
     }
 

@@ -14,32 +14,31 @@ use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::numeric::hashed;
 use crate::parametrization::Axis;
-use crate::reconstruct::{COMPONENTS, Components, Posterior, PriorFile, RIDGE};
-use crate::registry::{self, Entry, Keys, ReadError, Table};
+use crate::reconstruct::{COMPONENTS, Components, Posterior, PriorFile, RIDGE, Reconstruct};
+use crate::registry::{self, Entry, Keys, named};
 use crate::schedule::{PlanError, Pose, SampleSet};
 use serde::{Deserialize, Serialize};
 
-/// What decides over poses.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Criterion {
-    /// The condition number of the functions at all poses, by exchanges (Nielsen, Jensen & Ramamoorthi 2015, "On optimal,
-    /// minimal BRDF sampling for reflectance acquisition").
-    ConditionNumber,
-    /// Simultaneous orthogonal matching pursuit of the materials of the prior (Miandji et al. 2024, "FROST-BRDF"); beyond
-    /// their rank as `DOptimal` with the usual ridge.
-    Somp,
-    /// QR with column pivoting of as many functions as poses (Manohar et al. 2018, "Data-driven sparse sensor placement for
-    /// reconstruction"); beyond their number as `DOptimal` with the usual ridge.
-    QrPivot,
-    /// The determinant of ridge + Σ q qᵀ over all poses, one by one (Fedorov 1972; of
-    /// [components](crate::reconstruct::Components) with this ridge).
-    DOptimal {
-        /// The ridge: finite, above 0.
-        ridge: f64,
-    },
-    /// The error of ln f that the materials of the prior are left with by kriging, one pose after the other: half under
-    /// the cosine measure, half times the mean of their (f cos)². None of them is left out for that; the kernel has a variance for what functions of others say wrongly of one.
-    Erm,
+named! {
+    /// What decides over poses.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Criterion {
+        /// The condition number of the functions at all poses, by exchanges (Nielsen, Jensen & Ramamoorthi 2015, "On optimal,
+        /// minimal BRDF sampling for reflectance acquisition").
+        ConditionNumber = "condition-number": "poses that make the functions of a prior well-conditioned (Nielsen et al. 2015)",
+        /// Simultaneous orthogonal matching pursuit of the materials of the prior (Miandji et al. 2024, "FROST-BRDF"); beyond
+        /// their rank as `DOptimal` with the usual ridge.
+        Somp = "somp": "poses by matching pursuit of the materials of a prior (FROST, 2024)",
+        /// QR with column pivoting of as many functions as poses (Manohar et al. 2018, "Data-driven sparse sensor placement for
+        /// reconstruction"); beyond their number as `DOptimal` with the usual ridge.
+        QrPivot = "qr-pivot": "poses by QR with pivoting of the functions of a prior (Manohar et al. 2018)",
+        /// The determinant of ridge + Σ q qᵀ over all poses, one by one (Fedorov 1972; of
+        /// [components](crate::reconstruct::Components) with this ridge).
+        DOptimal = "d-optimal": "poses that leave the coefficients of a prior the least volume",
+        /// The error of ln f that the materials of the prior are left with by kriging, one pose after the other: half under
+        /// the cosine measure, half times the mean of their (f cos)². None of them is left out for that; the kernel has a variance for what functions of others say wrongly of one.
+        Erm = "erm": "poses that leave the materials of a prior the least error of ln f by kriging",
+    }
 }
 
 /// The keys of most.
@@ -54,83 +53,50 @@ struct Named {
 #[derive(Clone, Debug)]
 pub struct Published {
     criterion: Criterion,
-    prior: PriorFile,
+    /// The prior, and the ridge of [`Criterion::DOptimal`].
+    keys: Components,
 }
 
-impl Criterion {
-    /// Name in configs and results.
-    fn kind(self) -> &'static str {
-        match self {
-            Criterion::ConditionNumber => "condition-number",
-            Criterion::Somp => "somp",
-            Criterion::QrPivot => "qr-pivot",
-            Criterion::DOptimal { .. } => "d-optimal",
-            Criterion::Erm => "erm",
-        }
+/// The registry entry of a criterion, by its number.
+fn entry<const CRITERION: usize>() -> Entry<dyn Planner> {
+    let criterion = Criterion::ALL[CRITERION];
+    Entry {
+        kind: criterion.name(),
+        summary: criterion.summary(),
+        examples: match criterion {
+            Criterion::DOptimal => &["", "ridge = 0.1\nprior = \"built-in\""],
+            _ => &["", "prior = \"built-in\""],
+        },
+        read: |table| {
+            let criterion = Criterion::ALL[CRITERION];
+            let keys = match criterion {
+                Criterion::DOptimal => {
+                    let mut keys: Components = registry::parse(table)?;
+                    keys.ridge.get_or_insert(RIDGE);
+                    keys
+                }
+                _ => Components {
+                    prior: registry::parse::<Named>(table)?.prior,
+                    ..Components::default()
+                },
+            };
+            Ok(Box::new(Published { criterion, keys }))
+        },
     }
 }
 
 /// The registry entries.
-pub(super) fn entries() -> [Entry<dyn Planner>; 5] {
-    fn planner(criterion: Criterion, table: Table<'_>) -> Result<Box<dyn Planner>, ReadError> {
-        let Named { prior } = registry::parse(table)?;
-        Ok(Box::new(Published::new(criterion, prior)))
-    }
-    type Read = fn(Table<'_>) -> Result<Box<dyn Planner>, ReadError>;
-    let entry = |kind, summary, examples, read: Read| Entry {
-        kind,
-        summary,
-        examples,
-        read,
-    };
-    let usual = &["", "prior = \"built-in\""];
+pub(super) fn entries() -> [Entry<dyn Planner>; Criterion::ALL.len()] {
     [
-        entry(
-            "condition-number",
-            "poses that make the functions of a prior well-conditioned (Nielsen et al. 2015)",
-            usual,
-            |table| planner(Criterion::ConditionNumber, table),
-        ),
-        entry(
-            "somp",
-            "poses by matching pursuit of the materials of a prior (FROST, 2024)",
-            usual,
-            |table| planner(Criterion::Somp, table),
-        ),
-        entry(
-            "qr-pivot",
-            "poses by QR with pivoting of the functions of a prior (Manohar et al. 2018)",
-            usual,
-            |table| planner(Criterion::QrPivot, table),
-        ),
-        entry(
-            "d-optimal",
-            "poses that leave the coefficients of a prior the least volume",
-            &["", "ridge = 0.1\nprior = \"built-in\""],
-            |table| {
-                let Components { prior, ridge } = registry::parse(table)?;
-                let ridge = ridge.unwrap_or(RIDGE);
-                Ok(Box::new(Published::new(
-                    Criterion::DOptimal { ridge },
-                    prior,
-                )))
-            },
-        ),
-        entry(
-            "erm",
-            "poses that leave the materials of a prior the least error of ln f by kriging",
-            usual,
-            |table| planner(Criterion::Erm, table),
-        ),
+        entry::<0>(),
+        entry::<1>(),
+        entry::<2>(),
+        entry::<3>(),
+        entry::<4>(),
     ]
 }
 
 impl Published {
-    /// A planner by this criterion, of materials like those of a prior.
-    pub(crate) fn new(criterion: Criterion, prior: PriorFile) -> Self {
-        Self { criterion, prior }
-    }
-
     /// Numbers of candidates, of which none is in `read`.
     fn chosen(
         &self,
@@ -139,7 +105,7 @@ impl Published {
         seed: u64,
         wanted: Wanted<'_>,
     ) -> Result<Vec<usize>, ParameterError> {
-        let prior = self.prior.load()?;
+        let prior = self.keys.prior.load()?;
         let mut pairs = field.pairs();
         let candidates = pairs.len();
         pairs.extend(read);
@@ -149,7 +115,10 @@ impl Published {
             Criterion::ConditionNumber => rows(functions).conditioned(seed, wanted),
             Criterion::Somp => rows(functions).pursuit(&prior.centres, wanted),
             Criterion::QrPivot => rows(functions).pivots(wanted),
-            Criterion::DOptimal { ridge } => rows(functions).d_optimal(Vec::new(), ridge, wanted),
+            Criterion::DOptimal => {
+                let ridge = self.keys.ridge.unwrap_or(RIDGE);
+                rows(functions).d_optimal(Vec::new(), ridge, wanted)
+            },
             Criterion::Erm => {
                 let process = Posterior::before(Symmetry::FULL, Some(&prior));
                 let at_places = prior.basis_at(&field.places).1;
@@ -169,25 +138,15 @@ impl Published {
 
 impl SampleSet for Published {
     fn resolved(&self) -> Keys {
-        let prior = self.prior.clone();
+        let (kind, prior) = (self.criterion.name(), self.keys.prior.clone());
         match self.criterion {
-            Criterion::DOptimal { ridge } => {
-                let ridge = Some(ridge);
-                registry::resolved(self.criterion.kind(), &Components { prior, ridge })
-            }
-            _ => registry::resolved(self.criterion.kind(), &Named { prior }),
+            Criterion::DOptimal => registry::resolved(kind, &self.keys),
+            _ => registry::resolved(kind, &Named { prior }),
         }
-    }
-
-    fn label(&self) -> String {
-        self.criterion.kind().into()
     }
 
     fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
-        if let Criterion::DOptimal { ridge } = self.criterion {
-            crate::error::in_left_open("ridge", ridge, 0.0, f64::INFINITY)?;
-        }
-        self.prior.load().map(drop)
+        Reconstruct::check(&self.keys)
     }
 
     plans_by_design!();
@@ -195,7 +154,7 @@ impl SampleSet for Published {
 
 impl Planner for Published {
     fn prior(&self) -> Option<&PriorFile> {
-        Some(&self.prior)
+        Some(&self.keys.prior)
     }
 
     fn assumes(&self) -> Option<&'static str> {
@@ -213,9 +172,9 @@ impl Planner for Published {
         most: usize,
     ) -> Result<Vec<Pose>, PlanError> {
         let before = so_far.schedule.poses.len();
-        admit(self.criterion.kind(), before + most, MOST)?;
+        admit(self.criterion.name(), before + most, MOST)?;
         let reach = Reach::new(task, so_far);
-        let Some(field) = field(self.criterion.kind(), (task, &reach), so_far, most)? else {
+        let Some(field) = field(self.criterion.name(), (task, &reach), so_far, most)? else {
             return Ok(Vec::new());
         };
         let wanted = task.wanted(most.min(field.candidates.len()));

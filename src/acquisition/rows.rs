@@ -40,7 +40,7 @@ impl Rows {
     /// the largest qᵀ (ridge + Σ q qᵀ)⁻¹ q, by one more than that the determinant grows.
     pub(crate) fn d_optimal(
         &self,
-        mut chosen: Vec<usize>,
+        chosen: Vec<usize>,
         ridge: f64,
         wanted: Wanted<'_>,
     ) -> Vec<usize> {
@@ -61,14 +61,11 @@ impl Rows {
         for c in self.given().chain(chosen.iter().copied()) {
             take(c, &mut gains);
         }
-        while wanted.another(&chosen) {
-            let Some(best) = self.largest(&gains, &chosen) else {
-                break;
-            };
+        wanted.after(chosen, |chosen| {
+            let best = self.largest(&gains, chosen)?;
             take(best, &mut gains);
-            chosen.push(best);
-        }
-        chosen
+            Some(best)
+        })
     }
 
     /// The candidate of the highest score of those that were not chosen; of equal ones the first.
@@ -96,15 +93,12 @@ impl Rows {
                 project(&mut rest, c);
             }
         }
-        let mut chosen = Vec::new();
-        while wanted.another(&chosen) {
-            let best = self.largest(&scores(&rest), &chosen);
-            let Some(best) = best.filter(|&c| is_new(&rest, c)) else {
-                break;
-            };
+        let chosen = wanted.after(Vec::new(), |chosen| {
+            let best = self.largest(&scores(&rest), chosen);
+            let best = best.filter(|&c| is_new(&rest, c))?;
             project(&mut rest, best);
-            chosen.push(best);
-        }
+            Some(best)
+        });
         self.d_optimal(chosen, RIDGE, wanted)
     }
 
