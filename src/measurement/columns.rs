@@ -224,23 +224,20 @@ impl ValueColumns {
         let cells = rows.clone().flat_map(|row| self.cells(table, row));
         let found = marks_among(cells, other);
         let mut marks = Marks::default();
-        for row in rows.clone().filter(|_| !found.is_empty()) {
-            for &column in &self.values {
-                if let Some(mark) = table.number(row, column).filter(|v| found.contains(v)) {
-                    marks.see(&mark.to_string());
-                    table.clear(row, column);
-                }
-            }
-        }
-        // No uncertainty is below 0.
-        let is_mark = |u: &f64| *u < 0.0 && is_mark_number(*u);
-        for &column in self.uncertainties.iter().flatten().flatten() {
+        let mut clear = |column: usize, is_mark: &dyn Fn(&f64) -> bool| {
             for row in rows.clone() {
                 if let Some(mark) = table.number(row, column).filter(is_mark) {
                     marks.see(&mark.to_string());
                     table.clear(row, column);
                 }
             }
+        };
+        for &column in self.values.iter().filter(|_| !found.is_empty()) {
+            clear(column, &|value| found.contains(value));
+        }
+        // No uncertainty is below 0.
+        for &column in self.uncertainties.iter().flatten().flatten() {
+            clear(column, &|u| *u < 0.0 && is_mark_number(*u));
         }
         marks
     }

@@ -8,14 +8,12 @@ mod file;
 mod merge;
 mod negative;
 pub mod pab;
-mod readings;
 mod record;
 mod retro;
 mod scattered;
 
 pub use file::{read_measurement, write_measurement};
 use negative::Negative;
-pub use readings::{About, Readings};
 pub use record::measurement_schema;
 pub use retro::{RetroPeak, retro_peak};
 
@@ -23,6 +21,7 @@ use crate::brdf::Channels;
 use crate::numeric::LARGEST_READING;
 use crate::schedule::export::PoseRows;
 use crate::schedule::{Pose, Schedule, Sequence, Unreachable};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// The reading (f_r, sr⁻¹) of a value or uncertainty of a file, in which 1 sr⁻¹ is `of_one`.
@@ -279,4 +278,47 @@ impl Measurement {
             Outcome::NoData | Outcome::Unreachable(_) | Outcome::NotVisited => None,
         }
     }
+}
+
+/// Origin of a measurement: material, instrument, seeds, schedule.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct About {
+    /// Name of the material.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
+    /// Name of the instrument.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instrument: Option<String>,
+    /// Realisation of the instrument: the seed of its own errors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub realisation: Option<u64>,
+    /// Seed of its noise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Hash of the schedule, see [`crate::schedule::schedule_hash`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub schedule_hash: Option<String>,
+    /// True if it does not say which coordinates and symmetries its poses have: then a copy does not either.
+    #[serde(skip)]
+    pub is_bare: bool,
+}
+
+/// Readings of a file.
+pub struct Readings {
+    /// What was measured.
+    pub measurement: Measurement,
+    /// Where it comes from, as far as the file says.
+    pub about: About,
+    /// What was peculiar about the file, a sentence each.
+    pub notes: Vec<String>,
+    /// What may be wrong about it, a sentence each.
+    pub warnings: Vec<String>,
+    /// Rows that were read.
+    pub rows: usize,
+    /// Cells that stand for no reading, and rows without the value of some channel.
+    pub lost: usize,
+    /// Keys of the header that are not read.
+    pub unread: Vec<String>,
+    /// True if the file vouches for being whole.
+    pub intact: bool,
 }

@@ -6,6 +6,7 @@ use crate::geometry::angle_between;
 use crate::numeric::correlate;
 use glam::DVec3;
 use std::fmt;
+use std::ops::Range;
 
 /// Readings this close to a direction are near it, degrees.
 const NEAR: f64 = 10.0;
@@ -69,60 +70,41 @@ impl fmt::Display for RetroPeak {
     }
 }
 
-#[derive(Default)]
-struct Mean {
-    sum: f64,
-    count: usize,
-}
-
-impl Mean {
-    fn add(&mut self, value: f64) {
-        self.sum += value;
-        self.count += 1;
-    }
-
-    fn get(&self) -> Option<f64> {
-        (self.count >= ENOUGH).then(|| self.sum / self.count as f64)
-    }
-}
-
-/// Readings near a direction, and around it: nearer to the normal than the light, and further away.
+/// Sums and numbers of readings near a direction, and around it: nearer to the normal than the light, and further away.
 #[derive(Default)]
 struct Place {
-    near: Mean,
-    around: [Mean; 2],
+    sums: [f64; 3],
+    counts: [usize; 3],
 }
 
 impl Place {
     fn add(&mut self, degrees: f64, is_further: bool, value: f64) {
-        if degrees <= NEAR {
-            self.near.add(value);
-        } else if degrees <= AROUND {
-            self.around[usize::from(is_further)].add(value);
-        }
+        let part = match degrees {
+            degrees if degrees <= NEAR => 0,
+            degrees if degrees <= AROUND => 1 + usize::from(is_further),
+            _ => return,
+        };
+        self.sums[part] += value;
+        self.counts[part] += 1;
+    }
+
+    /// The mean of some parts, of enough readings.
+    fn mean(&self, parts: Range<usize>) -> Option<f64> {
+        let count: usize = self.counts[parts.clone()].iter().sum();
+        (count >= ENOUGH).then(|| self.sums[parts].iter().sum::<f64>() / count as f64)
     }
 
     /// The mean near the direction, and whether it is a peak: readings that only grow towards the
     /// horizon have none.
     fn peak(&self) -> Option<(f64, bool)> {
-        let near = self.near.get()?;
+        let near = self.mean(0..1)?;
         Some((near, near > 0.0 && near >= PEAK * self.around()?))
     }
 
     /// The larger mean around the direction, of both sides or of the one that was read.
     fn around(&self) -> Option<f64> {
-        let sides = self.around.iter().filter_map(Mean::get);
-        sides.reduce(f64::max)
-    }
-
-    /// The mean of all that is near or around.
-    fn all(&self) -> Option<f64> {
-        let parts = [&self.near, &self.around[0], &self.around[1]];
-        let all = parts.iter().fold(Mean::default(), |all, part| Mean {
-            sum: all.sum + part.sum,
-            count: all.count + part.count,
-        });
-        all.get()
+        let sides = [1..2, 2..3].into_iter();
+        sides.filter_map(|side| self.mean(side)).reduce(f64::max)
     }
 }
 
@@ -159,7 +141,7 @@ pub fn retro_peak(measurement: &Measurement) -> Option<RetroPeak> {
         cosines.push(Some((mirrored + sensor.vector()).normalize_or_zero().z));
     }
     // No arm reads at the light: a gap opposite a peak is the place of the light.
-    let is_gap = at_mirror.near.count == 0;
+    let is_gap = at_mirror.counts[0] == 0;
     let lobe = match is_gap {
         false => at_mirror.peak(),
         true => at_mirror.around().map(|mean| (mean, false)),
@@ -169,7 +151,7 @@ pub fn retro_peak(measurement: &Measurement) -> Option<RetroPeak> {
         *is_peak && !is_mirror && *retro >= HIGHER * mirror
     });
     // A rough lobe has no peak so near, but all is higher on its side.
-    let rough = at_light.all().zip(at_mirror.all());
+    let rough = at_light.mean(0..3).zip(at_mirror.mean(0..3));
     let is_lobe = matches!(lobe, Some((_, true)));
     let rough = rough.filter(|(retro, mirror)| !is_lobe && *retro >= ROUGH * mirror);
     // That of sheen, which grows away from the half vector, is none: there is no lobe about the half vector of the turned light.
