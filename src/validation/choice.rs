@@ -103,7 +103,10 @@ impl CrossValidation<'_> {
                 Err(e) => refused = refused.or(Some(e)),
             }
         }
-        let place = |(_, scores): &Ranked| scores.rank().unwrap_or(f64::INFINITY);
+        let place = |(_, scores): &Ranked| {
+            let error = scores.ranked_by().and_then(|error| error.value);
+            error.unwrap_or(f64::INFINITY)
+        };
         ranked.sort_by(|a, b| place(a).total_cmp(&place(b)));
         // Readings that are left out lie where readings are, and kriging errs least of all methods between them: it goes before those
         // within a standard error of it.

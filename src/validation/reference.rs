@@ -38,12 +38,7 @@ impl Estimate {
 pub struct Scores(pub [[Estimate; Errors::QUANTITIES.len()]; Measure::USUAL.len()]);
 
 impl Scores {
-    /// The first error of the first measure that is defined: what methods are ranked by.
-    pub(crate) fn rank(&self) -> Option<f64> {
-        self.ranked_by()?.value
-    }
-
-    /// [`rank`](Self::rank) with its standard error.
+    /// The first error of the first measure that is defined, which methods are ranked by.
     pub(crate) fn ranked_by(&self) -> Option<&Estimate> {
         self.0.iter().flatten().find(|e| e.value.is_some())
     }
