@@ -4,7 +4,7 @@ use crate::brdf::{self, Brdf, BrdfSpec, Channels};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::parametrization::{self, Form, HalfDifference, Parametrization, WarpSpec, Warps};
 use crate::registry::{self, Entry};
-use crate::schedule::{Pose, Schedule};
+use crate::schedule::Schedule;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -166,17 +166,9 @@ pub(super) fn schedule(
     form: &Arc<dyn Parametrization>,
     pairs: impl IntoIterator<Item = DirectionPair>,
 ) -> Schedule {
-    let pose = |pair: DirectionPair| Pose {
-        coords: form.forward(&pair),
-        pair,
-    };
     Schedule {
-        parametrization: Arc::clone(form),
         sample_set: name.into(),
-        poses: pairs.into_iter().map(pose).collect(),
-        lattice: None,
-        unphysical_share: 0.0,
-        assumes: None,
+        ..Schedule::of_pairs(Arc::clone(form), pairs)
     }
 }
 

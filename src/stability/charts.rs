@@ -2,7 +2,6 @@
 
 use crate::geometry::DirectionPair;
 use crate::numeric::exact::Exact;
-use std::cmp::Ordering;
 
 /// A vector.
 pub(super) type Vector = [Exact; 3];
@@ -239,7 +238,7 @@ pub(super) fn jacobian(chart: &str, coords: &[Exact; 4]) -> Option<Exact> {
     let share = Exact::from(1e-25);
     let pair = inverse(chart, coords)?;
     let frames = pair.clone().map(|v| frame(&v));
-    let mut rows: Vec<[Exact; 4]> = Vec::new();
+    let mut rows: Vec<Vec<Exact>> = Vec::new();
     for d in 0..4 {
         let step = match coords[d].is_zero() {
             true => share.clone(),
@@ -256,9 +255,9 @@ pub(super) fn jacobian(chart: &str, coords: &[Exact; 4]) -> Option<Exact> {
             let tangent = [0, 1, 2].map(|d| (up[w][d].clone() - &down[w][d]) / &twice);
             dot(&tangent, &frames[w][e])
         };
-        rows.push([along(0, 0), along(0, 1), along(1, 0), along(1, 1)]);
+        rows.push(vec![along(0, 0), along(0, 1), along(1, 0), along(1, 1)]);
     }
-    Some(determinant(rows).abs())
+    Some(determinant(&rows).abs())
 }
 
 /// Two vectors orthogonal to a unit vector and to each other.
@@ -274,26 +273,16 @@ fn frame(v: &Vector) -> [Vector; 2] {
     [a, b]
 }
 
-/// Determinant of four rows, by elimination.
-fn determinant(mut rows: Vec<[Exact; 4]>) -> Exact {
-    let mut product = Exact::from(1.0);
-    for d in 0..4 {
-        let pivot = (d..4).max_by(|&a, &b| {
-            let order = rows[a][d].abs().partial_cmp(&rows[b][d].abs());
-            order.unwrap_or(Ordering::Equal)
-        });
-        let pivot = pivot.unwrap_or(d);
-        rows.swap(d, pivot);
-        if rows[d][d].is_zero() {
-            return 0.0.into();
-        }
-        product = product * &rows[d][d];
-        for e in d + 1..4 {
-            let share = rows[e][d].clone() / &rows[d][d];
-            for c in d..4 {
-                rows[e][c] = rows[e][c].clone() - share.clone() * &rows[d][c];
-            }
-        }
-    }
-    product
+/// Determinant of some rows, by expansion along the first.
+fn determinant(rows: &[Vec<Exact>]) -> Exact {
+    let Some((first, rest)) = rows.split_first() else {
+        return 1.0.into();
+    };
+    let terms = first.iter().enumerate().map(|(c, x)| {
+        let without = |row: &Vec<Exact>| [&row[..c], &row[c + 1..]].concat();
+        let minor: Vec<Vec<Exact>> = rest.iter().map(without).collect();
+        let sign = Exact::from(if c % 2 == 0 { 1.0 } else { -1.0 });
+        sign * x * &determinant(&minor)
+    });
+    terms.fold(0.0.into(), |sum, term| sum + term)
 }

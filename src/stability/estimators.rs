@@ -1,7 +1,7 @@
 //! Estimators of moments, at every view elevation, on slices with closed forms and on ever narrower lobes.
 
 use super::cases;
-use super::{Check, Extent, Family, Law, ROUNDING, Watch};
+use super::{Check, Extent, Family, Finding, Law, ROUNDING};
 use crate::brdf::Brdf;
 use crate::brdf::testing::made;
 use crate::geometry::Symmetry;
@@ -109,7 +109,7 @@ fn checks(extent: Extent) -> Vec<Check> {
 }
 
 /// The slice of a view, which every material has.
-fn slice<'a>(brdf: &'a dyn Brdf, degrees: f64, watch: &mut Watch) -> Option<Slice<'a>> {
+fn slice<'a>(brdf: &'a dyn Brdf, degrees: f64, watch: &mut Finding) -> Option<Slice<'a>> {
     let slice = Slice::new(brdf, Channel::Luminance, degrees.to_radians());
     if slice.is_err() {
         watch.holds(false, &degrees);
@@ -117,7 +117,7 @@ fn slice<'a>(brdf: &'a dyn Brdf, degrees: f64, watch: &mut Watch) -> Option<Slic
     slice.ok()
 }
 
-fn closed_forms(by: &dyn Estimator, width: f64, base: f64, extent: Extent, watch: &mut Watch) {
+fn closed_forms(by: &dyn Estimator, width: f64, base: f64, extent: Extent, watch: &mut Finding) {
     for degrees in extent.subset(VIEWS.to_vec(), 2) {
         let bump = Bump {
             centre: -degrees.to_radians(),
@@ -157,7 +157,7 @@ fn material(alpha: &str) -> Option<Box<dyn Brdf>> {
     cases::material(&format!("kind = \"ggx\"\nalpha = {alpha}"))
 }
 
-fn finite(by: &dyn Estimator, alpha: &str, extent: Extent, watch: &mut Watch) {
+fn finite(by: &dyn Estimator, alpha: &str, extent: Extent, watch: &mut Finding) {
     let Some(brdf) = material(alpha) else {
         return;
     };
@@ -179,7 +179,7 @@ fn finite(by: &dyn Estimator, alpha: &str, extent: Extent, watch: &mut Watch) {
 }
 
 /// The default tolerance and one a thousand times less, which takes other nodes.
-fn lobes(alpha: &str, extent: Extent, watch: &mut Watch) {
+fn lobes(alpha: &str, extent: Extent, watch: &mut Finding) {
     let Some(brdf) = material(alpha) else {
         return;
     };

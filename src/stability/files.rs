@@ -1,7 +1,7 @@
 //! Files: what is written is read back, whatever the numbers.
 
 use super::cases::{Case, pairs_above, schedule_of};
-use super::{Check, Extent, Family, Law, ROUNDING, Watch};
+use super::{Check, Extent, Family, Finding, Law, ROUNDING};
 use crate::formats;
 use crate::geometry::{Symmetry, distance};
 use crate::measurement::{About, Measurement, Outcome};
@@ -136,7 +136,7 @@ fn checks(extent: Extent) -> Vec<Check> {
 }
 
 /// What is read must be finite.
-fn spoilt(text: &str, read: formats::ReadReadings, watch: &mut Watch) {
+fn spoilt(text: &str, read: formats::ReadReadings, watch: &mut Finding) {
     watch.spent(1);
     let holds = match read(text, "readings", &Assume::default()) {
         Ok(read) => read.measurement.values.iter().all(|v| v.is_finite()),

@@ -2,7 +2,7 @@
 
 use super::cases::{self, Case, pairs, pairs_above, schedule_of};
 use super::reconstructions::materials;
-use super::{Check, Extent, Family, Law, ROUNDING, Test, Watch};
+use super::{Check, Extent, Family, Finding, Law, ROUNDING, Test};
 use crate::geometry::{Symmetry, distance};
 use crate::instrument::{self, Bench, Ideal, Instrument, InstrumentSpec, Machine, Order, Parts};
 use crate::measurement::Outcome;
@@ -19,24 +19,21 @@ const READINGS: Law = Law::strict("finite readings with uncertainties, or a reas
 const IDEAL: Law = Law::strict("the ideal reading is the BRDF, to the bit");
 const TIMES: Law = Law::strict("each reachable pose visited once, in the order of the clock");
 
-fn specs() -> Vec<(&'static str, InstrumentSpec)> {
-    let read =
-        |preset: instrument::Preset| Some((preset.name, instrument::read(preset.text).ok()?));
-    instrument::presets().into_iter().filter_map(read).collect()
-}
-
 fn checks(extent: Extent) -> Vec<Check> {
     let mut checks = vec![Check::new("ideal", IDEAL, move |watch| {
         ideal(extent, watch)
     })];
     let tests: [Test<InstrumentSpec>; 3] = [(AXES, axes), (TIMES, times), (READINGS, readings)];
-    for (name, spec) in specs() {
-        checks.extend(Check::each(name, spec, extent, &tests));
+    for preset in instrument::presets() {
+        // The tests read every preset, so that each of them reads.
+        if let Ok(spec) = instrument::read(preset.text) {
+            checks.extend(Check::each(preset.name, spec, extent, &tests));
+        }
     }
     checks
 }
 
-fn ideal(extent: Extent, watch: &mut Watch) {
+fn ideal(extent: Extent, watch: &mut Finding) {
     let cases = extent.subset(pairs(), 2);
     let schedule = schedule_of(&cases, Symmetry::FULL);
     for (what, brdf) in materials() {
@@ -50,7 +47,7 @@ fn ideal(extent: Extent, watch: &mut Watch) {
     }
 }
 
-fn axes(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
+fn axes(spec: &InstrumentSpec, extent: Extent, watch: &mut Finding) {
     let Ok(machine) = Machine::new(spec) else {
         return;
     };
@@ -70,7 +67,7 @@ fn axes(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
     }
 }
 
-fn times(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
+fn times(spec: &InstrumentSpec, extent: Extent, watch: &mut Finding) {
     let schedule = schedule_of(&extent.subset(pairs(), 3), Symmetry::FULL);
     let Ok(bench) = Bench::new(spec, Parts::ALL, 1) else {
         return;
@@ -88,7 +85,7 @@ fn times(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
     }
 }
 
-fn readings(spec: &InstrumentSpec, extent: Extent, watch: &mut Watch) {
+fn readings(spec: &InstrumentSpec, extent: Extent, watch: &mut Finding) {
     // Below a tenth of a degree no arm goes.
     let cases = extent.subset(pairs_above(2e-3), 6);
     let schedule = schedule_of(&cases, Symmetry::FULL);

@@ -87,7 +87,7 @@ impl Family {
 pub struct Check {
     member: String,
     law: Law,
-    run: Box<dyn Fn(&mut Watch) + Send + Sync>,
+    run: Box<dyn Fn(&mut Finding) + Send + Sync>,
 }
 
 /// What is to hold.
@@ -118,13 +118,13 @@ impl Law {
 }
 
 /// A law of a member, and what looks for violations of it.
-type Test<T> = (Law, fn(&T, Extent, &mut Watch));
+type Test<T> = (Law, fn(&T, Extent, &mut Finding));
 
 impl Check {
     fn new(
         member: impl Into<String>,
         law: Law,
-        run: impl Fn(&mut Watch) + Send + Sync + 'static,
+        run: impl Fn(&mut Finding) + Send + Sync + 'static,
     ) -> Self {
         Self {
             member: member.into(),
@@ -155,39 +155,33 @@ impl Check {
     /// Runs the check.
     pub(crate) fn run(&self, family: &'static str) -> Finding {
         let start = Instant::now();
-        let mut watch = Watch::default();
-        (self.run)(&mut watch);
-        let ratio = watch.worst.as_ref().map_or(0.0, |worst| worst.ratio);
-        let verdict = match watch.cases > 0 && ratio <= self.law.allowed {
+        let mut found = self.begun(family);
+        (self.run)(&mut found);
+        found.seconds = start.elapsed().as_secs_f64();
+        found.verdict = match found.cases > 0 && found.ratio <= found.allowed {
             true => Verdict::Holds,
             false => Verdict::Broken,
         };
-        self.finding(family, watch, start.elapsed().as_secs_f64(), verdict)
+        found
     }
 
-    fn finding(
-        &self,
-        family: &'static str,
-        watch: Watch,
-        seconds: f64,
-        verdict: Verdict,
-    ) -> Finding {
-        let worst = watch.worst.unwrap_or_default();
+    /// What is found before the first case.
+    fn begun(&self, family: &'static str) -> Finding {
         Finding {
             family,
             member: self.member.clone(),
             law: self.law.name,
-            cases: watch.cases,
-            evaluations: watch.evaluations,
-            error: worst.error,
+            cases: 0,
+            evaluations: 0,
+            error: 0.0,
             unit: self.law.unit,
-            at: worst.at,
-            conditioning: worst.conditioning,
-            ratio: worst.ratio,
+            at: String::new(),
+            conditioning: 0.0,
+            ratio: 0.0,
             allowed: self.law.allowed,
-            largest: watch.largest,
-            seconds,
-            verdict,
+            largest: 0.0,
+            seconds: 0.0,
+            verdict: Verdict::Interrupted,
         }
     }
 }
@@ -232,8 +226,8 @@ pub fn run(
     let mut all = Vec::new();
     for (f, (name, checks)) in families.iter().enumerate() {
         let of = |(i, check): (usize, &Check)| {
-            let left = || check.finding(name, Watch::default(), 0.0, Verdict::Interrupted);
-            found.remove(&[f, i]).unwrap_or_else(left)
+            let found = found.remove(&[f, i]);
+            found.unwrap_or_else(|| check.begun(name))
         };
         all.extend(checks.iter().enumerate().map(of));
     }
@@ -290,25 +284,8 @@ pub struct Finding {
     pub verdict: Verdict,
 }
 
-/// A case and its error.
-#[derive(Clone, Debug, Default)]
-struct Worst {
-    error: f64,
-    conditioning: f64,
-    ratio: f64,
-    at: String,
-}
-
 /// Collects the cases of a check.
-#[derive(Default)]
-struct Watch {
-    worst: Option<Worst>,
-    largest: f64,
-    cases: u64,
-    evaluations: u64,
-}
-
-impl Watch {
+impl Finding {
     /// A case with its error and conditioning.
     fn see(&mut self, error: f64, conditioning: f64, at: &dyn Display) {
         // A NaN is the worst error of all.
@@ -336,13 +313,9 @@ impl Watch {
         self.cases += 1;
         self.largest = self.largest.max(error);
         let ratio = if ratio.is_nan() { f64::INFINITY } else { ratio };
-        if self.worst.as_ref().is_none_or(|w| ratio > w.ratio) {
-            self.worst = Some(Worst {
-                error,
-                conditioning,
-                ratio,
-                at: at.to_string(),
-            });
+        if self.cases == 1 || ratio > self.ratio {
+            (self.error, self.conditioning, self.ratio) = (error, conditioning, ratio);
+            self.at = at.to_string();
         }
     }
 

@@ -1,7 +1,7 @@
 //! Models: every example, and roughness down to a micro-radian.
 
 use super::cases::{self, Case, pairs};
-use super::{Check, Extent, Family, Law, ROUNDING, Test, Watch, charts, values};
+use super::{Check, Extent, Family, Finding, Law, ROUNDING, Test, charts, values};
 use crate::brdf::{self, Brdf, BrdfSpec, Channels, Presence, laws};
 use crate::geometry::{Direction, DirectionPair};
 use crate::registry;
@@ -104,7 +104,7 @@ fn checks(extent: Extent) -> Vec<Check> {
     checks
 }
 
-fn finite(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
+fn finite(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Finding) {
     let mut all: Vec<DirectionPair> = pairs().into_iter().map(|case| case.pair).collect();
     all.extend(laws::edge_pairs());
     for pair in extent.subset(all, 3) {
@@ -115,7 +115,7 @@ fn finite(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
     }
 }
 
-fn batches(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
+fn batches(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Finding) {
     let cases = extent.subset(pairs(), 3);
     let all: Vec<DirectionPair> = cases.iter().map(|case| case.pair).collect();
     let mut values = vec![f64::NAN; all.len()];
@@ -142,7 +142,7 @@ pub(super) fn neighbours(pair: &DirectionPair) -> impl Iterator<Item = Direction
     })
 }
 
-fn symmetries(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
+fn symmetries(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Finding) {
     let symmetry = brdf.symmetry();
     for Case { name, pair } in extent.subset(pairs(), 3) {
         let Some(f) = brdf.luminance(&pair) else {
@@ -175,7 +175,7 @@ fn symmetries(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
     }
 }
 
-fn against_exact(Model { brdf, keys }: &Model, extent: Extent, watch: &mut Watch) {
+fn against_exact(Model { brdf, keys }: &Model, extent: Extent, watch: &mut Finding) {
     for Case { name, pair } in extent.subset(pairs(), 7) {
         let got = brdf.luminance(&pair).unwrap_or(f64::NAN);
         watch.spent(1);
@@ -198,7 +198,7 @@ fn against_exact(Model { brdf, keys }: &Model, extent: Extent, watch: &mut Watch
     }
 }
 
-fn energy(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Watch) {
+fn energy(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Finding) {
     let elevations = [0.0, 1e-6, 0.5, 1.0, 1.4, 1.55, 1.57];
     for theta in extent.subset(elevations.to_vec(), 3) {
         let albedo = laws::directional_albedo(&**brdf, Direction::from_spherical(theta, 0.3));

@@ -2,7 +2,7 @@
 
 use super::cases::{self, Case, SYMMETRIES, pairs};
 use super::charts::{self, CHARTS, Pair};
-use super::{Check, Extent, Family, Law, ROUNDING, Test, Watch};
+use super::{Check, Extent, Family, Finding, Law, ROUNDING, Test};
 use crate::geometry::{DirectionPair, Symmetry, distance};
 use crate::numeric::exact::Exact;
 use crate::parametrization::{self, AxisKind, Coords, Parametrization};
@@ -91,7 +91,7 @@ fn radii(chart: &str, symmetry: Symmetry, pair: &Pair) -> Vec<f64> {
 /// Moves one of the components of a pair by a rounding.
 type Nudge = fn(&DirectionPair, usize) -> Option<Pair>;
 
-fn coordinates(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut Watch) {
+fn coordinates(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut Finding) {
     for Case { name, pair } in extent.subset(pairs(), 7) {
         let got = form.forward(&pair);
         watch.spent(1);
@@ -154,41 +154,35 @@ fn places(form: &dyn Parametrization, extent: Extent) -> Vec<(String, Coords)> {
     places
 }
 
-/// Directions at coordinates that are off by one rounding each way, one after the other.
-fn nudged_inverses(chart: &str, symmetry: Symmetry, coords: &Coords) -> Vec<Option<Pair>> {
-    let mut found = Vec::new();
-    for d in 0..4 {
-        if coords[d] == 0.0 {
-            continue;
-        }
-        for sign in [1.0, -1.0] {
-            let mut moved = coords.map(Exact::from);
-            moved[d] = charts::rounded(&moved[d], sign);
-            found.push(charts::inverse(chart, &absolute(chart, symmetry, &moved)));
-        }
-    }
-    found
+/// Coordinates that are off by one rounding each way, one after the other.
+fn nudged(coords: &[Exact; 4]) -> impl Iterator<Item = [Exact; 4]> {
+    (0..8).filter(|k| !coords[k / 2].is_zero()).map(|k| {
+        let mut moved = coords.clone();
+        moved[k / 2] = charts::rounded(&moved[k / 2], [1.0, -1.0][k % 2]);
+        moved
+    })
 }
 
-fn directions(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut Watch) {
+fn directions(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut Finding) {
     let symmetry = form.symmetry();
     for (name, coords) in places(&**form, extent) {
         let got = form.inverse(&coords);
         watch.spent(1);
-        let want = charts::inverse(chart, &absolute(chart, symmetry, &coords.map(Exact::from)));
-        let nudged = nudged_inverses(chart, symmetry, &coords);
+        let of = |coords: &[Exact; 4]| charts::inverse(chart, &absolute(chart, symmetry, coords));
+        let exact = coords.map(Exact::from);
+        let want = of(&exact);
         // Beyond the domain there is nothing to be near to: on its edge rounding decides.
         let (Some(got), Some(want)) = (&got, &want) else {
             continue;
         };
         let got = got.vectors().map(|v| v.to_array().map(Exact::from));
         let error = charts::angle(&got, want);
-        let moved = nudged.iter().flatten().map(|n| charts::angle(n, want));
+        let moved = nudged(&exact).filter_map(|n| Some(charts::angle(&of(&n)?, want)));
         watch.see(error, moved.sum::<f64>() + ROUNDING, &name);
     }
 }
 
-fn jacobian(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut Watch) {
+fn jacobian(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut Finding) {
     let symmetry = form.symmetry();
     for (name, coords) in extent.subset(places(&**form, Extent::Whole), 31) {
         let of = |coords: &[Exact; 4]| charts::jacobian(chart, &absolute(chart, symmetry, coords));
@@ -199,13 +193,10 @@ fn jacobian(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut W
         };
         let got = form.jacobian(&coords);
         watch.spent(1);
-        let mut moved = 0.0;
-        for (d, sign) in (0..4).flat_map(|d| [(d, 1.0), (d, -1.0)]) {
-            let mut there = exact.clone();
-            there[d] = charts::rounded(&there[d], sign);
-            // On the edge of the domain a rounding may be all of it.
-            moved += of(&there).map_or(f64::INFINITY, |j| (j.to_f64() - want).abs());
-        }
+        // On the edge of the domain a rounding may be all of it.
+        let moved =
+            nudged(&exact).map(|n| of(&n).map_or(f64::INFINITY, |j| (j.to_f64() - want).abs()));
+        let moved: f64 = moved.sum();
         // Where a rounding changes half of it there is no number to agree on.
         let conditioning = match moved / want + ROUNDING {
             large if large > 0.5 => f64::INFINITY,
@@ -216,7 +207,7 @@ fn jacobian(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut W
 }
 
 /// What so many roundings of its coordinates move a pair by, rad.
-fn moved(form: &dyn Parametrization, pair: &DirectionPair, watch: &mut Watch) -> f64 {
+fn moved(form: &dyn Parametrization, pair: &DirectionPair, watch: &mut Finding) -> f64 {
     let coords = form.forward(pair);
     let mut sum = 0.0;
     for d in 0..form.axes().len() {
@@ -235,7 +226,7 @@ fn moved(form: &dyn Parametrization, pair: &DirectionPair, watch: &mut Watch) ->
 }
 
 /// A warp bends the coordinates of a plain form: their conditioning is its own too.
-fn there_and_back(Checked { form, plain, .. }: &Checked, extent: Extent, watch: &mut Watch) {
+fn there_and_back(Checked { form, plain, .. }: &Checked, extent: Extent, watch: &mut Finding) {
     for Case { name, pair } in extent.subset(pairs(), 3) {
         watch.spent(2);
         let Some(back) = form.inverse(&form.forward(&pair)) else {
@@ -251,7 +242,7 @@ fn there_and_back(Checked { form, plain, .. }: &Checked, extent: Extent, watch: 
     }
 }
 
-fn outside(Checked { form, .. }: &Checked, _: Extent, watch: &mut Watch) {
+fn outside(Checked { form, .. }: &Checked, _: Extent, watch: &mut Finding) {
     let axes = form.axes();
     let mut middle = [0.0; 4];
     for (c, axis) in middle.iter_mut().zip(axes) {

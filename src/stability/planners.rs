@@ -2,7 +2,7 @@
 
 use super::cases::{Example, examples, half_difference};
 use super::reconstructions::materials;
-use super::{Check, Extent, Family, Law, Watch};
+use super::{Check, Extent, Family, Finding, Law};
 use crate::acquisition::{self, Planner, Task, acquire};
 use crate::brdf::Brdf;
 use crate::geometry::{Symmetry, distance};
@@ -25,7 +25,7 @@ fn checks(extent: Extent) -> Vec<Check> {
     examples(acquisition::all()).map(check).collect()
 }
 
-fn plans(planner: &dyn Planner, extent: Extent, watch: &mut Watch) {
+fn plans(planner: &dyn Planner, extent: Extent, watch: &mut Finding) {
     let budgets: &[usize] = match extent {
         Extent::Whole => &[1, 2, 3, 24],
         Extent::Short => &[1, 12],
@@ -37,15 +37,11 @@ fn plans(planner: &dyn Planner, extent: Extent, watch: &mut Watch) {
     }
 }
 
-fn plan(planner: &dyn Planner, brdf: &dyn Brdf, budget: usize, what: &str, watch: &mut Watch) {
+fn plan(planner: &dyn Planner, brdf: &dyn Brdf, budget: usize, what: &str, watch: &mut Finding) {
     let symmetry = Symmetry::FULL;
     let task = Task {
-        form: half_difference(symmetry),
-        budget,
-        seed: 1,
-        machine: None,
-        go_on: &|| true,
         truth: Some(brdf),
+        ..Task::plain(&half_difference(symmetry), budget, 1)
     };
     let at = format!("{what}, {budget}");
     let measured = match acquire(planner, &task, brdf) {

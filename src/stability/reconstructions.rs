@@ -2,7 +2,7 @@
 //! lines.
 
 use super::cases::{self, Case, examples, pairs};
-use super::{Check, Extent, Family, Law, ROUNDING, Test, Watch};
+use super::{Check, Extent, Family, Finding, Law, ROUNDING, Test};
 use crate::brdf::testing::made;
 use crate::brdf::{Brdf, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
@@ -94,15 +94,15 @@ fn checks(extent: Extent) -> Vec<Check> {
     checks.collect()
 }
 
-fn any(method: &dyn Reconstruct, extent: Extent, watch: &mut Watch) {
+fn any(method: &dyn Reconstruct, extent: Extent, watch: &mut Finding) {
     reconstruct(method, false, extent, watch);
 }
 
-fn constant(method: &dyn Reconstruct, extent: Extent, watch: &mut Watch) {
+fn constant(method: &dyn Reconstruct, extent: Extent, watch: &mut Finding) {
     reconstruct(method, true, extent, watch);
 }
 
-fn reconstruct(method: &dyn Reconstruct, is_constant: bool, extent: Extent, watch: &mut Watch) {
+fn reconstruct(method: &dyn Reconstruct, is_constant: bool, extent: Extent, watch: &mut Finding) {
     let cases = extent.subset(pairs(), 4);
     let all: Vec<DirectionPair> = cases.iter().map(|case| case.pair).collect();
     // What is below the horizon is black, whatever is known.
@@ -165,15 +165,11 @@ fn reconstruct(method: &dyn Reconstruct, is_constant: bool, extent: Extent, watc
     }
 }
 
-/// A mirror-like material, for those who measure one.
-pub(super) fn mirror() -> Option<Box<dyn Brdf>> {
-    cases::material("kind = \"ggx\"\nalpha = 1e-6")
-}
-
 /// The materials of this family, by name.
 pub(super) fn materials() -> Vec<(&'static str, Box<dyn Brdf>)> {
     let made = |(name, _, of): Material| (name, Box::new(material(of)) as Box<dyn Brdf>);
     let mut all: Vec<_> = MATERIALS.into_iter().map(made).collect();
-    all.extend(mirror().map(|mirror| ("mirror 1e-6", mirror)));
+    let mirror = cases::material("kind = \"ggx\"\nalpha = 1e-6");
+    all.extend(mirror.map(|mirror| ("mirror 1e-6", mirror)));
     all
 }

@@ -1,7 +1,7 @@
 //! Sample sets in every parametrization, for budgets of one pose to a million.
 
 use super::cases::{self, SYMMETRIES};
-use super::{Check, Extent, Family, Law, Watch};
+use super::{Check, Extent, Family, Finding, Law};
 use crate::geometry::distance;
 use crate::parametrization::Parametrization;
 use crate::registry;
@@ -58,7 +58,7 @@ fn poses(
     set: &dyn SampleSet,
     form: &Arc<dyn Parametrization>,
     budgets: &[usize],
-    watch: &mut Watch,
+    watch: &mut Finding,
 ) {
     for &budget in budgets {
         for seed in [0, u64::MAX] {

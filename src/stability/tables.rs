@@ -3,7 +3,7 @@
 
 use super::cases::{Case, pairs};
 use super::models::neighbours;
-use super::{Check, Extent, Family, Law, ROUNDING, Watch, charts};
+use super::{Check, Extent, Family, Finding, Law, ROUNDING, charts};
 use crate::brdf::measured::merl::{Interpolation, Merl, MerlGrid, SCALE};
 use crate::brdf::measured::utia::{self, Utia};
 use crate::brdf::{Brdf, Channels};
@@ -144,7 +144,7 @@ fn index(pair: &charts::Pair) -> [Exact; 3] {
 }
 
 /// A table whose cells hold their own numbers.
-fn right_cell(extent: Extent, watch: &mut Watch) {
+fn right_cell(extent: Extent, watch: &mut Finding) {
     let table = merl(|cell| 1.0 + cell as f64);
     let Some(table) = table.map(|t| t.with_interpolation(Interpolation::Nearest)) else {
         return;
@@ -213,31 +213,39 @@ fn right_cell(extent: Extent, watch: &mut Watch) {
     }
 }
 
-fn constant(table: Option<impl Brdf>, size: f64, extent: Extent, watch: &mut Watch) {
+/// Shows the values of a table at the extreme pairs; beyond 75° one of UTIA has none.
+fn each_value(
+    table: Option<impl Brdf>,
+    extent: Extent,
+    watch: &mut Finding,
+    see: impl Fn(&mut Finding, Case, Option<f64>),
+) {
     let Some(table) = table else {
         return;
     };
-    for Case { name, pair } in extent.subset(pairs(), 3) {
+    for case in extent.subset(pairs(), 3) {
         watch.spent(1);
-        // Beyond 75° a UTIA table has no data.
-        if let Some(value) = table.luminance(&pair) {
-            watch.see((value - size).abs() / size, ROUNDING, &name);
-        }
+        let value = table.luminance(&case.pair);
+        see(watch, case, value);
     }
 }
 
-fn finite(table: Option<impl Brdf>, extent: Extent, watch: &mut Watch) {
-    let Some(table) = table else {
-        return;
-    };
-    for Case { name, pair } in extent.subset(pairs(), 3) {
-        watch.spent(1);
-        watch.is_reflectance(table.luminance(&pair).unwrap_or(0.0), &name);
-    }
+fn constant(table: Option<impl Brdf>, size: f64, extent: Extent, watch: &mut Finding) {
+    each_value(table, extent, watch, |watch, Case { name, .. }, value| {
+        if let Some(value) = value {
+            watch.see((value - size).abs() / size, ROUNDING, &name);
+        }
+    });
+}
+
+fn finite(table: Option<impl Brdf>, extent: Extent, watch: &mut Finding) {
+    each_value(table, extent, watch, |watch, Case { name, .. }, value| {
+        watch.is_reflectance(value.unwrap_or(0.0), &name);
+    });
 }
 
 /// A table of a sum of its elevations, which its interpolation gives back.
-fn linear(extent: Extent, watch: &mut Watch) {
+fn linear(extent: Extent, watch: &mut Finding) {
     let of = |theta_i: f64, theta_o: f64| 1.0 + theta_i + 3.0 * theta_o;
     let elevation = |direction: usize| (direction / utia::AZIMUTHS) as f64 * PI / 12.0;
     let directions = utia::ELEVATIONS * utia::AZIMUTHS;

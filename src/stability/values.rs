@@ -1,6 +1,6 @@
 //! Models in numbers of 50 digits, from their equations.
 
-use super::charts::{Pair, rounded};
+use super::charts::{Pair, Vector, rounded};
 use crate::numeric::exact::Exact;
 use crate::registry::Keys;
 
@@ -9,15 +9,11 @@ use crate::registry::Keys;
 pub(super) fn exact(keys: &Keys, pair: &Pair, nudge: Option<usize>) -> Option<Exact> {
     let number = |key: &str| keys.get(key)?.as_float();
     let of = |key: &str| number(key).map(Exact::from);
-    let mut half = half(pair);
+    let (mut half, cos_d) = half(pair);
     if let Some(d) = nudge {
-        let x = match d {
-            0 => &mut half.x,
-            1 => &mut half.y,
-            _ => &mut half.z,
-        };
-        *x = rounded(x, 1.0);
+        half[d] = rounded(&half[d], 1.0);
     }
+    let [x, y, z] = &half;
     let one = Exact::from(1.0);
     let pi = Exact::pi();
     let [i, o] = pair;
@@ -25,19 +21,18 @@ pub(super) fn exact(keys: &Keys, pair: &Pair, nudge: Option<usize>) -> Option<Ex
         "lambert" => of("albedo")? / pi,
         "ggx" => {
             let [ax, ay] = roughness(keys)?;
-            let s =
-                square(&(half.x.clone() / &ax)) + square(&(half.y.clone() / &ay)) + square(&half.z);
+            let s = square(&(x.clone() / &ax)) + square(&(y.clone() / &ay)) + square(z);
             let density = one / (pi * &ax * &ay * &square(&s));
             let area = |v: &[Exact; 3]| {
                 (square(&(v[0].clone() * &ax)) + square(&(v[1].clone() * &ay)) + square(&v[2]))
                     .sqrt()
             };
-            facets(pair, density, area) * &fresnel(keys, &half.cos_d)?
+            facets(pair, density, area) * &fresnel(keys, &cos_d)?
         }
         "beckmann" => {
             let [ax, ay] = roughness(keys)?;
-            let density =
-                gauss(&half, [&ax, &ay]) / &(pi.clone() * &ax * &ay * &square(&square(&half.z)));
+            let lobe = gauss(&half, [&ax, &ay]);
+            let density = lobe / &(pi.clone() * &ax * &ay * &square(&square(z)));
             let area = |v: &[Exact; 3]| {
                 let s = (square(&(v[0].clone() * &ax)) + square(&(v[1].clone() * &ay))).sqrt();
                 if s.is_zero() {
@@ -50,7 +45,7 @@ pub(super) fn exact(keys: &Keys, pair: &Pair, nudge: Option<usize>) -> Option<Ex
                 }
                 v[2].clone() * &a.erf() + s * &(-square(&a)).exp() / &pi.sqrt()
             };
-            facets(pair, density, area) * &fresnel(keys, &half.cos_d)?
+            facets(pair, density, area) * &fresnel(keys, &cos_d)?
         }
         "ward" => {
             let [ax, ay] = roughness(keys)?;
@@ -64,7 +59,7 @@ pub(super) fn exact(keys: &Keys, pair: &Pair, nudge: Option<usize>) -> Option<Ex
             let power = two.powf(&(n.clone() / &two));
             let scale = (n.clone() + &two) * (n.clone() + Exact::from(4.0))
                 / &(Exact::from(8.0) * &pi * &(one / &power + &n));
-            of("rho_d")? / pi + of("rho_s")? * &scale * &half.z.powf(&n)
+            of("rho_d")? / pi + of("rho_s")? * &scale * &z.powf(&n)
         }
         "oren-nayar" => {
             let sigma = of("sigma_deg")? * &pi / &180.0.into();
@@ -82,7 +77,7 @@ pub(super) fn exact(keys: &Keys, pair: &Pair, nudge: Option<usize>) -> Option<Ex
         }
         "sheen" => {
             let n = one / &of("alpha")?;
-            let sin2 = square(&half.x) + square(&half.y);
+            let sin2 = square(x) + square(y);
             let rim = sin2.powf(&(n.clone() / &2.0.into()));
             let seen = i[2].clone() + &o[2] - i[2].clone() * &o[2];
             of("rho")? * &(n + Exact::from(2.0)) * &rim / &(Exact::from(8.0) * &pi * &seen)
@@ -101,33 +96,21 @@ fn square(x: &Exact) -> Exact {
 }
 
 /// The unit half vector, and the length of (ω_i + ω_o)/2.
-struct Half {
-    x: Exact,
-    y: Exact,
-    z: Exact,
-    cos_d: Exact,
-}
-
-fn half([i, o]: &Pair) -> Half {
-    let [x, y, z] = [0, 1, 2].map(|d| (i[d].clone() + &o[d]) / &2.0.into());
-    let cos_d = (square(&x) + square(&y) + square(&z)).sqrt();
+fn half([i, o]: &Pair) -> (Vector, Exact) {
+    let half = [0, 1, 2].map(|d| (i[d].clone() + &o[d]) / &2.0.into());
+    let cos_d = half.iter().map(square).fold(Exact::from(0.0), |a, b| a + b);
+    let cos_d = cos_d.sqrt();
     // Opposed at the horizon: the normal is as right as any other.
-    if cos_d.is_zero() {
-        let [x, y, z] = [0.0, 0.0, 1.0].map(Exact::from);
-        return Half { x, y, z, cos_d };
-    }
-    Half {
-        x: x / &cos_d,
-        y: y / &cos_d,
-        z: z / &cos_d,
-        cos_d,
+    match cos_d.is_zero() {
+        true => ([0.0, 0.0, 1.0].map(Exact::from), cos_d),
+        false => (half.map(|x| x / &cos_d), cos_d),
     }
 }
 
 /// exp(−tan²θ_h (cos²φ_h/alpha_x² + sin²φ_h/alpha_y²)).
-fn gauss(half: &Half, [ax, ay]: [&Exact; 2]) -> Exact {
-    let t = square(&(half.x.clone() / ax)) + square(&(half.y.clone() / ay));
-    (-(t / &square(&half.z))).exp()
+fn gauss([x, y, z]: &Vector, [ax, ay]: [&Exact; 2]) -> Exact {
+    let t = square(&(x.clone() / ax)) + square(&(y.clone() / ay));
+    (-(t / &square(z))).exp()
 }
 
 /// D over 2 (cos θ_o m(ω_i) + cos θ_i m(ω_o)).
