@@ -93,11 +93,11 @@ impl Task {
                     match rung.run(self.effort, &|| listener.go_on()) {
                         Ok(ran) => {
                             is_done = ran.judged.is_last;
+                            let (times, judged) = (ran.times, ran.judged);
                             let row = Row {
                                 names,
-                                times: ran.times,
-                                values: ran.judged.values,
-                                is_lawful: ran.judged.is_lawful,
+                                times,
+                                judged,
                             };
                             listener.made(self, &row)?;
                             rows.push(row);

@@ -167,9 +167,6 @@ impl Rung {
     }
 }
 
-/// Seconds of a pass and of judging it.
-pub(super) type Expected = [f64; 2];
-
 /// A choice, from its cheapest rung on.
 pub struct Ladder {
     /// Its names, but for the rung's.
@@ -181,8 +178,11 @@ pub struct Ladder {
     pub pilot: Option<Box<Pilot>>,
 }
 
-/// Expected [seconds of a pass, seconds of judging it] of each rung.
-type Pilot = dyn Fn() -> Result<Vec<[f64; 2]>, String>;
+/// Seconds of a pass and of judging it.
+type Expected = [f64; 2];
+
+/// What is expected of each rung.
+type Pilot = dyn Fn() -> Result<Vec<Expected>, String>;
 
 impl Ladder {
     /// A choice whose rungs take in proportion to their work.

@@ -143,7 +143,7 @@ impl Section {
     pub(crate) fn number(&self, row: &Row, column: &str) -> Option<f64> {
         match column {
             "seconds" => Some(row.times.median),
-            column => row.values.get(self.place(column)?)?.value,
+            column => row.judged.values.get(self.place(column)?)?.value,
         }
     }
 }

@@ -98,7 +98,7 @@ fn line(section: &Section, case: &[&Row], column: &str, target: f64) -> String {
     let place = section.place(column);
     let known = case
         .iter()
-        .filter_map(|r| r.values.get(place?)?.standard_error);
+        .filter_map(|r| r.judged.values.get(place?)?.standard_error);
     if known.reduce(f64::min).is_some_and(|known| known > target) {
         return " not known to that".into();
     }
@@ -107,7 +107,7 @@ fn line(section: &Section, case: &[&Row], column: &str, target: f64) -> String {
         .filter_map(|rungs| {
             let point = |r: &&Row| Some((r.times.median, section.number(r, column)?));
             let points: Vec<_> = rungs.iter().filter_map(point).collect();
-            let lawful = rungs.last().is_some_and(|r| r.is_lawful);
+            let lawful = rungs.last().is_some_and(|r| r.judged.is_lawful);
             let time = Time::to_reach(target, &points, lawful)?;
             Some((rungs[0].choice().join(" "), time))
         })

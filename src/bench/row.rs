@@ -1,7 +1,6 @@
 //! Rows: one rung each.
 
-use super::Times;
-use crate::validation::Estimate;
+use super::{Judged, Times};
 
 /// What was measured on a rung.
 #[derive(Clone, Debug)]
@@ -10,10 +9,8 @@ pub struct Row {
     pub names: Vec<String>,
     /// Times of its passes.
     pub times: Times,
-    /// Values, in the order of the section's columns.
-    pub values: Vec<Estimate>,
-    /// True if the error may be extrapolated beyond it.
-    pub is_lawful: bool,
+    /// How good it is.
+    pub judged: Judged,
 }
 
 impl Row {

@@ -68,6 +68,7 @@ impl Layout {
         let times = row.times;
         let spread = format!("{:.2e} to {:.2e}, {}", times.min, times.max, times.repeats);
         let numbers: Vec<String> = row
+            .judged
             .values
             .iter()
             .map(|v| match (v.value, v.standard_error) {
@@ -125,11 +126,11 @@ fn schema<'a>(section: &Section) -> Schema<Placed<'a>> {
     });
     for (i, column) in section.columns.iter().enumerate() {
         schema = schema.and(columns! { (row, _) in Placed<'a>;
-            column.name => Json::from(row.values[i].value),
+            column.name => Json::from(row.judged.values[i].value),
         });
         if let Some(name) = column.uncertainty {
             schema = schema.and(columns! { (row, _) in Placed<'a>;
-                name => Json::from(row.values[i].standard_error),
+                name => Json::from(row.judged.values[i].standard_error),
             });
         }
     }

@@ -48,7 +48,7 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
     let (_, brdf) = truths::metal("0.4")?;
     let mut ladders = Vec::new();
     for entry in reconstruct::all() {
-        let method = registry::read_text(&entry, "").map_err(truths::internal)?;
+        let method = registry::read_text(&entry, "").map_err(Error::internal)?;
         // One system of all readings has a limit of its own.
         if method.weighs_readings() {
             continue;

@@ -1,6 +1,6 @@
 //! Instruments and orders of their visits over their budget.
 
-use super::truths::{self, ERRORS, Pairs, SEED, Truth, internal, text};
+use super::truths::{self, ERRORS, Pairs, SEED, Truth, text};
 use crate::bench::{Column, Diagram, Ladder, Rung, Section, Settings, Watch};
 use crate::error::Error;
 use crate::geometry::Symmetry;
@@ -45,15 +45,15 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
     let mut schedules = Vec::new();
     for &budget in budgets {
         let schedule = Grid::default().plan(&form, budget, SEED);
-        schedules.push((budget, Arc::new(schedule.map_err(internal)?)));
+        schedules.push((budget, Arc::new(schedule.map_err(Error::internal)?)));
     }
     let mut ladders = Vec::new();
     for alpha in roughness {
         let (material, brdf) = truths::metal(alpha)?;
         let truth = Truth::new(brdf, &pairs);
         for preset in presets() {
-            let spec = read(preset.text).map_err(internal)?;
-            let bench = Rc::new(Bench::new(&spec, Parts::ALL, SEED).map_err(internal)?);
+            let spec = read(preset.text).map_err(Error::internal)?;
+            let bench = Rc::new(Bench::new(&spec, Parts::ALL, SEED).map_err(Error::internal)?);
             for order in Order::ALL {
                 let rungs = schedules.iter().map(|s| rung(&truth, &bench, order, s));
                 ladders.push(Ladder::new([&material, preset.name, order.name()], rungs));

@@ -199,9 +199,9 @@ impl Subject {
         Ok(Judged {
             values: vec![
                 Estimate::new((evaluations / all.max(1)) as f64, None),
-                error(errors.energy, known.energy),
-                error(errors.covariance, known.covariance),
-                Estimate::new(errors.covariance_median.max(known.covariance_median), None),
+                error(errors[0], known[0]),
+                error(errors[1], known[1]),
+                Estimate::new(errors[2].max(known[2]), None),
                 Estimate::new(unresolved as f64, None),
             ],
             // A smaller tolerance would end at the same number of values with the same result.
@@ -211,15 +211,10 @@ impl Subject {
     }
 }
 
-struct Errors {
-    energy: f64,
-    covariance: f64,
-    covariance_median: f64,
-}
-
-/// Absolute differences by view and component in units of the reference's scales. A moment that is
-/// undefined, as where an estimator saw nothing, counts as off by 1: the whole of it.
-fn errors(reference: &Profile, difference: impl Fn(usize, Component) -> Option<f64>) -> Errors {
+/// The largest of energy, the largest of covariance and its median over the views, of absolute differences by view and
+/// component in units of the reference's scales. A moment that is undefined, as where an estimator saw nothing, counts as
+/// off by 1: the whole of it.
+fn errors(reference: &Profile, difference: impl Fn(usize, Component) -> Option<f64>) -> [f64; 3] {
     let (mut energy, mut covariances) = (0.0_f64, Vec::new());
     for (view, slice) in reference.slices.iter().enumerate() {
         let truth = &slice.moments;
@@ -234,9 +229,6 @@ fn errors(reference: &Profile, difference: impl Fn(usize, Component) -> Option<f
             .map(|c| off(c, s.powi(c.n as i32) * t.powi(c.m as i32)));
         covariances.push(scaled.fold(0.0, f64::max));
     }
-    Errors {
-        energy,
-        covariance: covariances.iter().copied().fold(0.0, f64::max),
-        covariance_median: median(&covariances).unwrap_or_default(),
-    }
+    let covariance = covariances.iter().copied().fold(0.0, f64::max);
+    [energy, covariance, median(&covariances).unwrap_or_default()]
 }

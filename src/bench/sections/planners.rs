@@ -1,13 +1,13 @@
 //! Planners and sample sets over their budget.
 
-use super::truths::{self, DIAGRAMS, ERRORS, Pairs, SEED, Truth, internal, text};
+use super::truths::{self, DIAGRAMS, ERRORS, Pairs, SEED, Truth, text};
 use crate::acquisition::{self, Planner, Task, further, nothing, once, scheduled};
 use crate::bench::{Column, Ladder, Rung, Section, Settings, Watch};
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::instrument::{Ideal, Instrument};
 use crate::parametrization::usual_form;
-use crate::reconstruct::{self, Reconstruct};
+use crate::reconstruct::{Kriging, Reconstruct};
 use crate::registry::read_text;
 use crate::schedule;
 use std::rc::Rc;
@@ -38,45 +38,32 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
     if !settings.quick {
         materials.push(truths::metal("0.4")?);
     }
-    let kriging = reconstruct::all();
-    let kriging = kriging.iter().find(|e| e.kind == "kriging");
-    let kriging = kriging.ok_or_else(|| internal("no kriging"))?;
-    let kriging: Rc<dyn Reconstruct> = read_text(kriging, "").map_err(internal)?.into();
     let mut planners: Vec<(&str, Rc<dyn Planner>)> = Vec::new();
     for entry in schedule::all() {
-        let set = read_text(&entry, "").map_err(internal)?;
+        let set = read_text(&entry, "").map_err(Error::internal)?;
         planners.push((entry.kind, once(set).into()));
     }
     for entry in acquisition::all() {
-        let planner = read_text(&entry, "").map_err(internal)?;
+        let planner = read_text(&entry, "").map_err(Error::internal)?;
         planners.push((entry.kind, planner.into()));
     }
     let mut ladders = Vec::new();
     for (material, brdf) in materials {
         let truth = Truth::new(brdf, &pairs);
         for (name, planner) in &planners {
-            let rungs = budgets.iter().map(|n| rung(&truth, planner, &kriging, *n));
+            let rungs = budgets.iter().map(|n| rung(&truth, planner, *n));
             ladders.push(Ladder::new([&material, *name], rungs));
         }
     }
     Ok(ladders)
 }
 
-fn rung(
-    truth: &Rc<Truth>,
-    planner: &Rc<dyn Planner>,
-    kriging: &Rc<dyn Reconstruct>,
-    budget: usize,
-) -> Rung {
+fn rung(truth: &Rc<Truth>, planner: &Rc<dyn Planner>, budget: usize) -> Rung {
     let (brdf, planner) = (Rc::clone(&truth.brdf), Rc::clone(planner));
     let pass = move |watch: &Watch| {
         let task = Task {
-            form: usual_form(Symmetry::FULL),
-            budget,
-            seed: SEED,
-            machine: None,
-            go_on: &|| true,
             truth: Some(&*brdf),
+            ..Task::plain(&usual_form(Symmetry::FULL), budget, SEED)
         };
         let mut so_far = nothing(&task);
         while let Some(poses) = further(&*planner, &task, &so_far).map_err(text)? {
@@ -85,10 +72,10 @@ fn rung(
         }
         Ok(so_far)
     };
-    let (truth, kriging) = (Rc::clone(truth), Rc::clone(kriging));
+    let truth = Rc::clone(truth);
     let work = budget as f64;
     Rung::new(budget.to_string(), work, pass, move |measured| {
-        let copy = kriging.reconstruct(&measured).map_err(text)?;
+        let copy = Kriging::default().reconstruct(&measured).map_err(text)?;
         let values = truth.set.evaluate(&*copy);
         Ok(truth.judged(&values, &[measured.readings() as f64]))
     })

@@ -1,6 +1,6 @@
 //! Coordinates, warps and reconstructions over their budget.
 
-use super::truths::{self, DIAGRAMS, ERRORS, Pairs, Truth, internal, text};
+use super::truths::{self, DIAGRAMS, ERRORS, Pairs, Truth, text};
 use crate::bench::{Column, Ladder, Rung, Section, Settings};
 use crate::error::Error;
 use crate::geometry::Symmetry;
@@ -52,7 +52,7 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
         for (names, form) in forms(settings.quick) {
             for entry in reconstruct::all() {
                 let method = registry::read_text(&entry, "");
-                let method: Rc<dyn Reconstruct> = method.map_err(internal)?.into();
+                let method: Rc<dyn Reconstruct> = method.map_err(Error::internal)?.into();
                 // Of all readings at once few can be taken.
                 let most = match method.weighs_readings() {
                     true => of_system,

@@ -7,7 +7,6 @@ use crate::error::Error;
 use crate::metrics::{self, Level, Measure, MetricsSpec, TestSet, Values};
 use crate::parametrization::Parametrization;
 use crate::reconstruct::Reconstruct;
-use crate::registry;
 use crate::schedule::{Grid, SampleSet, Schedule, SobolSet};
 use crate::validation::Estimate;
 use std::rc::Rc;
@@ -21,13 +20,11 @@ pub(super) type Named = (String, Rc<dyn Brdf>);
 
 /// A material from the registry. Names and keys are constants: a failure is an internal error.
 pub(super) fn built(kind: &str, text: &str) -> Result<Rc<dyn Brdf>, Error> {
-    let failed = |e: &dyn std::fmt::Display| internal(format_args!("{kind}: {e}"));
-    let entries = brdf::all();
-    let entry = entries.iter().find(|e| e.kind == kind);
-    let entry = entry.ok_or_else(|| failed(&"no such material"))?;
-    let spec = registry::read_text(entry, text).map_err(|e| failed(&e))?;
-    let built = spec.build(Channels::Luminance).map_err(|e| failed(&e))?;
-    Ok(built.into())
+    let keys = format!("kind = \"{kind}\"\n{text}");
+    let keys = toml::de::DeTable::parse(&keys).map_err(Error::internal)?;
+    let spec = brdf::read(keys).map_err(Error::internal)?;
+    let built = spec.build(Channels::Luminance);
+    Ok(built.map_err(Error::internal)?.into())
 }
 
 /// Metal of some roughness.
@@ -98,7 +95,7 @@ impl Pairs {
             ..MetricsSpec::default()
         };
         let set = TestSet::new(&[Measure::Cosine], &spec);
-        let set = set.map_err(internal)?;
+        let set = set.map_err(Error::internal)?;
         let level = set.level(0);
         Ok(Rc::new(Self { set, level }))
     }
@@ -135,11 +132,6 @@ impl Truth {
         let others = others.iter().map(|x| Estimate::new(*x, None));
         Judged::new(estimated.into_iter().chain(others).collect())
     }
-}
-
-/// An error of what names and keys are constants of.
-pub(super) fn internal(e: impl std::fmt::Display) -> Error {
-    Error::Internal(e.to_string())
 }
 
 /// An error as the text that leaves a rung out.
