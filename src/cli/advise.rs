@@ -1,14 +1,9 @@
 //! `gonio advise`.
 
-use super::brdf_args::BrdfArgs;
-use super::output::{JsonArgs, print_json};
 use super::run::{collect, note_missing, print_failures};
-use super::verbosity::note;
-use super::{ThreadArgs, print};
+use super::{BrdfArgs, JsonArgs, ThreadArgs, note, print, print_json};
 use crate::error::{Error, count};
-use crate::experiment::{
-    Advice, AdviceSpec, AgainstFirst, Allowance, FORMULAS, Metric, Source, Spread,
-};
+use crate::experiment::{Advice, AdviceSpec, Allowance, FORMULAS, Metric, Source, Spread};
 use crate::report::{Columns, error_text};
 use clap::{ArgGroup, Args};
 use std::path::PathBuf;
@@ -141,21 +136,12 @@ fn text(asked: &AdviceSpec, advice: &[Advice], of: &str) -> String {
             "none" => String::new(),
             warp => format!(" {warp}"),
         };
-        let against = match &a.against_first {
-            None => String::new(),
-            Some(AgainstFirst {
-                ratio,
-                interval: None,
-                ..
-            }) => format!("{ratio:.2}"),
-            Some(AgainstFirst {
-                ratio,
-                interval: Some([low, high]),
-                ..
-            }) => {
-                format!("{ratio:.2} [{low:.2}, {high:.2}]")
-            }
-        };
+        let against = a.against_first.as_ref().map_or(String::new(), |against| {
+            let interval = against
+                .interval
+                .map(|[low, high]| format!(" [{low:.2}, {high:.2}]"));
+            format!("{:.2}{}", against.ratio, interval.unwrap_or_default())
+        });
         let times = a.minutes.map_or(String::new(), |minutes| {
             let poses = match a.poses {
                 [least, most] if least == most => most.to_string(),

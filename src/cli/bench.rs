@@ -1,10 +1,10 @@
 //! `gonio bench`.
 
-use super::output::{JsonArgs, print_json, write_text};
-use super::progress::Progress;
 use super::signals::stop_flag;
-use super::verbosity::note;
-use super::{ThreadArgs, make_folder, print, refuse_existing, write_file};
+use super::{
+    JsonArgs, Progress, ThreadArgs, make_folder, note, print, print_json, refuse_existing,
+    write_text,
+};
 use crate::bench::{
     self, Layout, Listener, Machine, Row, Section, Settings, Task, fronts, json, reached,
 };
@@ -12,8 +12,7 @@ use crate::error::Error;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use serde_json::{Map, json};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -86,7 +85,7 @@ impl Bench {
         let mut objects = Map::new();
         let mut count = 0;
         for task in tasks {
-            if output.is_stopped() {
+            if !output.go_on() {
                 break;
             }
             let section = task.section;
@@ -107,9 +106,11 @@ impl Bench {
                 }
             }
             if let Some([csv, svg]) = self.files(section) {
-                output
-                    .progress
-                    .suspend(|| write(section, &rows, &machine, [&csv, &svg]))?;
+                output.progress.suspend(|| {
+                    csv.parent().map_or(Ok(()), make_folder)?;
+                    write_text(&csv, &bench::csv(section, &rows, &machine))?;
+                    write_text(&svg, &bench::svg(section, &rows, &machine))
+                })?;
             }
         }
         if self.json.wanted() {
@@ -117,7 +118,7 @@ impl Bench {
                 &json!({"cpu": machine.cpu, "threads": machine.threads, "sections": objects}),
             )?;
         }
-        if output.is_stopped() {
+        if !output.go_on() {
             // The folder is made with the first file.
             let folder = self.output.clone().filter(|dir| count > 0 && dir.exists());
             let path = folder.unwrap_or_else(|| "stdout".into());
@@ -141,18 +142,6 @@ fn shown(seconds: f64) -> String {
     }
 }
 
-fn write(
-    section: &Section,
-    rows: &[Row],
-    machine: &Machine,
-    [csv, svg]: [&Path; 2],
-) -> Result<(), Error> {
-    csv.parent().map_or(Ok(()), make_folder)?;
-    let table = bench::csv(section, rows, machine);
-    write_file(csv, |out| out.write_all(table.as_bytes()))?;
-    write_text(svg, &bench::svg(section, rows, machine))
-}
-
 /// The rows that are printed, and the bar below them.
 struct BenchOutput {
     stop: Arc<AtomicBool>,
@@ -164,15 +153,9 @@ struct BenchOutput {
 /// Steps of the bar in a second.
 const STEPS: f64 = 1000.0;
 
-impl BenchOutput {
-    fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::SeqCst)
-    }
-}
-
 impl Listener for BenchOutput {
     fn go_on(&self) -> bool {
-        !self.is_stopped()
+        !self.stop.load(Ordering::SeqCst)
     }
 
     fn made(&mut self, _: &Task, row: &Row) -> Result<(), Error> {

@@ -1,8 +1,6 @@
 //! The argument CONFIG|BRDF of commands that look at materials.
 
-use super::progress::Progress;
-use super::verbosity::{detail, say};
-use super::{build, choose_material, keep_named};
+use super::{Progress, build, choose_material, detail, keep_named, say};
 use crate::brdf::{Brdf, Channels};
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
@@ -25,7 +23,7 @@ pub(super) struct BrdfArgs {
     #[arg(value_name = "CONFIG|BRDF",
         help = format!("A config (*.toml), a table ({}), a folder of MERL tables, readings ({}), or a kind of material (see `gonio list materials`)",
             READ_TABLE.extensions("*."), READ_READINGS.extensions("*.")))]
-    target: String,
+    pub(super) target: String,
     /// Override a key of the config, or set one of the material (alpha=0.1) or of its moments
     /// (moments.views=30)
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -89,14 +87,12 @@ impl BrdfArgs {
                 .next()
                 .unwrap_or_default()
                 .trim();
-            let label = format!("--set {assignment}");
-            if of_config || TABLES.contains(&first) {
-                source.set(assignment, label)?;
-            } else if of_dir {
-                source.set(&format!("merl.{assignment}"), label)?;
-            } else {
-                source.set(&format!("material.0.{assignment}"), label)?;
-            }
+            let of = match of_config || TABLES.contains(&first) {
+                true => "",
+                false if of_dir => "merl.",
+                false => "material.0.",
+            };
+            source.set(&format!("{of}{assignment}"), format!("--set {assignment}"))?;
         }
         if !Kind::of_config(&source)?.has_profiles() {
             // Its own run may not want moments; this command does.
@@ -139,11 +135,6 @@ impl BrdfArgs {
             jobs: materials.len(),
             path: results.to_owned(),
         })
-    }
-
-    /// The name of the config, for errors.
-    pub(super) fn place(&self) -> &str {
-        &self.target
     }
 
     /// The only material, and its BRDF in some channels, or in the wavelengths of its scene.

@@ -1,7 +1,6 @@
 //! Values that were found before a command was stopped.
 
-use super::signals;
-use super::verbosity::{note, say};
+use super::{note, say, signals};
 use crate::brdf::{Brdf, Presence, SplitBrdf, of_wrapped};
 use crate::error::Error;
 use crate::geometry::DirectionPair;
@@ -56,16 +55,12 @@ impl<'a> CachedBrdf<'a> {
         let path = PathBuf::from(name);
         let failed = |e: io::Error| Error::output(&path, e);
         if anew {
-            remove(&path).map_err(failed)?;
+            if_there(fs::remove_file(&path)).map_err(failed)?;
         }
         let head = format!("gonio values {key} {:?}\n", brdf.channels());
         let size = 25 + 8 * brdf.channels().count();
         let mut known = FxHashMap::default();
-        let held = match fs::read(&path) {
-            Ok(held) => held,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Err(e) => return Err(failed(e)),
-        };
+        let held = if_there(fs::read(&path)).map_err(failed)?;
         let records = match held.strip_prefix(head.as_bytes()) {
             Some(records) => records,
             // Stopped before its first record, or not there.
@@ -127,7 +122,7 @@ impl<'a> CachedBrdf<'a> {
 
     /// Removes the file: what was to be made of it is there.
     pub(super) fn done(self) -> Result<(), Error> {
-        remove(&self.path).map_err(|e| Error::output(&self.path, e))
+        if_there(fs::remove_file(&self.path)).map_err(|e| Error::output(&self.path, e))
     }
 
     /// The value of a pair that is known.
@@ -155,11 +150,11 @@ impl<'a> CachedBrdf<'a> {
     }
 }
 
-/// Removes a file that may not be there.
-fn remove(path: &Path) -> io::Result<()> {
-    match fs::remove_file(path) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
-        result => result,
+/// What is made of a file that may not be there.
+fn if_there<T: Default>(made: io::Result<T>) -> io::Result<T> {
+    match made {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(T::default()),
+        made => made,
     }
 }
 

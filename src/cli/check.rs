@@ -2,9 +2,7 @@
 
 mod machine;
 
-use super::output::{JsonArgs, print_json};
-use super::verbosity::say;
-use super::{ConfigArgs, SeedArgs, any_plan, doubt, print};
+use super::{ConfigArgs, JsonArgs, SeedArgs, any_plan, doubt, print, print_json, say};
 use crate::brdf::BuildError;
 use crate::error::{Error, count, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
@@ -279,18 +277,13 @@ impl Description {
 
 /// The file, or the preset of that name where there is no such file.
 fn source(args: &ConfigArgs) -> Result<Source, Error> {
-    let named = |preset: &instrument::Preset| args.config.as_os_str() == preset.name;
-    match instrument::presets().into_iter().find(named) {
+    let (presets, name) = (instrument::presets(), args.config.to_string_lossy());
+    match presets.iter().find(|preset| preset.name == name) {
         Some(preset) if !args.config.exists() => args.apply(Source::new(preset.name, preset.text)),
         _ if is_name(&args.config) => {
-            let presets = instrument::presets();
-            let names = one_of(
-                &args.config.to_string_lossy(),
-                presets.iter().map(|preset| preset.name),
-            );
+            let names = one_of(&name, presets.iter().map(|preset| preset.name));
             let message =
                 format!("there is no such file; allowed: a config, or an instrument: {names}");
-            let name = args.config.display().to_string();
             Err(Error::config(excerpt(&name), message))
         }
         _ => args.source(),

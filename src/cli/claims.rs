@@ -1,9 +1,6 @@
 //! `gonio claims`.
 
-use super::ThreadArgs;
-use super::brdf_args::BrdfArgs;
-use super::output::OutputArgs;
-use super::verbosity::note;
+use super::{BrdfArgs, OutputArgs, ThreadArgs, note};
 use crate::analysis;
 use crate::error::Error;
 use crate::report::{claims_csv, claims_json, claims_table};
@@ -52,13 +49,9 @@ impl Claims {
         claims.extend(analysis::on_materials(&claims));
         // Rows of the materials that could be built are worth keeping.
         if matches!(outcome, Ok(()) | Err(Error::JobsFailed { .. })) {
-            self.write(&claims)?;
+            self.output
+                .write(&claims[..], claims_table, claims_csv, claims_json)?;
         }
         outcome
-    }
-
-    fn write(&self, claims: &[analysis::Claim]) -> Result<(), Error> {
-        self.output
-            .write(claims, claims_table, claims_csv, claims_json)
     }
 }

@@ -1,7 +1,6 @@
 //! The argument CONFIG of commands that look at experiments.
 
-use super::set_all;
-use super::verbosity::detail;
+use super::{detail, set_all};
 use crate::error::Error;
 use crate::experiment::Source;
 use crate::formats::{self, MERL};

@@ -1,12 +1,9 @@
 //! `gonio convert`.
 
-use super::reading::ReadingArgs;
-use super::readings_file::ReadingsFile;
 use super::tabulate::TableArgs;
-use super::verbosity::say;
 use super::{
-    ThreadArgs, assumed, format_names, format_of, print, read_schedule, refuse_unwritable,
-    write_file, writer,
+    ReadingArgs, ReadingsFile, ThreadArgs, assumed, format_names, format_of, print, read_schedule,
+    refuse_unwritable, say, write_file, writer,
 };
 use crate::brdf::{self, Brdf, BrdfSpec, Channels, laws};
 use crate::error::{Error, count};
@@ -67,7 +64,7 @@ impl Convert {
         match (inputs, inputs.iter().find_map(of_table)) {
             ([one], Some((own, read))) => {
                 let mut keys = read(one.clone()).resolved();
-                if let Some(value) = self.reading.no_reading() {
+                if let Some(value) = self.reading.no_reading {
                     keys.insert("no_reading".into(), value.into());
                 }
                 let spec = brdf::read_keys(keys);
@@ -107,7 +104,7 @@ impl Convert {
             known_in(brdf.channels()),
             brdf.symmetry()
         ))?;
-        if own == format && self.reading.no_reading().is_none() && self.table.keeps() {
+        if own == format && self.reading.no_reading.is_none() && self.table.keeps() {
             return keep(input, output);
         }
         let place = input.display().to_string();
@@ -166,7 +163,7 @@ impl Convert {
             "values moved by at most {value:.1e} of their own, directions by {angle:.1e} rad\n"
         );
         print(&text)?;
-        match self.table.tolerance() {
+        match self.table.tolerance {
             Some(tolerance) if value > tolerance => Err(Error::Violation(format!(
                 "values moved by {value}; asked: at most {tolerance}"
             ))),

@@ -1,14 +1,12 @@
 //! What readings say of their own reconstruction.
 
-use super::print;
-use super::progress::Progress;
-use super::verbosity::is_verbose;
+use super::{Progress, is_verbose, print};
 use crate::error::{Error, count};
 use crate::measurement::Measurement;
 use crate::metrics::{Errors, Measure, WITHIN};
 use crate::reconstruct::Reconstruct;
 use crate::report::Columns;
-use crate::validation::{CrossValidation, Estimate, Scores};
+use crate::validation::{Against, CrossValidation, Estimate, Scores};
 use clap::{Args, ValueEnum};
 use std::path::Path;
 use std::sync::Arc;
@@ -37,7 +35,7 @@ enum LeaveOut {
 }
 
 /// A number of some digits with its standard error, as text.
-pub(super) fn estimate(e: &Estimate, digits: usize) -> String {
+fn estimate(e: &Estimate, digits: usize) -> String {
     match (e.value, e.standard_error) {
         (None, _) => "undefined".into(),
         (Some(value), None) => format!("{value:.digits$e}"),
@@ -50,20 +48,29 @@ pub(super) fn print_scores(
     scores: &Scores,
     within: Option<[Estimate; Measure::USUAL.len()]>,
 ) -> Result<(), Error> {
-    let names = Measure::USUAL.map(|measure| format!("\t>{}", measure.name()));
-    let mut table = Columns::new(&format!("error{}", names.concat()));
-    for (q, (quantity, _)) in Errors::QUANTITIES.iter().enumerate() {
-        let of = scores
-            .0
-            .each_ref()
-            .map(|of| format!("\t{}", estimate(&of[q], 2)));
-        table.row(&format!("{}{}", quantity.name, of.concat()));
-    }
+    let names = Errors::QUANTITIES.map(|(quantity, _)| quantity.name);
+    let mut errors = Against {
+        names: names.into(),
+        columns: scores.0.map(Vec::from).into(),
+    };
     if let Some(within) = within {
-        let of = within.map(|share| format!("\t{}", estimate(&share, 2)));
-        table.row(&format!("{}{}", WITHIN.name, of.concat()));
+        errors.names.push(WITHIN.name);
+        let columns = errors.columns.iter_mut().zip(within);
+        columns.for_each(|(column, share)| column.push(share));
     }
-    print(&table.to_string())
+    print(&table_of(&errors, &Measure::USUAL, 2))
+}
+
+/// Errors as a table of some digits, a column a measure.
+pub(super) fn table_of(errors: &Against, measures: &[Measure], digits: usize) -> String {
+    let measures = measures.iter().map(|m| format!("\t>{}", m.name()));
+    let mut table = Columns::new(&format!("error{}", measures.collect::<String>()));
+    for (i, name) in errors.names.iter().enumerate() {
+        let cells = errors.columns.iter();
+        let cells = cells.map(|c| format!("\t{}", estimate(&c[i], digits)));
+        table.row(&format!("{name}{}", cells.collect::<String>()));
+    }
+    table.to_string()
 }
 
 impl CrossValidationArgs {

@@ -1,7 +1,6 @@
 //! `gonio density`.
 
-use super::output::{JsonArgs, print_json};
-use super::{ThreadArgs, assumed, print, read_schedule};
+use super::{JsonArgs, ThreadArgs, assumed, print, print_json, read_schedule};
 use crate::analysis::{self, Density};
 use crate::error::{Error, ParameterError, count, in_left_open};
 use crate::formats::READ_SCHEDULE;
@@ -59,6 +58,9 @@ struct Line {
     of_own_points: f64,
     /// Its standard error.
     standard_error_of_own: Option<f64>,
+    /// What is independent: mean log densities of files, or those of the poses of the only one.
+    #[serde(skip)]
+    values: Vec<Option<f64>>,
 }
 
 impl DensityArgs {
@@ -83,7 +85,7 @@ impl DensityArgs {
         }
         let symmetry = symmetry.unwrap_or(Symmetry::FULL);
         let elevation = self.elevation.to_radians();
-        let mut lines: Vec<(Line, Vec<Option<f64>>)> = Vec::new();
+        let mut lines: Vec<Line> = Vec::new();
         let pairs = files.iter().flatten();
         let counted = pairs
             .filter(|pair| analysis::is_within(pair, elevation))
@@ -103,7 +105,6 @@ impl DensityArgs {
                 pairs.par_iter().map(|pair| density.log(pair)).collect()
             };
             let logs: Vec<Vec<Option<f64>>> = files.iter().map(of).collect();
-            // What is independent: files, or the poses of the only one.
             let mean = |logs: &Vec<Option<f64>>| Some(mean_and_error(&present(logs))?.0);
             let values = match logs.as_slice() {
                 [only] => only.clone(),
@@ -112,7 +113,7 @@ impl DensityArgs {
             let known = mean_and_error(&present(&values));
             let (log_density, standard_error) = known.ok_or_else(|| too_few("poses"))?;
             let own = mean_and_error(&density.of_own()).ok_or_else(|| too_few(&points()))?;
-            let line = Line {
+            lines.push(Line {
                 coordinates: name.into(),
                 warp,
                 log_density,
@@ -121,23 +122,18 @@ impl DensityArgs {
                 standard_error_of_less: None,
                 of_own_points: own.0,
                 standard_error_of_own: own.1,
-            };
-            lines.push((line, values));
-        }
-        lines.sort_by(|a, b| b.0.log_density.total_cmp(&a.0.log_density));
-        let first = lines[0].1.clone();
-        let compared = lines
-            .into_iter()
-            .enumerate()
-            .map(|(i, (mut line, values))| {
-                let both = first.iter().zip(values);
-                let less: Vec<f64> = both.filter_map(|(a, b)| Some((*a)? - b?)).collect();
-                if let Some((mean, error)) = mean_and_error(&less).filter(|_| i > 0) {
-                    (line.less_than_first, line.standard_error_of_less) = (mean, error);
-                }
-                line
+                values,
             });
-        let lines: Vec<Line> = compared.collect();
+        }
+        lines.sort_by(|a, b| b.log_density.total_cmp(&a.log_density));
+        let first = lines[0].values.clone();
+        for line in &mut lines[1..] {
+            let both = first.iter().zip(&line.values);
+            let less: Vec<f64> = both.filter_map(|(a, b)| Some((*a)? - (*b)?)).collect();
+            if let Some((mean, error)) = mean_and_error(&less) {
+                (line.less_than_first, line.standard_error_of_less) = (mean, error);
+            }
+        }
         if self.json.wanted() {
             return print_json(&lines);
         }

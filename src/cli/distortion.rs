@@ -1,8 +1,6 @@
 //! `gonio distortion`.
 
-use super::brdf_args::BrdfArgs;
-use super::output::{OutputArgs, refuse_other_endings, write_text};
-use super::{ThreadArgs, choice_of};
+use super::{BrdfArgs, OutputArgs, ThreadArgs, choice_of, refuse_other_endings, write_text};
 use crate::analysis::{self, Averaging, Scale, View, Weight};
 use crate::brdf::Brdf;
 use crate::error::Error;

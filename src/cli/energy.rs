@@ -1,7 +1,6 @@
 //! Whether a BRDF that goes into a file reflects more than it receives.
 
-use super::print;
-use super::verbosity::say;
+use super::{print, say};
 use crate::brdf::{Brdf, Channels, Presence, laws, of_wrapped};
 use crate::error::Error;
 use crate::geometry::{Direction, DirectionPair};
@@ -72,15 +71,35 @@ impl<'a> Known<'a> {
         }
     }
 
-    /// The relative uncertainty (k = 2) of the albedo of light from a direction.
+    /// The relative uncertainty (k = 2) of the albedo of light from a direction, if all errors of the BRDF have one sign.
     fn uncertainty(&self, light: Direction) -> f64 {
-        let of = |known| 2.0 * albedo_uncertainty(known, light);
-        self.predictive.map_or(0.0, of).max(self.common)
+        let random = Random::new(0);
+        let pair = |i| DirectionPair::new(light, cosine_hemisphere(random.point(i)));
+        let pairs: Vec<DirectionPair> = (0..SEEN).map(pair).collect();
+        let [mut error, mut all] = [0.0; 2];
+        for known in self
+            .predictive
+            .iter()
+            .flat_map(|known| known.predict(&pairs))
+        {
+            let f = known.mean.exp();
+            error += f * known.variance.sqrt();
+            all += f;
+        }
+        let own = if all > 0.0 { 2.0 * (error / all) } else { 0.0 };
+        own.max(self.common)
     }
 
-    /// True if light from this elevation, degrees, was read.
+    /// True if there is a reading with light near this elevation, degrees, or with the sensor there, of a reciprocal material.
     fn is_lit(&self, degrees: f64) -> bool {
-        has_light(self.measurement, degrees)
+        let schedule = &self.measurement.schedule;
+        let reciprocal = schedule.parametrization.symmetry().reciprocal;
+        let near = |d: Direction| (d.theta().to_degrees() - degrees).abs() <= SAME_LIGHT;
+        let mut poses = schedule.poses.iter().enumerate();
+        poses.any(|(i, pose)| {
+            let is_near = near(pose.pair.omega_i) || reciprocal && near(pose.pair.omega_o);
+            is_near && self.measurement.value(i).is_some()
+        })
     }
 }
 
@@ -110,35 +129,8 @@ const SEEN: u64 = 512;
 /// Rings of equal weight, each of half as many directions, in which holes are looked for.
 const RINGS: usize = 64;
 
-/// The relative standard uncertainty of the albedo of light from a direction, if all errors of the BRDF have one sign.
-fn albedo_uncertainty(known: &dyn Predictive, light: Direction) -> f64 {
-    let random = Random::new(0);
-    let pair = |i| DirectionPair::new(light, cosine_hemisphere(random.point(i)));
-    let pairs: Vec<DirectionPair> = (0..SEEN).map(pair).collect();
-    let [mut error, mut all] = [0.0; 2];
-    for known in known.predict(&pairs) {
-        let f = known.mean.exp();
-        error += f * known.variance.sqrt();
-        all += f;
-    }
-    if all > 0.0 { error / all } else { 0.0 }
-}
-
 /// Elevations of a light that are one, degrees.
 const SAME_LIGHT: f64 = 10.0;
-
-/// True if there is a reading with light near an elevation, or with the sensor there, of a reciprocal material.
-fn has_light(measurement: &Measurement, degrees: f64) -> bool {
-    let schedule = &measurement.schedule;
-    let reciprocal = schedule.parametrization.symmetry().reciprocal;
-    (0..schedule.poses.len())
-        .filter(|&i| measurement.value(i).is_some())
-        .any(|i| {
-            let pair = &schedule.poses[i].pair;
-            let near = |d: Direction| (d.theta().to_degrees() - degrees).abs() <= SAME_LIGHT;
-            near(pair.omega_i) || reciprocal && near(pair.omega_o)
-        })
-}
 
 /// What one channel reflects of a light to where there is no data, if each direction there has the value of the nearest with data, as a
 /// share of what is known.
@@ -217,17 +209,11 @@ impl Albedo {
 
 impl std::fmt::Display for Albedo {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let Self {
-            degrees,
-            value,
-            uncertainty,
-            ..
-        } = self;
-        if *value < ABSURD {
-            write!(f, "{value:.4} ± {uncertainty:.1e} at {degrees}°")?;
-        } else {
-            write!(f, "{value:.4e} ± {uncertainty:.1e} at {degrees}°")?;
+        match self.value {
+            value if value < ABSURD => write!(f, "{value:.4}")?,
+            value => write!(f, "{value:.4e}")?,
         }
+        write!(f, " ± {:.1e} at {}°", self.uncertainty, self.degrees)?;
         if let Some(channel) = &self.channel {
             write!(f, " ({channel})")?;
         }

@@ -1,7 +1,6 @@
 //! `gonio init`: starters, each a config that runs as it is.
 
-use super::verbosity::note;
-use super::{choices, print, refuse_unwritable, written};
+use super::{choices, note, print, refuse_unwritable, written};
 use crate::error::Error;
 use crate::experiment::ADVICE;
 use crate::files::write_atomically;

@@ -1,7 +1,6 @@
 //! `gonio list`: what a config can name, straight from the registries.
 
-use super::output::{JsonArgs, print_json};
-use super::print;
+use super::{JsonArgs, print, print_json};
 use crate::acquisition;
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::{self, Kind, Row, Use};

@@ -1,11 +1,9 @@
 //! `gonio measure`.
 
-use super::readings_file::ReadingsFile;
 use super::schedule::out_of_reach;
-use super::verbosity::note;
 use super::{
-    ThreadArgs, assumed, build, choose_material, format_names, planned_instrument, print,
-    read_schedule, set_all,
+    ReadingsFile, ThreadArgs, assumed, build, choose_material, format_names, note,
+    planned_instrument, print, read_schedule, set_all,
 };
 use crate::error::{Error, count};
 use crate::experiment::{IDEAL, Plan, PlannedInstrument, Source};
@@ -119,10 +117,8 @@ impl Measure {
                 let bench = instrument.bench(instrument.use_of.parts(), seed);
                 let bench = bench.map_err(Error::internal)?;
                 let mut itinerary = bench.plan_given(&schedule, &order);
-                if !itinerary.unreachable.is_empty() && !self.skip_unreachable {
-                    return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
-                }
-                if itinerary.visits.is_empty() {
+                let is_partial = !itinerary.unreachable.is_empty() && !self.skip_unreachable;
+                if is_partial || itinerary.visits.is_empty() {
                     return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
                 }
                 minutes = format!(", {:.1} minutes", itinerary.seconds() / 60.0);

@@ -1,8 +1,7 @@
 //! `gonio merge`.
 
 use super::run::{End, Shown};
-use super::verbosity::note;
-use super::{any_plan, read_text};
+use super::{any_plan, note, read_text};
 use crate::error::{Error, count, count_are};
 use crate::experiment::{AnyPlan, Expected, Record, RowKey, Source, asks_the_same, material_key};
 use crate::report::{CONFIG, Machine, MadeFrom, Manifest, Outcome, RunFolder, read_rows};

@@ -50,10 +50,16 @@ use crate::files;
 use crate::formats::{Format, READ_SCHEDULE, Use, WRITE_TABLE};
 use crate::instrument::{self, Order};
 use crate::registry::Entry;
+use crate::report::each_once;
 use crate::schedule::{Assume, Choice, ScheduleFile};
+use brdf_args::{BrdfArgs, is_config};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
 use config_args::ConfigArgs;
+use output::{DrawingArgs, JsonArgs, OutputArgs, print_json, refuse_other_endings, write_text};
+use progress::Progress;
+use reading::ReadingArgs;
+use readings_file::ReadingsFile;
 pub use signals::exit_code;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -61,7 +67,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use values::{budget, in_range, minutes, whole};
 pub use verbosity::say_error;
-use verbosity::{VerbosityArgs, color_of, detail, say, wrote};
+use verbosity::{
+    VerbosityArgs, color_of, detail, is_quiet, is_verbose, note, say, suspected, with_bound, wrote,
+};
 
 /// A virtual gonio-reflectometer: measure, reconstruct and compare BRDFs.
 #[derive(Debug, Parser)]
@@ -79,15 +87,15 @@ pub struct Cli {
 
 /// A choice between commands, each of which runs.
 macro_rules! commands {
-    ($(#[$of:meta])* enum $commands:ident { $($(#[$meta:meta])* $name:ident($command:ty),)* }) => {
-        $(#[$of])*
+    ($(#[$of:meta])* $visible:vis enum $commands:ident { $($(#[$meta:meta])* $name:ident($command:ty),)* }) => {
         #[derive(Debug, clap::Subcommand)]
-        enum $commands {
+        $(#[$of])*
+        $visible enum $commands {
             $($(#[$meta])* $name($command),)*
         }
 
         impl $commands {
-            fn run(self) -> Result<(), Error> {
+            $visible fn run(self) -> Result<(), Error> {
                 match self {
                     $(Self::$name(command) => command.run(),)*
                 }
@@ -134,6 +142,7 @@ commands! {
         /// What Barla et al. 2015 say of the parametrizations, and whether it is so
         Claims(claims::Claims),
         /// Pictures of parametrizations, materials and reconstructions
+        #[command(subcommand)]
         Picture(picture::Picture),
         /// The light paths that a box of coordinates stands for
         Subset(subset::Subset),
@@ -329,11 +338,23 @@ fn member<T: ?Sized>(
     family: &[Entry<T>],
 ) -> Result<Entry<T>, Error> {
     let found = family.iter().find(|e| e.kind == name);
-    found.copied().ok_or_else(|| {
-        let allowed = one_of(name, family.iter().map(|e| e.kind));
-        let name = excerpt(name);
-        Error::config(option, format!("{name:?} is no {what}; allowed: {allowed}"))
-    })
+    found
+        .copied()
+        .ok_or_else(|| no_member(option, what, name, family.iter().map(|e| e.kind)))
+}
+
+/// The error of a name that an option gives and no member of a family has.
+fn no_member<'a>(
+    option: &str,
+    what: &str,
+    name: &str,
+    family: impl IntoIterator<Item = &'a str>,
+) -> Error {
+    let (found, allowed) = (excerpt(name), one_of(name, family));
+    Error::config(
+        option,
+        format!("{found:?} is no {what}; allowed: {allowed}"),
+    )
 }
 
 /// A member of a family with the keys of `--set`.
@@ -389,17 +410,6 @@ fn planned_instrument(plan: &Plan, name: &str) -> Result<PlannedInstrument, Erro
         Some(planned) => Ok(planned.clone()),
         None => PlannedInstrument::load(name, Order::default()),
     }
-}
-
-/// Each value once, in the order in which they come.
-fn each_once<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
-    let mut once = Vec::new();
-    for value in all {
-        if !once.contains(&value) {
-            once.push(value);
-        }
-    }
-    once
 }
 
 /// The BRDF of a material.

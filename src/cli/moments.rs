@@ -1,10 +1,8 @@
 //! `gonio moments`.
 
-use super::brdf_args::BrdfArgs;
 use super::output::{Format, one_format};
 use super::run::{collect, note_missing, print_failures};
-use super::verbosity::{note, wrote};
-use super::{ThreadArgs, make_folder, print, refuse_existing, written};
+use super::{BrdfArgs, ThreadArgs, make_folder, note, print, refuse_existing, written, wrote};
 use crate::error::{Error, count_are};
 use crate::experiment::Failure;
 use crate::experiment::moments::{MaterialProfiles, MomentsPlan, ProfileRow};
@@ -55,7 +53,7 @@ impl Moments {
         note_missing(&plan.missing);
         let (profiles, failures) = collect(&plan)?;
         if let (Some(failure), true) = (failures.first(), profiles.is_empty()) {
-            return Err(unusable(&plan, failure, self.brdf.place()));
+            return Err(unusable(&plan, failure, &self.brdf.target));
         }
         print_failures(&failures);
         for material in plan.materials.iter().filter(|m| !m.symmetry.isotropic) {
@@ -65,11 +63,8 @@ impl Moments {
             ));
         }
         let rows: Vec<ProfileRow<'_>> = profiles.iter().flat_map(MaterialProfiles::rows).collect();
-        for row in rows.iter().filter(|r| r.slice.unresolved.is_some()).take(3) {
-            let why = row
-                .slice
-                .unresolved
-                .map_or(String::new(), |u| u.to_string());
+        let unresolved = rows.iter().filter_map(|r| Some((r, r.slice.unresolved?)));
+        for (row, why) in unresolved.clone().take(3) {
             note(&format!(
                 "gonio: {} {} at {:.3}°: {why}",
                 row.material,
@@ -77,8 +72,7 @@ impl Moments {
                 row.theta_o.to_degrees()
             ));
         }
-        let unresolved = rows.iter().filter(|r| r.slice.unresolved.is_some()).count();
-        if unresolved > 0 {
+        if let unresolved @ 1.. = unresolved.count() {
             note(&format!(
                 "gonio: {unresolved} of {} unresolved; their uncertainties are not to be trusted",
                 count_are(rows.len(), "slice")

@@ -1,12 +1,10 @@
 //! `gonio next`.
 
-use super::reading::ReadingArgs;
 use super::reconstruct::symmetry;
 use super::schedule::{orders, out_of_reach};
-use super::verbosity::{note, suspected, with_bound};
 use super::{
-    ThreadArgs, assumed, format_names, format_of, member, print, refuse_unwritable, whole,
-    with_keys, write_file, writer,
+    ReadingArgs, ThreadArgs, assumed, format_names, format_of, member, note, print,
+    refuse_unwritable, suspected, whole, with_bound, with_keys, write_file, writer,
 };
 use crate::acquisition::{self, Forecast, Planner, Request};
 use crate::error::{Error, count};
@@ -105,15 +103,12 @@ impl Next {
             Some(so_far) => so_far.schedule.parametrization.symmetry(),
             None => self.symmetry.unwrap_or(Symmetry::FULL),
         };
-        let instrument = self.instrument.as_ref();
-        let instrument =
-            instrument.map(|name| PlannedInstrument::load(name, self.order.unwrap_or_default()));
-        let instrument = instrument.transpose()?;
-        let bench = match &instrument {
-            Some(instrument) => {
-                instrument.check_symmetry(symmetry, "the material", || "--instrument".into())?;
-                let bench = instrument.bench(instrument.use_of.parts(), self.seed);
-                Some(bench.map_err(Error::internal)?)
+        let instrument = match &self.instrument {
+            Some(name) => {
+                let planned = PlannedInstrument::load(name, self.order.unwrap_or_default())?;
+                planned.check_symmetry(symmetry, "the material", || "--instrument".into())?;
+                let bench = planned.bench(planned.use_of.parts(), self.seed);
+                Some((bench.map_err(Error::internal)?, planned))
             }
             None => None,
         };
@@ -121,7 +116,7 @@ impl Next {
             batch: self.batch,
             symmetry,
             seed: self.seed,
-            machine: bench.as_ref().map(|bench| bench.machine()),
+            machine: instrument.as_ref().map(|(bench, _)| bench.machine()),
             go_on: &|| true,
         };
         let batch = request.ask(&*planner, so_far.as_ref());
@@ -142,8 +137,8 @@ impl Next {
             return Err(Error::infeasible("--planner", message));
         }
         let mut minutes = String::new();
-        let itinerary = match (&bench, &instrument) {
-            (Some(bench), Some(instrument)) => {
+        let itinerary = match &instrument {
+            Some((bench, instrument)) => {
                 let itinerary = bench.plan(schedule, instrument.use_of.order);
                 if !itinerary.unreachable.is_empty() {
                     return Err(Error::infeasible("--instrument", out_of_reach(&itinerary)));
@@ -156,7 +151,7 @@ impl Next {
                 );
                 Some(itinerary)
             }
-            _ => None,
+            None => None,
         };
         let sequence = Sequence::from(itinerary.as_ref());
         write_file(&self.output, |out| write(schedule, sequence, out))?;

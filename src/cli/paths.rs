@@ -1,9 +1,8 @@
 //! `gonio paths`.
 
-use super::brdf_args::BrdfArgs;
-use super::output::{DrawingArgs, JsonArgs};
-use super::progress::Progress;
-use super::{ThreadArgs, choice_of, in_range, print, whole};
+use super::{
+    BrdfArgs, DrawingArgs, JsonArgs, Progress, ThreadArgs, choice_of, in_range, print, whole,
+};
 use crate::brdf::{Channels, Part};
 use crate::error::{Error, left_open};
 use crate::experiment::split_of;

@@ -1,10 +1,8 @@
 //! `gonio picture`.
 
-use super::brdf_args::BrdfArgs;
-use super::progress::Progress;
-use super::verbosity::note;
 use super::{
-    ThreadArgs, commands, make_folder, member, not_built, print, refuse_existing, write_file,
+    BrdfArgs, Progress, ThreadArgs, commands, make_folder, member, not_built, note, print,
+    refuse_existing, write_file,
 };
 use crate::brdf::{Brdf, Channels};
 use crate::error::{Error, count, excerpt, one_of};
@@ -24,19 +22,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-#[derive(Debug, Args)]
-#[command(after_help = "\
+commands! {
+    #[command(after_help = "\
   gonio picture hemispheres -o pictures
   gonio picture slices gold-metallic-paint3.binary -o pictures
   gonio picture sphere ggx --set alpha=0.05 --lighting panorama.exr -o pictures
   gonio picture compare ggx --budget 1000 --parametrization hybrid --warp h_bar=square-root -o pictures")]
-pub(super) struct Picture {
-    #[command(subcommand)]
-    what: What,
-}
-
-commands! {
-    enum What {
+    pub(super) enum Picture {
         /// Parametrizations on the hemisphere of light directions: hemispheres.svg
         Hemispheres(Hemispheres),
         /// The test functions S, G and F on the hemisphere and in slices: functions.svg
@@ -47,12 +39,6 @@ commands! {
         Sphere(Sphere),
         /// A material, its reconstruction and the difference: NAME_….svg, .png and .exr
         Compare(Compare),
-    }
-}
-
-impl Picture {
-    pub(super) fn run(self) -> Result<(), Error> {
-        self.what.run()
     }
 }
 
@@ -145,7 +131,7 @@ impl Azimuths {
 }
 
 #[derive(Debug, Args)]
-struct Hemispheres {
+pub(super) struct Hemispheres {
     #[command(flatten)]
     charts: Charts,
     #[command(flatten)]
@@ -165,7 +151,7 @@ impl Hemispheres {
 }
 
 #[derive(Debug, Args)]
-struct Functions {
+pub(super) struct Functions {
     #[command(flatten)]
     charts: Charts,
     #[command(flatten)]
@@ -194,7 +180,7 @@ fn material(args: &BrdfArgs) -> Result<(String, Box<dyn Brdf>), Error> {
 }
 
 #[derive(Debug, Args)]
-struct Slices {
+pub(super) struct Slices {
     #[command(flatten)]
     brdf: BrdfArgs,
     #[command(flatten)]
@@ -274,7 +260,7 @@ impl Scene {
 }
 
 #[derive(Debug, Args)]
-struct Sphere {
+pub(super) struct Sphere {
     #[command(flatten)]
     brdf: BrdfArgs,
     #[command(flatten)]
@@ -330,7 +316,7 @@ fn watched<T>(brdf: &dyn Brdf, resolution: usize, draw: impl Fn(&dyn Brdf, usize
 }
 
 #[derive(Debug, Args)]
-struct Compare {
+pub(super) struct Compare {
     #[command(flatten)]
     brdf: BrdfArgs,
     /// The coordinates that are sampled and interpolated in

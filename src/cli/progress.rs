@@ -1,6 +1,6 @@
 //! The bar on stderr, with the time that is left.
 
-use super::verbosity::is_quiet;
+use super::is_quiet;
 use crate::brdf::{Brdf, ObservedBrdf, Presence};
 use crate::experiment::Event;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};

@@ -1,7 +1,6 @@
 //! How files of readings by others are read.
 
-use super::choice_of;
-use super::verbosity::{detail, say};
+use super::{choice_of, detail, say};
 use crate::error::{Error, ParameterError, count_are};
 use crate::formats::{Readings, load_all_readings};
 use crate::measurement::WIDEST_DEG;
@@ -41,7 +40,7 @@ pub(super) struct ReadingArgs {
     partial: bool,
     /// A value that stands for no reading, beside texts, empty cells and numbers as -999
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
-    no_reading: Option<f64>,
+    pub(super) no_reading: Option<f64>,
     /// Refuse files in which texts, numbers as -999 or empty cells stand for readings
     #[arg(long)]
     strict: bool,
@@ -78,11 +77,6 @@ fn half_angles(text: &str) -> Result<[f64; 2], ParameterError> {
 }
 
 impl ReadingArgs {
-    /// The value that stands for no reading, beside those that always do.
-    pub(crate) fn no_reading(&self) -> Option<f64> {
-        self.no_reading
-    }
-
     /// Refuses a file in which so many cells stand for no reading, with `--strict`.
     pub(crate) fn refuse_lost(&self, path: &Path, lost: usize) -> Result<(), Error> {
         match self.strict && lost > 0 {

@@ -1,7 +1,6 @@
 //! Files of readings that are written: one, or one for each direction of the light in a folder.
 
-use super::verbosity::note;
-use super::{format_of, make_folder, refuse_unwritable, write_file, writer, written};
+use super::{format_of, make_folder, note, refuse_unwritable, write_file, writer, written};
 use crate::error::Error;
 use crate::files;
 use crate::formats::{self, Format, WRITE_READINGS, WriteReadings};

@@ -1,18 +1,14 @@
 //! `gonio reconstruct`.
 
-use super::brdf_args::{BrdfArgs, is_config};
-use super::cross_validation::{CrossValidationArgs, estimate, print_scores};
+use super::cross_validation::{CrossValidationArgs, print_scores, table_of};
 use super::energy::{EnergyArgs, Known};
-use super::output::refuse_other_endings;
-use super::reading::ReadingArgs;
-use super::readings_file::ReadingsFile;
-use super::verbosity::{say, suspected, with_bound};
 use super::{
-    ThreadArgs, assumed, build, choose_material, format_names, format_of, member, one_value, print,
-    refuse_unwritable, tabulate, with_keys, written,
+    BrdfArgs, ReadingArgs, ReadingsFile, ThreadArgs, assumed, build, choose_material, format_names,
+    format_of, is_config, member, no_member, one_value, print, refuse_other_endings,
+    refuse_unwritable, say, suspected, tabulate, with_bound, with_keys, written,
 };
 use crate::brdf::Brdf;
-use crate::error::{self, Error, ParameterError, count, excerpt, one_of};
+use crate::error::{self, Error, ParameterError, count};
 use crate::experiment::{AnyPlan, Kind, Plan};
 use crate::files::write_atomically;
 use crate::formats::{self, Format, READ_READINGS, Tabulation, WRITE_READINGS, WRITE_TABLE};
@@ -21,11 +17,10 @@ use crate::measurement::{About, Flags, Measurement, Outcome};
 use crate::metrics::{self, Measure, MetricsSpec, TestSet};
 use crate::parametrization;
 use crate::reconstruct::{self, Coverage, Covered, Fill, MOST_PREDICTED};
-use crate::report::Columns;
 use crate::report::pictures::{Relative, uncertainty_svg};
 use crate::schedule::Pose;
 use crate::schedule::{Assume, Sequence, Unreachable};
-use crate::validation::{Against, Reconstruction, ReferenceReadings, expected};
+use crate::validation::{Reconstruction, ReferenceReadings, expected};
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
 use std::io::Write as _;
@@ -245,7 +240,7 @@ impl Reconstruct {
                 let set = TestSet::new(&measures, &metrics);
                 let set = set.map_err(|e| Error::config("metrics", e))?;
                 let against = made.against(&*truth, &set).map_err(failed)?;
-                print(&table_of(&against, &set.measures))?;
+                print(&table_of(&against, &set.measures, 4))?;
             }
             Some(Truth::Readings(jury)) => {
                 let predicted = metrics::evaluate(brdf, jury.pairs());
@@ -319,12 +314,8 @@ impl Reconstruct {
         };
         let all = reconstruct::all();
         let Some(entry) = all.iter().find(|e| e.kind == kind) else {
-            let message = format!(
-                "{:?} is no reconstruction; allowed: {}",
-                excerpt(kind),
-                one_of(kind, all.iter().map(|e| e.kind).chain([AUTO]))
-            );
-            return Err(Error::config("--reconstruction", message));
+            let known = all.iter().map(|e| e.kind).chain([AUTO]);
+            return Err(no_member("--reconstruction", "reconstruction", kind, known));
         };
         let method = with_keys(entry, &self.set)?;
         method.check().map_err(|e| Error::config("--set", e))?;
@@ -446,18 +437,6 @@ fn material_of(measurement: &Measurement) -> String {
         text += &format!("covered: {}\n", ranges.join(", "));
     }
     text
-}
-
-/// Errors against a truth as a table, a column a measure.
-fn table_of(against: &Against, measures: &[Measure]) -> String {
-    let measures = measures.iter().map(|m| format!("\t>{}", m.name()));
-    let mut text = Columns::new(&format!("error{}", measures.collect::<String>()));
-    for (i, name) in against.names.iter().enumerate() {
-        let cells = against.columns.iter();
-        let cells = cells.map(|c| format!("\t{}", estimate(&c[i], 4)));
-        text.row(&format!("{name}{}", cells.collect::<String>()));
-    }
-    text.to_string()
 }
 
 fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {

@@ -1,28 +1,25 @@
 //! `gonio run`.
 
 mod acquisition;
-mod consumers;
 mod moments;
 mod relations;
 
-use super::progress::Progress;
 use super::signals::{self, stop_flag};
-use super::verbosity::{detail, note};
-use super::{ConfigArgs, SeedArgs, ThreadArgs, any_plan, print};
+use super::{
+    ConfigArgs, Progress, SeedArgs, ThreadArgs, any_plan, detail, doubt, note, print, say,
+};
 use crate::error::{Error, count, count_are};
 use crate::experiment::{
-    AnyPlan, Counts, Experiment, Extent, Observer, Record, RowKey, Shard, Source, Stage, Summary,
-    Tuned, Work, material_key,
+    AnyPlan, ByProduct, Counts, Event, Experiment, Extent, Failure, Known, Observer, Record,
+    RowKey, Shard, Source, Stage, Summary, Tuned, Work, material_key,
 };
 use crate::report::{Machine, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
 use clap::Args;
-use consumers::Consumers;
-pub(super) use consumers::{collect, print_failures};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
 
 /// Folder of runs that name none.
@@ -276,11 +273,10 @@ fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(),
     let (mut out, mut done, mut jobs) = (String::new(), 0, 0);
     for job in expected.chunk_by(|a, b| a.job == b.job) {
         let material = job[0].material;
-        if let std::collections::hash_map::Entry::Vacant(entry) = keys.entry(material) {
-            // One that cannot be read fails when it is run; nothing of it is done.
-            entry.insert(material_key(&plan.head().materials[material]).unwrap_or_default());
-        }
-        let mine: Vec<RowKey> = job.iter().map(|e| e.key(&keys[&material])).collect();
+        // One that cannot be read fails when it is run; nothing of it is done.
+        let key = || material_key(&plan.head().materials[material]).unwrap_or_default();
+        let key = keys.entry(material).or_insert_with(key);
+        let mine: Vec<RowKey> = job.iter().map(|e| e.key(key)).collect();
         let is_done = mine.iter().all(|k| known.contains(k.as_str()));
         done += usize::from(is_done);
         jobs += 1;
@@ -338,4 +334,93 @@ fn explained(
         out += &format!("  {name:<12}{why}\n");
     }
     out
+}
+
+/// All observers of a run, as one.
+struct Consumers<'a, R> {
+    stop: Arc<AtomicBool>,
+    progress: Progress,
+    /// Where records are appended to their file.
+    folder: &'a RefCell<RunFolder<R>>,
+    /// Lines that are printed.
+    lines: Option<Lines<'a, R>>,
+    list: Vec<Box<dyn Observer<R> + 'a>>,
+}
+
+impl<R: Record> Observer<R> for Consumers<'_, R> {
+    fn cancelled(&self) -> bool {
+        self.stop.load(Ordering::SeqCst)
+    }
+
+    fn begins(&mut self, work: f64) {
+        self.progress.begin(work as u64);
+    }
+
+    fn requests(&self, wish: &ByProduct<'_>) -> bool {
+        self.list.iter().any(|consumer| consumer.requests(wish))
+    }
+
+    fn observe(&mut self, event: &Event<'_, R>) -> Result<(), Error> {
+        self.progress.follow(event);
+        // What is printed must not run into the bar.
+        match event {
+            // Failures are printed with --quiet too.
+            Event::Failed(failure) => {
+                self.progress
+                    .suspend(|| print_failures(std::slice::from_ref(failure)));
+            }
+            Event::Loaded(material, _, brdf) => {
+                self.progress.suspend(|| doubt(material, *brdf));
+            }
+            Event::Made(rows) => self.folder.borrow_mut().write_rows(rows)?,
+            Event::Complete(rows) => {
+                if let Some(lines) = &self.lines {
+                    self.progress.suspend(|| print(&lines(rows)))?;
+                }
+            }
+            _ => {}
+        }
+        for consumer in &mut self.list {
+            consumer.observe(event)?;
+        }
+        Ok(())
+    }
+}
+
+/// Keeps records in memory, and shows the progress.
+struct Collect<T> {
+    progress: Progress,
+    made: Vec<T>,
+}
+
+/// Runs all of an experiment: what was made, and what failed.
+pub(super) fn collect<E: Experiment>(plan: &E) -> Result<(Vec<E::Record>, Vec<Failure>), Error> {
+    let mut collected = Collect {
+        progress: Progress::new(),
+        made: Vec::new(),
+    };
+    let summary = plan.run(&Extent::default(), &Known::default(), &mut collected)?;
+    note_inputs(&summary);
+    Ok((collected.made, summary.failures))
+}
+
+/// Writes what failed to stderr.
+pub(super) fn print_failures(failures: &[Failure]) {
+    for Failure { job, reason, .. } in failures {
+        say(&format!("gonio: {job}: {reason}"));
+    }
+}
+
+impl<T: Clone> Observer<T> for Collect<T> {
+    fn begins(&mut self, work: f64) {
+        self.progress.begin(work as u64);
+    }
+
+    fn observe(&mut self, event: &Event<'_, T>) -> Result<(), Error> {
+        self.progress.follow(event);
+        if let Event::Made(made) = event {
+            self.made.extend_from_slice(made);
+        }
+        Ok(())
+    }
 }

@@ -1,12 +1,9 @@
 //! `gonio schedule`.
 
-use super::output::JsonArgs;
-use super::reading::ReadingArgs;
-use super::verbosity::note;
 use super::{
-    ConfigArgs, SeedArgs, assumed, each_once, format_names, format_of, keep_named, make_folder,
-    named, one_value, planned_instrument, refuse_existing, refuse_unwritable, write_file, writer,
-    written,
+    ConfigArgs, JsonArgs, ReadingArgs, SeedArgs, assumed, each_once, format_names, format_of,
+    keep_named, make_folder, named, note, one_value, planned_instrument, refuse_existing,
+    refuse_unwritable, write_file, writer, written,
 };
 use crate::error::{Error, ParameterError, count, in_left_open};
 use crate::experiment::{Plan, PlannedInstrument, Router, ScheduleKey, Source};
@@ -423,16 +420,13 @@ pub(super) fn out_of_reach(itinerary: &Itinerary) -> String {
     let named: Vec<_> = first
         .map(|(pose, reason)| format!("{pose}: {}", reason.name()))
         .collect();
-    let more = itinerary.unreachable.len() - named.len();
-    let more = if more > 0 {
-        format!(", and {more} more")
-    } else {
-        String::new()
+    let more = match itinerary.unreachable.len() - named.len() {
+        0 => String::new(),
+        more => format!(", and {more} more"),
     };
-    let skip = if itinerary.visits.is_empty() {
-        ""
-    } else {
-        ", or --skip-unreachable, which lists them all in the file"
+    let skip = match itinerary.visits.is_empty() {
+        true => "",
+        false => ", or --skip-unreachable, which lists them all in the file",
     };
     format!(
         "{} cannot take {} of {all} poses ({}{more}); allowed: an instrument that can{skip}",

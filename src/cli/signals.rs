@@ -1,7 +1,7 @@
 //! Signals that end the program: SIGINT (Ctrl-C) with exit code 130, SIGTERM with 143. Files that are being written are removed.
 //! SIGHUP has its usual effect, which `nohup` turns off.
 
-use super::verbosity::say;
+use super::say;
 use crate::error::Error;
 use crate::files;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};

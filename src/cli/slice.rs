@@ -1,10 +1,9 @@
 //! `gonio slice`.
 
-use super::brdf_args::BrdfArgs;
 use super::picture::check_views;
 use super::{
-    ThreadArgs, choice_of, choose_material, each_once, make_folder, print, refuse_existing,
-    write_file,
+    BrdfArgs, ThreadArgs, choice_of, choose_material, each_once, make_folder, print,
+    refuse_existing, write_file,
 };
 use crate::error::{Error, ParameterError};
 use crate::moments::{Channel, Slice as BrdfSlice};

@@ -1,10 +1,8 @@
 //! `gonio stability`.
 
-use super::ThreadArgs;
-use super::output::{OutputArgs, write_text};
-use super::progress::Progress;
 use super::signals::{self, stop_flag};
-use crate::error::{Error, count, excerpt, one_of};
+use super::{OutputArgs, Progress, ThreadArgs, no_member, write_text};
+use crate::error::{Error, count};
 use crate::report::{broken, stability_html, stability_table};
 use crate::stability::{self, Extent, Family, Verdict};
 use clap::{ArgGroup, Args};
@@ -44,9 +42,7 @@ impl Stability {
         let all = stability::all();
         let names = || all.iter().map(|f| f.name);
         if let Some(name) = self.families.iter().find(|f| !names().any(|n| n == *f)) {
-            let (found, allowed) = (excerpt(name), one_of(name, names()));
-            let message = format!("{found:?} is no family; allowed: {allowed}");
-            return Err(Error::config("FAMILY", message));
+            return Err(no_member("FAMILY", "family", name, names()));
         }
         let extent = if self.short {
             Extent::Short

@@ -1,9 +1,7 @@
 //! `gonio subset`.
 
-use super::brdf_args::BrdfArgs;
-use super::output::{DrawingArgs, Format, one_format};
-use super::progress::Progress;
-use super::{ThreadArgs, member, print, whole};
+use super::output::{Format, one_format};
+use super::{BrdfArgs, DrawingArgs, Progress, ThreadArgs, member, print, whole};
 use crate::analysis::bounces::PathSample;
 use crate::analysis::{ENERGY_PAIRS, Reach, Subset as LightPaths};
 use crate::brdf::{Brdf, Channels};

@@ -1,8 +1,6 @@
 //! `gonio surface`.
 
-use super::output::JsonArgs;
-use super::verbosity::{detail, say};
-use super::{ThreadArgs, in_range, member, set_all, whole};
+use super::{JsonArgs, ThreadArgs, detail, in_range, member, say, set_all, whole};
 use crate::brdf::{BuildError, Channels};
 use crate::error::{Error, count, left_open};
 use crate::experiment::Source;

@@ -1,9 +1,6 @@
 //! `gonio symmetry`.
 
-use super::brdf_args::BrdfArgs;
-use super::output::{JsonArgs, print_json};
-use super::progress::Progress;
-use super::{ThreadArgs, build, print};
+use super::{BrdfArgs, JsonArgs, Progress, ThreadArgs, build, print, print_json};
 use crate::analysis::{self, Deviation, Deviations, SYMMETRY_TOLERANCE, Saving};
 use crate::brdf::{Brdf, Channels, Favours};
 use crate::error::Error;

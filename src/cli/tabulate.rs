@@ -2,11 +2,9 @@
 
 use super::cached::CachedBrdf;
 use super::energy::EnergyArgs;
-use super::progress::Progress;
-use super::verbosity::wrote;
 use super::{
-    ConfigArgs, ThreadArgs, build, choose_material, format_names, format_of, print,
-    refuse_unwritable, writer,
+    ConfigArgs, Progress, ThreadArgs, build, choose_material, format_names, format_of, print,
+    refuse_unwritable, writer, wrote,
 };
 use crate::brdf::{Brdf, Channels, ObservedBrdf, Presence, SplitBrdf};
 use crate::error::{Error, ParameterError};
@@ -51,7 +49,7 @@ pub(super) struct TableArgs {
     /// Largest error (nrmse, of cosine and of lobe pairs): a format that has sizes takes a larger one until it is met, and
     /// the exit code is 6 if none meets it
     #[arg(long, value_name = "NRMSE", value_parser = tolerance)]
-    tolerance: Option<f64>,
+    pub(super) tolerance: Option<f64>,
     /// Fill cells of pairs without data by the cell before them in the file, in a format that can leave them empty
     #[arg(long)]
     fill: bool,
@@ -88,11 +86,6 @@ impl Tabulate {
 }
 
 impl TableArgs {
-    /// The largest error that is allowed.
-    pub(crate) fn tolerance(&self) -> Option<f64> {
-        self.tolerance
-    }
-
     /// True if nothing asks for another table than the one there is.
     pub(crate) fn keeps(&self) -> bool {
         self.tolerance.is_none() && !self.fill
@@ -111,25 +104,26 @@ impl TableArgs {
 
     /// Refuses a tolerance of tables whose errors are not known, and to fill those that have no empty cells.
     pub fn suits(&self, format: Format) -> Result<(), Error> {
-        if self.fill && !format.table.has_holes {
-            let with = WRITE_TABLE.formats().filter(|f| f.table.has_holes);
-            let names: Vec<_> = with.map(|f| f.name).collect();
-            let message = format!(
-                "tables of {} have no empty cells and are always filled; allowed: --fill with {}",
-                format.name,
-                names.join(", ")
-            );
-            return Err(Error::config("--fill", message));
-        }
-        if self.tolerance.is_some() && format.table.read.is_none() {
-            let read = WRITE_TABLE.formats().filter(|f| f.table.read.is_some());
-            let names: Vec<_> = read.map(|f| f.name).collect();
-            let message = format!(
-                "tables of {} are not read back, so that their errors are unknown; allowed: --tolerance with {}",
-                format.name,
-                names.join(", ")
-            );
-            return Err(Error::config("--tolerance", message));
+        let holes: fn(&Format) -> bool = |f| f.table.has_holes;
+        let read: fn(&Format) -> bool = |f| f.table.read.is_some();
+        let (filled, unknown) = (
+            "have no empty cells and are always filled",
+            "are not read back, so that their errors are unknown",
+        );
+        for (option, is_asked, suits, why) in [
+            ("--fill", self.fill, holes, filled),
+            ("--tolerance", self.tolerance.is_some(), read, unknown),
+        ] {
+            if is_asked && !suits(&format) {
+                let names: Vec<_> = WRITE_TABLE
+                    .formats()
+                    .filter(suits)
+                    .map(|f| f.name)
+                    .collect();
+                let (name, names) = (format.name, names.join(", "));
+                let message = format!("tables of {name} {why}; allowed: {option} with {names}");
+                return Err(Error::config(option, message));
+            }
         }
         Ok(())
     }

@@ -1,9 +1,6 @@
 //! `gonio train`.
 
-use super::brdf_args::BrdfArgs;
-use super::progress::Progress;
-use super::verbosity::wrote;
-use super::{ThreadArgs, build, named, print, refuse_unwritable};
+use super::{BrdfArgs, Progress, ThreadArgs, build, named, print, refuse_unwritable, wrote};
 use crate::brdf::Channels;
 use crate::error::{Error, count};
 use crate::experiment::{self, Material};

@@ -8,6 +8,7 @@ use crate::report::Columns;
 use crate::sampling::{Random, cosine_hemisphere};
 use crate::schedule::Unreachable;
 use serde::Serialize;
+use serde_json::{Map, Value as Json};
 use std::f64::consts::PI;
 
 /// Pairs that the reachable share is counted on: it is then good to half a percent.
@@ -23,8 +24,8 @@ pub(super) struct Instrument<'s> {
     class_summary: String,
     spots: Vec<Spots>,
     reach: Vec<Reach>,
-    /// Numbers by the provenance they have.
-    numbers: Numbers,
+    /// How many numbers have which provenance.
+    numbers: Map<String, Json>,
 }
 
 /// The spots on the sample, long axes, at one pair of elevations.
@@ -45,13 +46,13 @@ struct Reach {
     kept_out_percent: Vec<(&'static str, f64)>,
 }
 
-#[derive(Serialize)]
-struct Numbers {
-    published: usize,
-    recalled: usize,
-    generic: usize,
-    without_provenance: usize,
-}
+/// Provenances of numbers.
+const PROVENANCES: [(&str, Option<Tag>); 4] = [
+    ("published", Some(Tag::Published)),
+    ("recalled", Some(Tag::Recalled)),
+    ("generic", Some(Tag::Generic)),
+    ("without_provenance", None),
+];
 
 impl<'s> Instrument<'s> {
     pub(super) fn new(spec: &'s InstrumentSpec, seed: u64) -> Result<Self, Error> {
@@ -76,18 +77,16 @@ impl<'s> Instrument<'s> {
         let tags: Vec<Option<Tag>> = tags
             .map(|(_, entry)| entry.map(|entry| entry.tag))
             .collect();
-        let count = |tag: Option<Tag>| tags.iter().filter(|&&t| t == tag).count();
+        let count = |(name, tag): (&str, Option<Tag>)| {
+            let count = tags.iter().filter(|&&t| t == tag).count();
+            (name.to_owned(), count.into())
+        };
         Ok(Self {
             instrument: spec,
             class_summary: class.summary.to_owned(),
             spots: spots.collect(),
             reach,
-            numbers: Numbers {
-                published: count(Some(Tag::Published)),
-                recalled: count(Some(Tag::Recalled)),
-                generic: count(Some(Tag::Generic)),
-                without_provenance: count(None),
-            },
+            numbers: PROVENANCES.map(count).into_iter().collect(),
         })
     }
 
@@ -140,12 +139,10 @@ impl<'s> Instrument<'s> {
             }
             out += "\n";
         }
-        let numbers = &self.numbers;
-        out += &format!(
-            "\nnumbers: {} published, {} recalled, {} generic, {} without provenance\n",
-            numbers.published, numbers.recalled, numbers.generic, numbers.without_provenance,
-        );
-        out
+        let numbers = self.numbers.iter();
+        let numbers = numbers.map(|(name, n)| format!("{n} {}", name.replace('_', " ")));
+        let numbers: Vec<String> = numbers.collect();
+        out + &format!("\nnumbers: {}\n", numbers.join(", "))
     }
 }
 

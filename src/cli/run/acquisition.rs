@@ -1,8 +1,7 @@
 //! Observers and output of an acquisition.
 
 use super::{End, Observers, Printed, Shown};
-use crate::cli::print;
-use crate::cli::verbosity::note;
+use crate::cli::{note, print};
 use crate::error::Error;
 use crate::experiment::{
     ByProduct, Event, Findings, Kind, Metric, Observer, Plan, QuantityGroup, Row, Shard,

@@ -1,8 +1,7 @@
 //! Observers and output of a moment experiment.
 
 use super::{End, Observers, Printed, Shown};
-use crate::cli::print;
-use crate::cli::verbosity::note;
+use crate::cli::{note, print};
 use crate::error::Error;
 use crate::experiment::Shard;
 use crate::experiment::moments::{
