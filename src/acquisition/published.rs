@@ -118,7 +118,7 @@ impl Published {
             Criterion::DOptimal => {
                 let ridge = self.keys.ridge.unwrap_or(RIDGE);
                 rows(functions).d_optimal(Vec::new(), ridge, wanted)
-            },
+            }
             Criterion::Erm => {
                 let process = Posterior::before(Symmetry::FULL, Some(&prior));
                 let at_places = prior.basis_at(&field.places).1;
