@@ -33,6 +33,19 @@ pub struct TruncatedGaussian {
 }
 
 impl TruncatedGaussian {
+    /// The Gaussian of this centre and this σ (rad, > 0), cut off. The centre (rad) may lie
+    /// outside. Mean and variance of the result are *not* these parameters.
+    ///
+    /// # Errors
+    /// If σ is not in (0, ∞) or the centre is not finite.
+    pub fn new(centre: f64, sigma: f64) -> Result<Self, ParameterError> {
+        in_left_open("sigma", sigma, 0.0, f64::INFINITY)?;
+        if !centre.is_finite() {
+            return Err(ParameterError::new("centre", centre, "a finite number"));
+        }
+        Ok(Self::raw(centre, sigma, 0.0, 1.0))
+    }
+
     /// The member of the family with this mean (rad) and this variance (rad²).
     ///
     /// It exists for every pair that any density on [−π/2, π/2] has, 0 < variance < (π/2)² −
@@ -219,6 +232,39 @@ impl TruncatedGaussian {
         }
         let v = (t - self.anchor) / self.scale - self.peak;
         self.exponent(v).exp() / (self.mass * self.scale)
+    }
+
+    /// Mean (rad) and variance (rad²).
+    ///
+    /// With p the density and x its two ends, integration by parts gives for centre c and σ:
+    /// mean = c + σ² (p(x₁) − p(x₂)), variance = σ² (1 + (x₁ − c) p(x₁) − (x₂ − c) p(x₂)) −
+    /// (mean − c)². This is used where it keeps its digits; else a quadrature to rounding.
+    pub fn mean_and_variance(&self) -> [f64; 2] {
+        let [a, b] = self.ends;
+        let k = self.curvature;
+        let [mean, variance] = if self.slope == 0.0 && k * (b - a) * (b - a) > 1.0 {
+            let [pa, pb] = [a, b].map(|v| self.exponent(v).exp() / self.mass);
+            let mean = (pa - pb) / k;
+            [mean, (1.0 + a * pa - b * pb) / k - mean * mean]
+        } else {
+            let (mut mass, mut mean, mut variance) = (0.0, 0.0, 0.0);
+            self.walk(|v, w| {
+                mass += w;
+                mean += w * v;
+            });
+            mean /= mass;
+            self.walk(|v, w| variance += w * (v - mean) * (v - mean));
+            [mean, variance / mass]
+        };
+        [
+            self.anchor + self.scale * (self.peak + mean),
+            self.scale * self.scale * variance,
+        ]
+    }
+
+    /// 1/σ², rad⁻²; 0 for an exponential, negative for an inverted Gaussian.
+    pub fn precision(&self) -> f64 {
+        self.curvature / (self.scale * self.scale)
     }
 }
 
