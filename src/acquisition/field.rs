@@ -5,7 +5,7 @@ use crate::geometry::{Direction, DirectionPair, angle_between};
 use crate::instrument::Machine;
 use crate::measurement::{Measurement, Outcome};
 use crate::numeric::{GRAZING_COS, hashed};
-use crate::parametrization::{Coords, Parametrization, usual_form};
+use crate::parametrization::{Parametrization, usual_form};
 use crate::reconstruct::Posterior;
 use crate::schedule::{PlanError, Pose, SampleSet, SobolSet};
 use glam::DVec3;
@@ -48,7 +48,9 @@ const SAME: f64 = 1e-9;
 
 /// Places and candidates of one round; other rounds have others.
 pub(super) struct Field {
-    own: Own,
+    /// Coordinates that are fine where lobes peak.
+    own: Arc<dyn Parametrization>,
+    cos_mask: f64,
     /// Points of half/difference coordinates with a square root along θ_h.
     pub places: Vec<DirectionPair>,
     /// The density of errors at each place: of cos θ_i cos θ_o in those coordinates.
@@ -57,20 +59,12 @@ pub(super) struct Field {
     pub candidates: Vec<Pose>,
 }
 
-/// Coordinates that are fine where lobes peak.
-struct Own {
-    form: Arc<dyn Parametrization>,
-    cos_mask: f64,
-}
-
-impl Own {
-    /// The density of cos θ_i cos θ_o inside the mask, at a pair with these coordinates.
-    fn density(&self, pair: &DirectionPair, coords: &Coords) -> f64 {
-        let [i, o] = [pair.omega_i, pair.omega_o].map(|d| d.cos_theta());
-        match i.min(o) > self.cos_mask {
-            true => i * o * self.form.jacobian(coords),
-            false => 0.0,
-        }
+/// The density of cos θ_i cos θ_o inside the mask, at a pair with these coordinates.
+fn density(own: &dyn Parametrization, cos_mask: f64, Pose { pair, coords }: &Pose) -> f64 {
+    let [i, o] = [pair.omega_i, pair.omega_o].map(|d| d.cos_theta());
+    match i.min(o) > cos_mask {
+        true => i * o * own.jacobian(coords),
+        false => 0.0,
     }
 }
 
@@ -185,15 +179,11 @@ impl Field {
         so_far: &Measurement,
         round: u64,
     ) -> Result<Self, PlanError> {
-        let own = Own {
-            form: usual_form(task.form.symmetry()),
-            cos_mask: mask.cos(),
-        };
+        let (own, cos_mask) = (usual_form(task.form.symmetry()), mask.cos());
         let [for_places, for_candidates] = [0, 1].map(|role| hashed([task.seed, round, role]));
-        let at = SobolSet {}.plan(&own.form, PLACES, for_places)?.poses;
-        let inside = at
-            .iter()
-            .map(|pose| (pose.pair, own.density(&pose.pair, &pose.coords)));
+        let at = SobolSet {}.plan(&own, PLACES, for_places)?.poses;
+        let at = at.iter();
+        let inside = at.map(|pose| (pose.pair, density(&*own, cos_mask, pose)));
         let (places, density): (Vec<_>, Vec<_>) = inside.filter(|p| p.1 > 0.0).unzip();
         let reach = Reach::new(task, so_far);
         let wanted = CANDIDATES.max(OF_EACH * poses);
@@ -217,6 +207,7 @@ impl Field {
         candidates.extend(on_peak);
         Ok(Self {
             own,
+            cos_mask,
             places,
             density,
             candidates,
@@ -225,13 +216,12 @@ impl Field {
 
     /// The density of errors at the candidates; on the peak, where it vanishes, that around it.
     pub(crate) fn candidate_density(&self) -> Vec<f64> {
-        let pairs = self.candidates.iter().map(|pose| &pose.pair);
-        let density = |pair| {
-            let mut coords = self.own.form.forward(pair);
+        let around = |&Pose { pair, .. }: &Pose| {
+            let mut coords = self.own.forward(&pair);
             coords[0] = coords[0].max(PEAK);
-            self.own.density(pair, &coords)
+            density(&*self.own, self.cos_mask, &Pose { coords, pair })
         };
-        pairs.map(density).collect()
+        self.candidates.iter().map(around).collect()
     }
 
     /// The pairs of the candidates.

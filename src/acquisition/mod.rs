@@ -95,9 +95,46 @@ impl Task<'_> {
         let go_on = self.go_on;
         choice::Wanted { n, go_on }
     }
+
+    /// The rest of the budget, chosen by a planner after the readings so far; `None`: after none.
+    ///
+    /// # Errors
+    /// As [`Planner::next`].
+    pub fn ask(
+        &self,
+        planner: &dyn Planner,
+        so_far: Option<&Measurement>,
+    ) -> Result<Batch, PlanError> {
+        let nothing = nothing(self);
+        let so_far = so_far.unwrap_or(&nothing);
+        let asked = so_far.schedule.poses.len();
+        let is_enough = planner.is_enough(self, so_far);
+        let poses = match is_enough {
+            true => Vec::new(),
+            false => planner.next(self, so_far, self.budget.saturating_sub(asked))?,
+        };
+        Ok(Batch {
+            forecast: planner.forecast(self, so_far, &poses),
+            schedule: scheduled(self, planner, poses),
+            is_enough,
+            asked,
+            readings: so_far.readings(),
+        })
+    }
 }
 
 impl Task<'static> {
+    /// So many poses more than a measurement has, of a material with these symmetries, in the usual coordinates.
+    pub fn after(
+        so_far: Option<&Measurement>,
+        poses: usize,
+        symmetry: Symmetry,
+        seed: u64,
+    ) -> Self {
+        let before = so_far.map_or(0, |m| m.schedule.poses.len());
+        Self::plain(&usual_form(symmetry), before + poses, seed)
+    }
+
     /// Any machine, and all the time there is.
     pub(crate) fn plain(form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Self {
         Self {
@@ -272,20 +309,6 @@ pub(crate) fn further(
     Ok((!next.is_empty()).then_some(poses))
 }
 
-/// What is asked of a planner.
-pub struct Request<'a> {
-    /// Number of poses, at most.
-    pub batch: usize,
-    /// Symmetries of the material, by which poses are folded.
-    pub symmetry: Symmetry,
-    /// Seed of whatever is random.
-    pub seed: u64,
-    /// The machine that is to reach every pose; `None`: each can be taken.
-    pub machine: Option<&'a Machine>,
-    /// Asked before each choice: false ends the batch with the poses so far.
-    pub go_on: &'a dyn Fn() -> bool,
-}
-
 /// The answer of a planner.
 pub struct Batch {
     /// The next poses, the most telling first; none if the readings are enough.
@@ -298,54 +321,6 @@ pub struct Batch {
     pub readings: usize,
     /// Errors expected now, and with readings at these poses too; `None` where they are not known.
     pub forecast: Option<Forecast>,
-}
-
-impl<'a> Request<'a> {
-    /// The task of an acquisition that goes on from a measurement.
-    fn task(&self, so_far: Option<&Measurement>) -> Task<'a> {
-        let before = so_far.map_or(0, |m| m.schedule.poses.len());
-        Task {
-            machine: self.machine,
-            go_on: self.go_on,
-            ..Task::plain(&usual_form(self.symmetry), before + self.batch, self.seed)
-        }
-    }
-
-    /// The poses that a planner chooses after the readings so far; `None`: after none.
-    ///
-    /// # Errors
-    /// As [`Planner::next`].
-    pub fn ask(
-        &self,
-        planner: &dyn Planner,
-        so_far: Option<&Measurement>,
-    ) -> Result<Batch, PlanError> {
-        let task = self.task(so_far);
-        let nothing = nothing(&task);
-        let so_far = so_far.unwrap_or(&nothing);
-        let is_enough = planner.is_enough(&task, so_far);
-        let poses = match is_enough {
-            true => Vec::new(),
-            false => planner.next(&task, so_far, self.batch)?,
-        };
-        Ok(Batch {
-            forecast: planner.forecast(&task, so_far, &poses),
-            schedule: scheduled(&task, planner, poses),
-            is_enough,
-            asked: so_far.schedule.poses.len(),
-            readings: so_far.readings(),
-        })
-    }
-
-    /// The errors that a planner expects of readings, in the task that goes on from others.
-    pub(crate) fn forecast(
-        &self,
-        planner: &dyn Planner,
-        from: Option<&Measurement>,
-        of: &Measurement,
-    ) -> Option<Forecast> {
-        planner.forecast(&self.task(from), of, &[])
-    }
 }
 
 /// Poses of a batch after `asked` ones: half as many as these, at first `first`, and no more than are left.

@@ -6,7 +6,7 @@ use super::{
     ReadingArgs, ThreadArgs, assumed, format_names, format_of, member, note, print,
     refuse_unwritable, suspected, whole, with_bound, with_keys, write_file, writer,
 };
-use crate::acquisition::{self, Forecast, Planner, Request};
+use crate::acquisition::{self, Forecast, Planner, Task};
 use crate::error::{Error, count};
 use crate::experiment::PlannedInstrument;
 use crate::formats::{Format, WRITE_SCHEDULE};
@@ -112,14 +112,11 @@ impl Next {
             }
             None => None,
         };
-        let request = Request {
-            batch: self.batch,
-            symmetry,
-            seed: self.seed,
+        let task = Task {
             machine: instrument.as_ref().map(|(bench, _)| bench.machine()),
-            go_on: &|| true,
+            ..Task::after(so_far.as_ref(), self.batch, symmetry, self.seed)
         };
-        let batch = request.ask(&*planner, so_far.as_ref());
+        let batch = task.ask(&*planner, so_far.as_ref());
         let batch = batch.map_err(|e| Error::infeasible("--batch", e))?;
         let (schedule, readings) = (&batch.schedule, batch.readings);
         if batch.is_enough {
@@ -177,9 +174,7 @@ impl Next {
         };
         if let Some(so_far) = &so_far {
             print(&suspected(so_far, &self.readings, suspects))?;
-            self.note_rise(&assume, now, |before| {
-                request.forecast(&*planner, Some(so_far), before)
-            })?;
+            self.note_rise(&assume, now, |before| planner.forecast(&task, before, &[]))?;
         }
         print(&format!(
             "now: {}\nthen: {}\n",

@@ -5,7 +5,7 @@ use crate::instrument::{PyInstrument, check};
 use crate::keys::{self, named, read, symmetry};
 use crate::measurement::PyMeasurement;
 use crate::schedule::PySchedule;
-use gonio::acquisition::{self, Request};
+use gonio::acquisition::{self, Task};
 use gonio::geometry::Symmetry;
 use gonio::metrics::Expected;
 use pyo3::prelude::*;
@@ -105,14 +105,13 @@ pub fn suggest(
     };
     let stopped = Mutex::new(None);
     let batch = py.detach(|| {
-        let request = Request {
-            batch,
-            symmetry,
-            seed,
+        let so_far = so_far.map(|m| &*m.measurement);
+        let task = Task {
             machine: bench.as_ref().map(|bench| bench.machine()),
             go_on: &|| goes_on(&mut stopped.lock().unwrap_or_else(PoisonError::into_inner)),
+            ..Task::after(so_far, batch, symmetry, seed)
         };
-        request.ask(&*planner, so_far.map(|m| &*m.measurement))
+        task.ask(&*planner, so_far)
     });
     if let Some(e) = stopped.into_inner().unwrap_or_else(PoisonError::into_inner) {
         return Err(e);
