@@ -6,14 +6,13 @@ mod columns;
 mod doubts;
 mod file;
 mod merge;
-mod negative;
 pub mod pab;
 mod record;
 mod retro;
 mod scattered;
 
+use doubts::Negative;
 pub use file::{read_measurement, write_measurement};
-use negative::Negative;
 pub use record::measurement_schema;
 pub use retro::{RetroPeak, retro_peak};
 
