@@ -1,7 +1,6 @@
 //! Rows as diagrams.
 
-use super::front::front_of;
-use super::row::{cases, grouped};
+use super::row::{cases, front_of, grouped};
 use super::{Diagram, Machine, Row, Section};
 use crate::report::{self, Axis, Mark, Panel, Series, each_once};
 

@@ -6,21 +6,18 @@
 
 mod engine;
 mod figure;
-mod front;
 mod ladder;
 mod machine;
-mod reach;
 mod row;
 mod sections;
 mod table;
 
 pub(crate) use engine::{Listener, Task};
 pub(crate) use figure::svg;
-pub use front::front;
 pub use ladder::{Effort, Judged, Ladder, Rung, Times, Watch};
 pub use machine::Machine;
-pub use reach::{Time, reached};
 pub(crate) use row::Row;
+pub use row::{Time, front, reached};
 pub use sections::all;
 pub(crate) use table::{Layout, csv, fronts, json};
 

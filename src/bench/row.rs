@@ -1,6 +1,6 @@
-//! Rows: one rung each.
+//! Rows: one rung each; the front of Pareto, and the seconds that a choice needs for an error.
 
-use super::{Judged, Times};
+use super::{Diagram, Judged, Section, Times};
 
 /// What was measured on a rung.
 #[derive(Clone, Debug)]
@@ -45,4 +45,201 @@ pub(super) fn grouped<'a, K: PartialEq>(
         }
     }
     groups.into_iter().map(|(_, group)| group).collect()
+}
+
+/// True of each point that is not dominated: no other is at most equal in both coordinates and less in one. A point
+/// that lacks a coordinate is on no front.
+///
+/// ```
+/// let points = [Some([1.0, 3.0]), Some([2.0, 2.0]), Some([3.0, 2.0]), None];
+/// assert_eq!(gonio::bench::front(&points), [true, true, false, false]);
+/// ```
+pub fn front(points: &[Option<[f64; 2]>]) -> Vec<bool> {
+    let mut order: Vec<(usize, [f64; 2])> = points
+        .iter()
+        .enumerate()
+        .filter_map(|(i, p)| Some((i, (*p)?)))
+        .collect();
+    order.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let mut is_on = vec![false; points.len()];
+    let mut last: Option<[f64; 2]> = None;
+    for (i, point) in order {
+        if last.is_none_or(|last| point[1] < last[1] || point == last) {
+            is_on[i] = true;
+            last = Some(point);
+        }
+    }
+    is_on
+}
+
+/// The rows of a case that are on the front of a diagram, cheapest first, with their coordinates.
+pub(super) fn front_of<'a>(
+    section: &Section,
+    diagram: &Diagram,
+    rows: &[&'a Row],
+) -> Vec<(&'a Row, [f64; 2])> {
+    let point = |row: &&Row| {
+        Some([
+            section.number(row, diagram.x)?,
+            section.number(row, diagram.y)?,
+        ])
+    };
+    let points: Vec<_> = rows.iter().map(point).collect();
+    let is_on = front(&points);
+    let mut on: Vec<(&Row, [f64; 2])> = rows
+        .iter()
+        .zip(points)
+        .zip(is_on)
+        .filter_map(|((row, point), is_on)| point.filter(|_| is_on).map(|p| (*row, p)))
+        .collect();
+    on.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
+    on
+}
+
+/// For each row, whether it is on the front of each diagram that has one.
+pub(super) fn is_on_fronts(section: &Section, rows: &[Row]) -> Vec<Vec<bool>> {
+    let diagrams = || section.diagrams.iter().filter(|d| d.has_front);
+    let mut all = vec![Vec::new(); rows.len()];
+    for diagram in diagrams() {
+        let on: Vec<&Row> = cases(rows)
+            .iter()
+            .flat_map(|case| front_of(section, diagram, case))
+            .map(|(row, _)| row)
+            .collect();
+        for (row, all) in rows.iter().zip(&mut all) {
+            all.push(on.iter().any(|other| std::ptr::eq(*other, row)));
+        }
+    }
+    all
+}
+
+/// Seconds for an error, by the way they were found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Time {
+    /// Interpolated between two rungs.
+    Between(f64),
+    /// Upper bound: the cheapest rung is already better.
+    AtMost(f64),
+    /// Extrapolated beyond the dearest rung, along N^(−1/2).
+    Beyond(f64),
+    /// Lower bound: the dearest rung is lawless, or its error more than two decades above.
+    MoreThan(f64),
+}
+
+impl Time {
+    /// The number.
+    pub(crate) fn seconds(self) -> f64 {
+        let (Time::Between(s) | Time::AtMost(s) | Time::Beyond(s) | Time::MoreThan(s)) = self;
+        s
+    }
+
+    /// The sign before the number.
+    fn mark(self) -> char {
+        match self {
+            Time::Between(_) => ' ',
+            Time::AtMost(_) => '<',
+            Time::Beyond(_) => '*',
+            Time::MoreThan(_) => '>',
+        }
+    }
+
+    /// The seconds for an error, from points (seconds, error), cheapest first; `lawful` says that
+    /// the last of them may be extrapolated.
+    pub fn to_reach(target: f64, points: &[(f64, f64)], lawful: bool) -> Option<Self> {
+        let (&first, rest) = points.split_first()?;
+        if first.1 <= target {
+            return Some(Time::AtMost(first.0));
+        }
+        let mut last = first;
+        for &next in rest {
+            if next.1 <= target {
+                // An error of 0 is as good as any: rungs are compared, not logarithms.
+                let share = match next.1 > 0.0 {
+                    true => (last.1 / target).ln() / (last.1 / next.1).ln(),
+                    false => 1.0,
+                };
+                return Some(Time::Between(last.0 * (next.0 / last.0).powf(share)));
+            }
+            last = next;
+        }
+        let ratio = last.1 / target;
+        Some(if lawful && ratio <= 100.0 {
+            Time::Beyond(last.0 * ratio * ratio)
+        } else {
+            Time::MoreThan(last.0)
+        })
+    }
+}
+
+/// Choices that are printed for each error, at most.
+const MOST_PRINTED: usize = 4;
+
+/// The choices of each case that reach an error soonest, and how many times the seconds of the first the others take;
+/// empty of a section without targets.
+pub fn reached(section: &Section, rows: &[Row]) -> String {
+    let (columns, targets) = section.targets;
+    if rows.is_empty() || columns.is_empty() {
+        return String::new();
+    }
+    let mut out = String::from(
+        "\nseconds to reach an error, soonest first, and how many times those of the first\n\
+         (< the cheapest rung is better; * extrapolated: error falls with the root of the time;\n\
+         > not reached, and lawless or too far off to extrapolate)\n",
+    );
+    let cases = cases(rows);
+    let widest = |of: &dyn Fn(&Row) -> usize| rows.iter().map(of).max().unwrap_or(0);
+    let wide = widest(&|r| r.case().chars().count());
+    let name = columns.iter().map(|c| c.len()).max().unwrap_or(0);
+    for case in &cases {
+        for column in columns {
+            for &target in targets {
+                let head = format!(
+                    "{:<wide$}  {column:<name$}  {target:>5.0e} ",
+                    case[0].case()
+                );
+                out += &(head + &line(section, case, column, target) + "\n");
+            }
+        }
+    }
+    out
+}
+
+fn line(section: &Section, case: &[&Row], column: &str, target: f64) -> String {
+    let place = section.place(column);
+    let known = case
+        .iter()
+        .filter_map(|r| r.judged.values.get(place?)?.standard_error);
+    if known.reduce(f64::min).is_some_and(|known| known > target) {
+        return " not known to that".into();
+    }
+    let mut times: Vec<(String, Time)> = grouped(case.iter().copied(), |r| r.choice().to_vec())
+        .into_iter()
+        .filter_map(|rungs| {
+            let point = |r: &&Row| Some((r.times.median, section.number(r, column)?));
+            let points: Vec<_> = rungs.iter().filter_map(point).collect();
+            let lawful = rungs.last().is_some_and(|r| r.judged.is_lawful);
+            let time = Time::to_reach(target, &points, lawful)?;
+            Some((rungs[0].choice().join(" "), time))
+        })
+        .collect();
+    // What is only known not to be enough comes last.
+    let key = |time: Time| (matches!(time, Time::MoreThan(_)), time.seconds());
+    times.sort_by(|(_, a), (_, b)| {
+        let (a, b) = (key(*a), key(*b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    let least = times.first().map_or(1.0, |(_, t)| t.seconds());
+    let printed = times
+        .iter()
+        .take(MOST_PRINTED)
+        .enumerate()
+        .map(|(i, (choice, time))| {
+            let seconds = time.seconds();
+            let ratio = match i {
+                0 => String::new(),
+                _ => format!(" ({:.1e}×)", seconds / least),
+            };
+            format!("  {choice} {}{seconds:.1e} s{ratio}", time.mark())
+        });
+    printed.collect()
 }

@@ -1,7 +1,6 @@
 //! Rows as text, CSV and JSON.
 
-use super::front::{front_of, is_on_fronts};
-use super::row::cases;
+use super::row::{cases, front_of, is_on_fronts};
 use super::{Machine, Row, Section, Task};
 use crate::report::in_memory;
 use crate::report::schema::text as csv_text;

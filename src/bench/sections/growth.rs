@@ -62,41 +62,29 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
     Ok(ladders)
 }
 
-/// What a pass took beside its seconds.
-#[derive(Clone, Copy, Default)]
-struct Cost {
-    build: Option<f64>,
-    memory: Option<[f64; 2]>,
+/// What a pass took: its seconds, those of building, and bytes at most and at the end.
+type Cost = [Option<f64>; 4];
+
+/// The values of a row.
+fn judged(number: usize, [seconds, build, peak, held]: Cost) -> Judged {
+    let n = number as f64;
+    let values = [Some(n), seconds.map(|s| s / n), build, peak, held];
+    Judged::new(values.map(|v| Estimate::new(v, None)).into())
 }
 
-impl Cost {
-    /// The values of a row, of the seconds of its pass.
-    fn judged(self, number: usize, seconds: f64) -> Judged {
-        let n = number as f64;
-        let [peak, held] = match self.memory {
-            Some(both) => both.map(Some),
-            None => [None; 2],
-        };
-        let values = [Some(n), Some(seconds / n), self.build, peak, held];
-        Judged::new(values.map(|v| Estimate::new(v, None)).into())
-    }
-}
-
-/// Does some work: its cost and its seconds.
+/// Does some work: its cost.
 fn watched<T>(
     watch: &Watch,
     work: impl FnOnce() -> Result<(T, Option<f64>), String>,
-) -> Result<(Cost, f64), String> {
+) -> Result<Cost, String> {
     let before = watch.aside(Memory::watched);
     let start = Instant::now();
     let (made, build) = work()?;
     let seconds = start.elapsed().as_secs_f64();
     let after = watch.aside(Memory::now);
     drop(made);
-    let memory = before.zip(after).map(|(before, after)| {
-        [after.peak, after.held].map(|bytes| (bytes - before.held).max(0.0))
-    });
-    Ok((Cost { build, memory }, seconds))
+    let more = |bytes: fn(Memory) -> f64| Some((bytes(after?) - before?.held).max(0.0));
+    Ok([Some(seconds), build, more(|m| m.peak), more(|m| m.held)])
 }
 
 /// A row of 10^power readings: planned, measured, reconstructed and evaluated.
@@ -123,9 +111,8 @@ fn rung(brdf: &Rc<dyn Brdf>, method: &Rc<dyn Reconstruct>, power: u32) -> Rung {
         })
     };
     let work = (budget + PAIRS) as f64;
-    Rung::new(format!("10^{power}"), work, pass, move |(cost, seconds)| {
-        Ok(cost.judged(budget, seconds))
-    })
+    let judge = move |cost| Ok(judged(budget, cost));
+    Rung::new(format!("10^{power}"), work, pass, judge)
 }
 
 /// A study of so many metals.
@@ -149,9 +136,8 @@ fn study(materials: usize) -> Rung {
         })
     };
     let work = 1.0 + materials as f64;
-    Rung::new(materials.to_string(), work, pass, move |(cost, seconds)| {
-        Ok(cost.judged(materials, seconds))
-    })
+    let judge = move |cost| Ok(judged(materials, cost));
+    Rung::new(materials.to_string(), work, pass, judge)
 }
 
 /// Observer that ignores all events.
