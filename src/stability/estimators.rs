@@ -29,13 +29,6 @@ const FINITE: Law = Law::strict("finite, or said to be unresolved");
 /// View elevations, degrees.
 const VIEWS: [f64; 7] = [0.0, 1e-9, 30.0, 60.0, 85.0, 89.999, 90.0 - 1e-10];
 
-/// A Gaussian of two widths about the mirror direction of a view, on a constant.
-struct Bump {
-    centre: f64,
-    width: [f64; 2],
-    base: f64,
-}
-
 /// ∫ exp(−t²/(2 width²)) over [−π/2, π/2] of t + centre, and ∫ t exp(…) there.
 fn truncated(centre: f64, width: f64) -> [f64; 2] {
     let [a, b] = [-FRAC_PI_2 - centre, FRAC_PI_2 - centre].map(|t| t / width);
@@ -50,27 +43,6 @@ fn truncated(centre: f64, width: f64) -> [f64; 2] {
         width * (FRAC_PI_2).sqrt() * share,
         width * width * (bell(a) - bell(b)),
     ]
-}
-
-impl Bump {
-    /// It as a material.
-    fn brdf(&self) -> impl Brdf {
-        made(Symmetry::NONE, |pair| {
-            let [theta, phi] = view_centered_angles(pair.omega_i);
-            let (x, y) = ((theta - self.centre) / self.width[0], phi / self.width[1]);
-            Some([self.base + (-0.5 * (x * x + y * y)).exp()])
-        })
-    }
-
-    /// Energy and mean θ of the slice.
-    fn moments(&self) -> [f64; 2] {
-        let [x, first] = truncated(self.centre, self.width[0]);
-        let [y, _] = truncated(0.0, self.width[1]);
-        let energy = self.base * PI * PI + x * y;
-        // The constant has its mean at 0.
-        let mean = (self.centre * x + first) * y / energy;
-        [energy, mean]
-    }
 }
 
 fn checks(extent: Extent) -> Vec<Check> {
@@ -117,14 +89,15 @@ fn slice<'a>(brdf: &'a dyn Brdf, degrees: f64, watch: &mut Finding) -> Option<Sl
     slice.ok()
 }
 
+/// Gaussians of two widths about the mirror direction of a view, on a constant.
 fn closed_forms(by: &dyn Estimator, width: f64, base: f64, extent: Extent, watch: &mut Finding) {
     for degrees in extent.subset(VIEWS.to_vec(), 2) {
-        let bump = Bump {
-            centre: -degrees.to_radians(),
-            width: [width, 2.0 * width],
-            base,
-        };
-        let brdf = bump.brdf();
+        let (centre, [wide, high]) = (-degrees.to_radians(), [width, 2.0 * width]);
+        let brdf = made(Symmetry::NONE, |pair| {
+            let [theta, phi] = view_centered_angles(pair.omega_i);
+            let (x, y) = ((theta - centre) / wide, phi / high);
+            Some([base + (-0.5 * (x * x + y * y)).exp()])
+        });
         let Some(slice) = slice(&brdf, degrees, watch) else {
             continue;
         };
@@ -135,7 +108,11 @@ fn closed_forms(by: &dyn Estimator, width: f64, base: f64, extent: Extent, watch
             watch.holds(true, &format_args!("{degrees}°, unresolved"));
             continue;
         }
-        let [energy, mean] = bump.moments();
+        let [x, first] = truncated(centre, wide);
+        let [y, _] = truncated(0.0, high);
+        let energy = base * PI * PI + x * y;
+        // The constant has its mean at 0.
+        let mean = (centre * x + first) * y / energy;
         let components = [
             (Component::ENERGY, energy, energy),
             (Component { n: 1, m: 0 }, mean, width),
