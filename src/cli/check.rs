@@ -13,7 +13,7 @@ use crate::geometry::Symmetry;
 use crate::instrument;
 use crate::report::Columns;
 use clap::Args;
-use machine::Instrument;
+use machine::described;
 use serde_json::{Map, Value as Json, json};
 use std::path::{Path, PathBuf};
 
@@ -34,27 +34,21 @@ impl Check {
             let read = instrument::read_table(source.table()?);
             let spec = read.map_err(|e| source.error(e))?;
             let seed = self.seed.seed.unwrap_or(1);
-            let described = Instrument::new(&spec, seed)?;
-            return match self.json.wanted() {
-                true => print_json(&described),
-                false => print(&described.text()),
-            };
+            let (text, object) = described(&spec, seed)?;
+            return self.json.print(&object, |_| text);
         }
         self.seed.apply(&mut source)?;
-        match any_plan(&source)? {
-            AnyPlan::Acquisition(plan) => self.describe(&*plan),
-            AnyPlan::Moments(plan) => self.describe(&*plan),
-            AnyPlan::Relations(plan) => self.describe(&*plan),
-        }
-    }
-
-    fn describe<E: Described>(&self, plan: &E) -> Result<(), Error> {
+        let plan = any_plan(&source)?;
         let json = self.json.wanted();
         let mut description = Description {
             json,
             sheet: Map::new(),
         };
-        let infeasible = plan.describe(&mut description)?;
+        let infeasible = match &plan {
+            AnyPlan::Acquisition(plan) => description.acquisition(plan)?,
+            AnyPlan::Moments(plan) => description.moments(plan).map(|()| None)?,
+            AnyPlan::Relations(plan) => description.relations(plan).map(|()| None)?,
+        };
         if json {
             print_json(&description.sheet)?;
         }
@@ -63,7 +57,7 @@ impl Check {
         let is_table = |file: &PathBuf| of_name(file).is_some_and(|f| f.table.read.is_some());
         let has_table = |m: &&Material| m.spec.tables().files.iter().any(is_table);
         let mut first = None;
-        for material in plan.head().materials.iter().filter(has_table) {
+        for material in plan.materials().iter().filter(has_table) {
             let built = material.spec.widest_channels();
             match built.and_then(|channels| material.spec.build(channels)) {
                 Ok(brdf) => doubt(material, &*brdf),
@@ -82,80 +76,79 @@ impl Check {
     }
 }
 
-/// A plan that can describe its run.
-trait Described: Experiment {
-    /// Describes it; also returns the first plan that an instrument cannot carry out.
-    fn describe(&self, description: &mut Description) -> Result<Option<Error>, Error>;
+/// A description: printed as it is found, or kept to be printed as JSON.
+struct Description {
+    json: bool,
+    sheet: Map<String, Json>,
 }
 
-impl Described for MomentsPlan {
-    fn describe(&self, description: &mut Description) -> Result<Option<Error>, Error> {
-        description.head(self.head())?;
-        let spec = &self.moments.spec;
+impl Description {
+    /// Moment profiles.
+    fn moments(&mut self, plan: &MomentsPlan) -> Result<(), Error> {
+        self.head(plan.head())?;
+        let spec = &plan.moments.spec;
         let channels: Vec<_> = spec.channels.iter().map(|c| c.name()).collect();
-        let profiles = self.materials.len() * channels.len();
-        description.text(&format!(
+        let profiles = plan.materials.len() * channels.len();
+        self.text(&format!(
             "\ngroups: {}\nchannels: {}\nviews: {} up to {}°, moments to order {}\nestimator: {}\n\
              {}, {}\n",
-            self.groups().join(", "),
+            plan.groups().join(", "),
             channels.join(", "),
             spec.views,
             spec.max_view_deg,
             spec.order.get(),
-            self.moments.estimator.label(),
+            plan.moments.estimator.label(),
             count(profiles, "profile"),
             count(profiles * spec.views, "row"),
         ))?;
-        description.fact("groups", self.groups());
-        description.fact("channels", channels);
-        description.fact("views", spec.views);
-        description.fact("max_view_deg", spec.max_view_deg);
-        description.fact("order", spec.order.get());
-        description.fact("estimator", self.moments.estimator.label());
-        description.fact("profile_count", profiles);
-        description.fact("row_count", profiles * spec.views);
-        Ok(None)
+        self.fact("groups", plan.groups());
+        self.fact("channels", channels);
+        self.fact("views", spec.views);
+        self.fact("max_view_deg", spec.max_view_deg);
+        self.fact("order", spec.order.get());
+        self.fact("estimator", plan.moments.estimator.label());
+        self.fact("profile_count", profiles);
+        self.fact("row_count", profiles * spec.views);
+        Ok(())
     }
-}
 
-impl Described for RelationsPlan {
-    fn describe(&self, description: &mut Description) -> Result<Option<Error>, Error> {
-        self.base.describe(description)?;
-        let lights: Vec<_> = self.lightings.iter().map(|l| l.name.as_str()).collect();
-        let along: Vec<_> = self.along.iter().map(|a| a.name()).collect();
-        let each = self.views.len() * along.len();
-        let relations = self.base.materials.len() * lights.len() * each;
-        description.text(&format!(
+    /// Moments of reflected light.
+    fn relations(&mut self, plan: &RelationsPlan) -> Result<(), Error> {
+        self.moments(&plan.base)?;
+        let lights: Vec<_> = plan.lightings.iter().map(|l| l.name.as_str()).collect();
+        let along: Vec<_> = plan.along.iter().map(|a| a.name()).collect();
+        let each = plan.views.len() * along.len();
+        let relations = plan.base.materials.len() * lights.len() * each;
+        self.text(&format!(
             "\nlightings: {}\nviews: {}, along {}, window {}°\n{}\n",
             lights.join(", "),
-            self.views.len(),
+            plan.views.len(),
             along.join(" and "),
-            self.spec.window_deg,
+            plan.spec.window_deg,
             count(relations, "relation"),
         ))?;
-        description.fact("lightings", lights);
-        description.fact("along", along);
-        description.fact("window_deg", self.spec.window_deg);
-        description.fact("relation_count", relations);
-        Ok(None)
+        self.fact("lightings", lights);
+        self.fact("along", along);
+        self.fact("window_deg", plan.spec.window_deg);
+        self.fact("relation_count", relations);
+        Ok(())
     }
-}
 
-impl Described for Plan {
-    fn describe(&self, description: &mut Description) -> Result<Option<Error>, Error> {
-        description.head(self.head())?;
+    /// An acquisition; also returns the first plan that an instrument cannot carry out.
+    fn acquisition(&mut self, plan: &Plan) -> Result<Option<Error>, Error> {
+        self.head(plan.head())?;
         // Those of readings and minutes are found for each instrument, see below.
-        let known = self
+        let known = plan
             .symmetries()
             .into_iter()
-            .filter(|_| !self.budgets.is_empty());
+            .filter(|_| !plan.budgets.is_empty());
         for symmetry in known {
-            description.text(&format!("\nschedules for {}\n", symmetry))?;
-            schedules(self, symmetry, description)?;
+            self.text(&format!("\nschedules for {}\n", symmetry))?;
+            schedules(plan, symmetry, self)?;
         }
-        if let Some(table) = &self.moments {
+        if let Some(table) = &plan.moments {
             let (spec, estimator) = (&table.spec, table.estimator.label());
-            description.fact(
+            self.fact(
                 "moments",
                 json!({
                     "views": spec.views,
@@ -164,19 +157,19 @@ impl Described for Plan {
                     "estimator": estimator,
                 }),
             );
-            description.text(&format!(
+            self.text(&format!(
                 "\nmoments: {} up to {}°, to order {}, by {estimator}; one profile a material and a reconstruction\n",
                 count(spec.views, "view"),
                 spec.max_view_deg,
                 spec.order.get(),
             ))?;
             let values = VALUES * spec.views as f64;
-            for method in &self.methods {
-                let most = self.budgets.iter().max().copied().unwrap_or_default();
+            for method in &plan.methods {
+                let most = plan.budgets.iter().max().copied().unwrap_or_default();
                 let most = method.up_to.map_or(most, |up_to| most.min(up_to));
                 let minutes = values * method.method.value_seconds(most) / 60.0;
                 if minutes > 1.0 {
-                    description.text(&format!(
+                    self.text(&format!(
                         "  slow: some {minutes:.0} min of one core for each material by {} at {}, as each value takes {:.0} µs\n",
                         method.label(),
                         count(most, "reading"),
@@ -185,48 +178,40 @@ impl Described for Plan {
                 }
             }
         }
-        let names = self.methods.iter().map(|m| {
+        let names = plan.methods.iter().map(|m| {
             let most = m.up_to.map_or(String::new(), |n| format!(" up to {n}"));
             m.label() + &most
         });
         let names: Vec<_> = names.collect();
-        let measures: Vec<_> = self.measures.iter().map(|m| m.name()).collect();
-        let infeasible = match self.instruments.is_empty() {
+        let measures: Vec<_> = plan.measures.iter().map(|m| m.name()).collect();
+        let infeasible = match plan.instruments.is_empty() {
             true => None,
-            false => ways(self, description)?,
+            false => ways(plan, self)?,
         };
-        description.text(&format!(
+        self.text(&format!(
             "\nreconstructions: {}\nmeasures: {}, at {} or more, up to {}, until standard errors are below {} %\nseeds: {:?}\n{}, {}, {}\n",
             names.join(", "),
             measures.join(", "),
-            count(self.metrics.pairs, "pair"),
-            self.metrics.max_pairs.max(self.metrics.pairs),
-            100.0 * self.metrics.tolerance,
-            self.seeds,
-            count(self.units().len(), "schedule"),
-            count(self.jobs(), "reconstruction"),
-            count(self.rows(), "row"),
+            count(plan.metrics.pairs, "pair"),
+            plan.metrics.max_pairs.max(plan.metrics.pairs),
+            100.0 * plan.metrics.tolerance,
+            plan.seeds,
+            count(plan.units().len(), "schedule"),
+            count(plan.jobs(), "reconstruction"),
+            count(plan.rows(), "row"),
         ))?;
-        description.fact("reconstructions", names);
-        description.fact("measures", measures);
-        description.fact("pairs", self.metrics.pairs);
-        description.fact("max_pairs", self.metrics.max_pairs);
-        description.fact("tolerance", self.metrics.tolerance);
-        description.fact("seeds", self.seeds.clone());
-        description.fact("schedule_count", self.units().len());
-        description.fact("reconstruction_count", self.jobs());
-        description.fact("row_count", self.rows());
+        self.fact("reconstructions", names);
+        self.fact("measures", measures);
+        self.fact("pairs", plan.metrics.pairs);
+        self.fact("max_pairs", plan.metrics.max_pairs);
+        self.fact("tolerance", plan.metrics.tolerance);
+        self.fact("seeds", plan.seeds.clone());
+        self.fact("schedule_count", plan.units().len());
+        self.fact("reconstruction_count", plan.jobs());
+        self.fact("row_count", plan.rows());
         Ok(infeasible)
     }
-}
 
-/// A description: printed as it is found, or kept to be printed as JSON.
-struct Description {
-    json: bool,
-    sheet: Map<String, Json>,
-}
-
-impl Description {
     /// Text for people.
     fn text(&self, text: &str) -> Result<(), Error> {
         match self.json {

@@ -120,10 +120,7 @@ impl Distortion {
                 None => Scale::Log,
             };
             for entry in parametrization::all() {
-                let form = entry.form(Symmetry {
-                    isotropic: true,
-                    ..material.symmetry
-                });
+                let form = entry.form(material.symmetry.with_isotropy(true));
                 for &weight in weights {
                     let view = View::new(brdf, scale, &*form, weight);
                     let found = view.distortion();

@@ -291,11 +291,7 @@ impl ThreadArgs {
 /// The experiment of a config of any kind, all of its materials used.
 fn any_plan(source: &Source) -> Result<AnyPlan, Error> {
     let plan = AnyPlan::read(source)?;
-    remark(match &plan {
-        AnyPlan::Acquisition(plan) => &plan.materials,
-        AnyPlan::Moments(plan) => &plan.materials,
-        AnyPlan::Relations(plan) => &plan.base.materials,
-    });
+    remark(plan.materials());
     Ok(plan)
 }
 

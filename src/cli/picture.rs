@@ -19,6 +19,7 @@ use crate::report::pictures::{
 use crate::schedule;
 use clap::Args;
 use std::io::Write;
+use std::ops::RangeBounds;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -94,19 +95,25 @@ struct Views {
 
 impl Views {
     fn checked(&self) -> Result<&[f64], Error> {
-        check_views(&self.views)?;
-        Ok(&self.views)
+        check_views(&self.views)
     }
 }
 
-/// Refuses views that no slice is seen from, degrees.
-pub(super) fn check_views(views: &[f64]) -> Result<(), Error> {
-    match views.iter().find(|v| !(0.0..90.0).contains(*v)) {
-        Some(view) => {
-            let message = format!("{view} is no view elevation; allowed: a number in [0, 90)");
-            Err(Error::config("--view-deg", message))
-        }
-        None => Ok(()),
+/// Views that a slice is seen from, degrees; others are refused.
+pub(super) fn check_views(views: &[f64]) -> Result<&[f64], Error> {
+    let allowed = "view elevation; allowed: a number in [0, 90)";
+    checked("--view-deg", views, 0.0..90.0, allowed)
+}
+
+fn checked<'a>(
+    option: &str,
+    angles: &'a [f64],
+    range: impl RangeBounds<f64>,
+    allowed: &str,
+) -> Result<&'a [f64], Error> {
+    match angles.iter().find(|angle| !range.contains(angle)) {
+        Some(angle) => Err(Error::config(option, format!("{angle} is no {allowed}"))),
+        None => Ok(angles),
     }
 }
 
@@ -120,13 +127,8 @@ struct Azimuths {
 
 impl Azimuths {
     fn checked(&self) -> Result<&[f64], Error> {
-        match self.phis.iter().find(|v| !(0.0..=180.0).contains(*v)) {
-            Some(phi) => {
-                let message = format!("{phi} is no azimuth; allowed: a number in [0, 180]");
-                Err(Error::config("--phi-deg", message))
-            }
-            None => Ok(&self.phis),
-        }
+        let allowed = "azimuth; allowed: a number in [0, 180]";
+        checked("--phi-deg", &self.phis, 0.0..=180.0, allowed)
     }
 }
 

@@ -59,16 +59,10 @@ fn column(text: &str) -> Result<(String, String), ParameterError> {
 }
 
 fn half_angles(text: &str) -> Result<[f64; 2], ParameterError> {
-    let angle = |text: &str| text.trim().parse().ok();
-    let both = text.split_once(',').map(|(a, b)| [a, b].map(angle));
-    match both {
-        Some([Some(source), Some(sensor)])
-            if [source, sensor]
-                .iter()
-                .all(|a| (0.0..=WIDEST_DEG).contains(a)) =>
-        {
-            Ok([source, sensor])
-        }
+    let is_one = |angle: &f64| (0.0..=WIDEST_DEG).contains(angle);
+    let angle = |text: &str| text.trim().parse().ok().filter(is_one);
+    match text.split_once(',').map(|(a, b)| [a, b].map(angle)) {
+        Some([Some(source), Some(sensor)]) => Ok([source, sensor]),
         _ => {
             let allowed = format!("two angles from 0 to {WIDEST_DEG}, e.g. 0.25,0.5");
             Err(ParameterError::new("half-angles", text, allowed))

@@ -14,7 +14,7 @@ use crate::report::schedule_stem;
 use crate::schedule::{Itinerary, Sequence, Unvisited, unvisited};
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
-use serde::Serialize;
+use serde_json::{Value as Json, json};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -119,39 +119,8 @@ impl Made {
     }
 }
 
-/// What is printed of a schedule that was written.
-#[derive(Serialize)]
-struct Summary {
-    file: PathBuf,
-    parametrization: String,
-    sample_set: String,
-    poses: usize,
-    budget: usize,
-    /// Of an instrument: its name, the poses it cannot take, and the time of its tour.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    visits: Option<Visits>,
-}
-
-#[derive(Serialize)]
-struct Visits {
-    instrument: String,
-    out_of_reach: usize,
-    minutes: f64,
-}
-
-impl Summary {
-    fn line(&self) -> String {
-        let poses = count(self.poses, "pose");
-        let visits = self.visits.as_ref().map_or(String::new(), |visits| {
-            format!(
-                ", {} out of reach of {}, {:.1} minutes",
-                visits.out_of_reach, visits.instrument, visits.minutes
-            )
-        });
-        let (parametrization, set) = (&self.parametrization, &self.sample_set);
-        format!("{parametrization}, {set}: {poses}{visits}\n")
-    }
-}
+/// What is printed of a schedule that was written: a line for people, and an object for programs.
+type Summary = (String, Json);
 
 /// Reads an [`Order`] by its name.
 pub(super) fn orders() -> impl TypedValueParser<Value = Order> {
@@ -187,10 +156,9 @@ impl Schedule {
         let keys: Vec<ScheduleKey<'_>> = keys
             .map(|(unit, symmetry)| plan.schedule_key(unit, symmetry))
             .collect();
-        let done = self.read()?;
         let mut maker = Maker {
+            done: self.read()?,
             options: &self,
-            done: done.as_deref(),
             router: Router::default(),
         };
         let stdout = self.output == Path::new("-");
@@ -240,8 +208,9 @@ impl Schedule {
 
     /// Prints what was written.
     fn print_summaries(&self, summaries: &[Summary]) -> Result<(), Error> {
-        let lines = |all: &&[Summary]| all.iter().map(Summary::line).collect();
-        self.json.print(&summaries, lines)
+        let objects: Vec<&Json> = summaries.iter().map(|(_, object)| object).collect();
+        let lines = || summaries.iter().map(|(line, _)| line.as_str());
+        self.json.print(&objects, |_| lines().collect())
     }
 
     fn writer(&self, format: Option<Format>) -> Result<WriteSchedule, Error> {
@@ -332,7 +301,7 @@ impl Schedule {
 struct Maker<'a> {
     options: &'a Schedule,
     /// Pairs that were read already.
-    done: Option<&'a [DirectionPair]>,
+    done: Option<Vec<DirectionPair>>,
     router: Router,
 }
 
@@ -346,7 +315,7 @@ impl Maker<'_> {
             left: None,
             budget: route.budget,
         };
-        if let Some(done) = self.done {
+        if let Some(done) = &self.done {
             let degrees = self.options.tolerance;
             let Unvisited { poses, elsewhere } =
                 unvisited(&made.schedule, done, degrees.to_radians());
@@ -393,20 +362,25 @@ impl Maker<'_> {
             return Ok(None);
         };
         write_file(path, |out| made.write(write, out))?;
-        let visits = made.itinerary.as_ref().map(|itinerary| Visits {
-            instrument: itinerary.instrument.clone(),
-            out_of_reach: itinerary.unreachable.len(),
-            minutes: itinerary.seconds() / 60.0,
-        });
         let all = made.schedule.poses.len();
-        Ok(Some(Summary {
-            file: path.to_owned(),
-            parametrization: key.coordinates.label(),
-            sample_set: key.sample_set.name.clone(),
-            poses: made.left.as_ref().map_or(all, Vec::len),
-            budget: made.budget,
-            visits,
-        }))
+        let poses = made.left.as_ref().map_or(all, Vec::len);
+        let (parametrization, set) = (key.coordinates.label(), &key.sample_set.name);
+        let mut line = format!("{parametrization}, {set}: {}", count(poses, "pose"));
+        let mut object = json!({
+            "file": path.to_string_lossy(),
+            "parametrization": parametrization,
+            "sample_set": set,
+            "poses": poses,
+            "budget": made.budget,
+        });
+        if let Some(itinerary) = &made.itinerary {
+            let (instrument, minutes) = (&itinerary.instrument, itinerary.seconds() / 60.0);
+            let lost = itinerary.unreachable.len();
+            line += &format!(", {lost} out of reach of {instrument}, {minutes:.1} minutes");
+            object["visits"] =
+                json!({"instrument": instrument, "out_of_reach": lost, "minutes": minutes});
+        }
+        Ok(Some((line + "\n", object)))
     }
 }
 

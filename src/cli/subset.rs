@@ -6,6 +6,7 @@ use crate::analysis::bounces::PathSample;
 use crate::analysis::{ENERGY_PAIRS, Reach, Subset as LightPaths};
 use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
+use crate::experiment::Material;
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Machine};
 use crate::parametrization;
@@ -14,9 +15,6 @@ use clap::Args;
 
 /// Light paths that are followed of a material whose light is split by scattering order.
 const PATHS: usize = 1 << 18;
-
-/// Name, symmetries and BRDF of a material.
-type Known = (String, Symmetry, Box<dyn Brdf>);
 
 #[derive(Debug, Args)]
 pub(super) struct Subset {
@@ -60,25 +58,23 @@ impl Subset {
         let material = self.material()?;
         let symmetry = material
             .as_ref()
-            .map_or(Symmetry::FULL, |(_, s, _)| Symmetry {
-                isotropic: true,
-                ..*s
-            });
+            .map_or(Symmetry::FULL, |(m, _)| m.symmetry);
+        let symmetry = symmetry.with_isotropy(true);
         let subset = LightPaths::read(entry.form(symmetry), &self.bounds)
             .map_err(|e| Error::config("--box", e))?;
         let Some(needs) = subset.needs() else {
             let message = format!("{}: no pair of this box is above the horizon", self.bounds);
             return Err(Error::config("--box", message));
         };
-        let bounces = material.as_ref().and_then(|(_, _, brdf)| {
+        let bounces = material.as_ref().and_then(|(_, brdf)| {
             let sample = PathSample::follow(brdf.as_split()?, PATHS);
             let capture = sample.capture(|pair| subset.contains(pair));
             Some((sample, capture))
         });
-        let energy = material.map(|(name, _, brdf)| {
+        let energy = material.map(|(material, brdf)| {
             let progress = Progress::with_work(ENERGY_PAIRS, "energy");
             let share = subset.energy_share(&progress.watches(&*brdf));
-            (name, share)
+            (material.name, share)
         });
         let measure = subset.measure(self.seed);
         let best = measure.best();
@@ -109,13 +105,10 @@ impl Subset {
     }
 
     /// The material, if one is named.
-    fn material(&self) -> Result<Option<Known>, Error> {
-        let Some(target) = &self.material else {
-            return Ok(None);
-        };
-        let args = BrdfArgs::new(target.clone(), self.set.clone(), None);
-        let (material, brdf) = args.one(Channels::Luminance)?;
-        Ok(Some((material.name, material.symmetry, brdf)))
+    fn material(&self) -> Result<Option<(Material, Box<dyn Brdf>)>, Error> {
+        let of = |target: &String| BrdfArgs::new(target.clone(), self.set.clone(), None);
+        let args = self.material.as_ref().map(of);
+        args.map(|args| args.one(Channels::Luminance)).transpose()
     }
 }
 

@@ -1,13 +1,15 @@
 //! `gonio symmetry`.
 
 use super::{BrdfArgs, JsonArgs, Progress, ThreadArgs, build, print, print_json};
-use crate::analysis::{self, Deviation, Deviations, SYMMETRY_TOLERANCE, Saving};
+use crate::analysis::{self, Deviations, SYMMETRY_TOLERANCE};
 use crate::brdf::{Brdf, Channels, Favours};
 use crate::error::Error;
 use crate::experiment::Material;
+use crate::geometry::Symmetry;
 use crate::report::Columns;
 use clap::Args;
 use serde::Serialize;
+use serde_json::{Value as Json, json};
 
 #[derive(Debug, Args)]
 pub(super) struct SymmetryArgs {
@@ -40,14 +42,14 @@ impl SymmetryArgs {
             progress.doing(|| material.name.clone());
             let brdf = build(material, plan.seen_in(Channels::Luminance))?;
             let found = analysis::deviations(&*brdf, &pairs);
-            let sheet = Sheet::new(material, &*brdf, &found, self.tolerance);
-            if self.json.wanted() {
-                sheets.push(serde_json::to_value(&sheet).map_err(Error::internal)?);
-            } else {
+            let rows = rows(material.symmetry, &found, self.tolerance);
+            let (text, object) = sheet(material, &*brdf, &rows);
+            sheets.push(object);
+            if !self.json.wanted() {
                 let gap = if i > 0 { "\n" } else { "" };
-                progress.suspend(|| print(&format!("{gap}{}", sheet.text())))?;
+                progress.suspend(|| print(&format!("{gap}{text}")))?;
             }
-            for row in sheet.symmetries.iter().filter(|r| r.declared && !r.holds) {
+            for row in rows.iter().filter(|r| r.declared && !r.holds) {
                 violations.push(format!("{} is declared {}", material.name, row.symmetry));
             }
             progress.advance(1.0);
@@ -67,26 +69,7 @@ impl SymmetryArgs {
     }
 }
 
-/// The report on one material.
-#[derive(Serialize)]
-struct Sheet<'a> {
-    material: &'a str,
-    favours: &'static str,
-    favours_because: &'static str,
-    /// Left out where there is no lobe about the mirror direction.
-    alignment: Option<Aligned>,
-    symmetries: [Row; 3],
-    savings: Vec<Saving>,
-}
-
-#[derive(Serialize)]
-struct Aligned {
-    q: f64,
-    standard_error: f64,
-    half_width_deg: f64,
-    slices: usize,
-}
-
+/// What was found of a symmetry.
 #[derive(Serialize)]
 struct Row {
     symmetry: &'static str,
@@ -101,98 +84,103 @@ struct Row {
     holds: bool,
 }
 
-impl Row {
-    fn new(symmetry: &'static str, declared: bool, found: Deviation, tolerance: f64) -> Self {
-        Self {
-            symmetry,
-            declared,
-            relative: found.relative,
-            pairwise: found.pairwise,
-            max_log: found.max_log.is_finite().then_some(found.max_log),
-            compared: found.compared,
-            missing: found.missing + found.one_sided,
-            holds: found.holds(tolerance),
-        }
-    }
+/// The symmetries, each with whether it is declared and whether it holds.
+fn rows(declared: Symmetry, found: &Deviations, tolerance: f64) -> [Row; 3] {
+    [
+        ("isotropic", declared.isotropic, found.isotropy),
+        ("reciprocal", declared.reciprocal, found.reciprocity),
+        ("bilateral", declared.bilateral, found.bilateral),
+    ]
+    .map(|(symmetry, declared, found)| Row {
+        symmetry,
+        declared,
+        relative: found.relative,
+        pairwise: found.pairwise,
+        max_log: found.max_log.is_finite().then_some(found.max_log),
+        compared: found.compared,
+        missing: found.missing + found.one_sided,
+        holds: found.holds(tolerance),
+    })
 }
 
-impl<'a> Sheet<'a> {
-    fn new(material: &'a Material, brdf: &dyn Brdf, found: &Deviations, tolerance: f64) -> Self {
-        let declared = material.spec.favours();
-        let aligned = analysis::alignment(brdf);
-        let favours = aligned.map_or(declared, |a| declared.measured(a.q, a.standard_error));
-        let alignment = aligned.map(|a| Aligned {
-            q: a.q,
-            standard_error: a.standard_error,
-            half_width_deg: a.half_width.to_degrees(),
-            slices: a.slices,
-        });
-        let declared = material.symmetry;
-        let symmetries = [
-            ("isotropic", declared.isotropic, found.isotropy),
-            ("reciprocal", declared.reciprocal, found.reciprocity),
-            ("bilateral", declared.bilateral, found.bilateral),
-        ]
-        .map(|(name, declared, found)| Row::new(name, declared, found, tolerance));
-        Self {
-            material: &material.name,
-            favours: favours.name(),
-            favours_because: favours.summary(),
-            alignment,
-            symmetries,
-            savings: analysis::savings(found.holding(tolerance)),
-        }
+/// The report on one material for people, and for programs.
+fn sheet(material: &Material, brdf: &dyn Brdf, rows: &[Row; 3]) -> (String, Json) {
+    let declared = material.spec.favours();
+    let aligned = analysis::alignment(brdf);
+    let favours = aligned.map_or(declared, |a| declared.measured(a.q, a.standard_error));
+    let mut text = format!(
+        "{}\n  favours {}: {}\n",
+        material.name,
+        favours.name(),
+        favours.summary()
+    );
+    if favours == Favours::Reconstruction {
+        text += "  the symmetries that it declares were imposed on its readings\n";
     }
-
-    fn text(&self) -> String {
-        let mut text = format!(
-            "{}\n  favours {}: {}\n",
-            self.material, self.favours, self.favours_because
-        );
-        if self.favours == Favours::Reconstruction.name() {
-            text += "  the symmetries that it declares were imposed on its readings\n";
-        }
-        text += &match &self.alignment {
-            Some(a) => format!(
-                "  alignment q = {:.3} ± {:.3} (0: theta_h, 1: |h_bar|), half width {:.3}°, {} of 13 slices\n",
+    // Left out where there is no lobe about the mirror direction.
+    let mut alignment = Json::Null;
+    text += &match aligned {
+        Some(a) => {
+            let half_width = a.half_width.to_degrees();
+            alignment = json!({
+                "q": a.q,
+                "standard_error": a.standard_error,
+                "half_width_deg": half_width,
+                "slices": a.slices,
+            });
+            format!(
+                "  alignment q = {:.3} ± {:.3} (0: theta_h, 1: |h_bar|), half width {half_width:.3}°, {} of 13 slices\n",
                 // No "-0.000".
                 if a.q.abs() < 5e-4 { 0.0 } else { a.q },
                 a.standard_error,
-                a.half_width_deg,
                 a.slices
-            ),
-            None => "  alignment: no lobe about the mirror direction\n".into(),
-        };
-        let mut columns = Columns::new(
-            "  symmetry\tdeclared\t>relative\t>pairwise\t>max log\t>compared\t>missing\tholds",
-        );
-        for row in &self.symmetries {
-            columns.row(&format!(
-                "  {}\t{}\t{}\t{}\t{}\t{}\t{}\t{}",
-                row.symmetry,
-                yes(row.declared),
-                short(row.relative),
-                short(row.pairwise),
-                row.max_log.map_or("none".into(), short),
-                row.compared,
-                row.missing,
-                yes(row.holds)
-            ));
+            )
         }
-        text += &columns.to_string();
-        text += "  what those that hold leave to be measured:\n";
-        for saving in &self.savings {
-            let share = match saving.copies {
-                1 => "all of it".into(),
-                n => format!("1/{n}: {}", saving.folds.join(", ")),
-            };
-            text += &format!(
-                "    {:<16} {}-D, {share}\n",
-                saving.parametrization, saving.dimensions
-            );
-        }
-        text
+        None => "  alignment: no lobe about the mirror direction\n".into(),
+    };
+    let mut columns = Columns::new(
+        "  symmetry\tdeclared\t>relative\t>pairwise\t>max log\t>compared\t>missing\tholds",
+    );
+    for row in rows {
+        columns.row(&format!(
+            "  {}\t{}\t{}\t{}\t{}\t{}\t{}\t{}",
+            row.symmetry,
+            yes(row.declared),
+            short(row.relative),
+            short(row.pairwise),
+            row.max_log.map_or("none".into(), short),
+            row.compared,
+            row.missing,
+            yes(row.holds)
+        ));
     }
+    text += &columns.to_string();
+    text += "  what those that hold leave to be measured:\n";
+    let [isotropic, reciprocal, bilateral] = rows.each_ref().map(|row| row.holds);
+    let savings = analysis::savings(Symmetry {
+        isotropic,
+        reciprocal,
+        bilateral,
+    });
+    for saving in &savings {
+        let share = match saving.copies {
+            1 => "all of it".into(),
+            n => format!("1/{n}: {}", saving.folds.join(", ")),
+        };
+        text += &format!(
+            "    {:<16} {}-D, {share}\n",
+            saving.parametrization, saving.dimensions
+        );
+    }
+    let object = json!({
+        "material": material.name,
+        "favours": favours.name(),
+        "favours_because": favours.summary(),
+        "alignment": alignment,
+        "symmetries": rows,
+        "savings": savings,
+    });
+    (text, object)
 }
 
 fn yes(is: bool) -> &'static str {

@@ -153,7 +153,7 @@ impl TableArgs {
             let table = table.map_err(|e| Error::data(path, e))?;
             let errors = TableErrors::between(brdf, &*table).map_err(|e| Error::data(path, e))?;
             print(&errors.text())?;
-            let Some(tolerance) = self.tolerance.filter(|t| !errors.are_within(*t)) else {
+            let Some(tolerance) = self.tolerance.filter(|t| errors.largest() > *t) else {
                 return Ok(Some(table));
             };
             size += 1;
@@ -200,10 +200,6 @@ impl TableErrors {
     fn largest(&self) -> f64 {
         let all = self.0[0].iter().filter_map(|(_, e)| e.nrmse);
         all.fold(0.0, f64::max)
-    }
-
-    fn are_within(&self, tolerance: f64) -> bool {
-        self.largest() <= tolerance
     }
 
     fn text(&self) -> String {

@@ -1,5 +1,6 @@
 //! The experiment of a config, whatever its kind: the only place that distinguishes kinds.
 
+use super::choices::Material;
 use super::kind::Kind;
 use super::moments::{AnalysisSpec, MomentsPlan};
 use super::plan::Plan;
@@ -29,6 +30,15 @@ impl AnyPlan {
             Kind::Moments => Self::Moments(Box::new(MomentsPlan::read(source)?)),
             Kind::Relations => Self::Relations(Box::new(RelationsPlan::read(source)?)),
         })
+    }
+
+    /// Its materials.
+    pub(crate) fn materials(&self) -> &[Material] {
+        match self {
+            Self::Acquisition(plan) => &plan.materials,
+            Self::Moments(plan) => &plan.materials,
+            Self::Relations(plan) => &plan.base.materials,
+        }
     }
 
     /// Its materials, and how their moments are taken.

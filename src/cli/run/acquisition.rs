@@ -38,21 +38,17 @@ impl Shown for Plan {
         shard: Option<Shard>,
         stop: &Arc<AtomicBool>,
     ) -> Result<Observers<'a, Row>, Error> {
-        let mut list: Observers<'a, Row> = Vec::new();
-        if self.output.schedules.0.is_some() || self.output.slices {
-            list.push(Box::new(Asked { plan: self, folder }));
-        }
-        if self.pictures.draw {
-            let studio = Studio::new(self, shard)?;
+        let studio = self.pictures.draw.then(|| Studio::new(self, shard));
+        let studio = studio.transpose()?;
+        if let Some(studio) = &studio {
             studio.general(&mut folder.borrow_mut())?;
-            let stop = Arc::clone(stop);
-            list.push(Box::new(Drawn {
-                studio,
-                folder,
-                stop,
-            }));
         }
-        Ok(list)
+        Ok(vec![Box::new(Asked {
+            plan: self,
+            folder,
+            studio,
+            stop: Arc::clone(stop),
+        })])
     }
 
     fn conclude(&self, folder: &mut Folder, end: &End<'_>) -> Result<(), Error> {
@@ -68,10 +64,14 @@ impl Shown for Plan {
             note_truths(&rows);
         }
         let table = results_csv(&rows);
-        let typed = match self.output.parquet {
-            true => Some(typed(&rows)?),
-            false => None,
-        };
+        #[cfg(feature = "parquet")]
+        let typed = self
+            .output
+            .parquet
+            .then(|| crate::report::results_parquet(&rows));
+        // A plan that asks for it has been refused.
+        #[cfg(not(feature = "parquet"))]
+        let typed: Option<Vec<u8>> = None;
         let report = match end.whole && end.ended {
             false => None,
             true => {
@@ -174,10 +174,13 @@ fn note_truths(rows: &[&Row]) {
     }
 }
 
-/// Writes schedules and slices where `[output]` asks for them.
+/// Writes schedules and slices where `[output]` asks for them, and draws materials for the report.
 struct Asked<'a> {
     plan: &'a Plan,
     folder: &'a RefCell<Folder>,
+    /// Where materials are drawn, if they are.
+    studio: Option<Studio<'a>>,
+    stop: Arc<AtomicBool>,
 }
 
 impl Asked<'_> {
@@ -191,7 +194,7 @@ impl Asked<'_> {
 impl Observer<Row> for Asked<'_> {
     fn requests(&self, wish: &ByProduct<'_>) -> bool {
         let folder = self.folder.borrow();
-        match wish {
+        match *wish {
             ByProduct::Schedule(key) => {
                 let name = self.schedule(key);
                 name.is_some_and(|name| !folder.has(Below::Schedules, &name))
@@ -199,13 +202,17 @@ impl Observer<Row> for Asked<'_> {
             ByProduct::Reconstruction(job) if self.plan.output.slices => {
                 !folder.has(Below::Slices, &crate::report::slice_name(job))
             }
+            ByProduct::Material(position, material, key) => {
+                let mut studio = self.studio.iter();
+                studio.any(|studio| studio.requests(&folder, position, material, key))
+            }
             _ => false,
         }
     }
 
     fn observe(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
         let mut folder = self.folder.borrow_mut();
-        match event {
+        match *event {
             Event::Planned(key, schedule, itinerary) => {
                 let format = self.plan.output.schedules.0;
                 let write = format.and_then(|f| f.write_schedule);
@@ -213,60 +220,23 @@ impl Observer<Row> for Asked<'_> {
                     return Ok(());
                 };
                 folder.write_below(Below::Schedules, &name, |out| {
-                    write(schedule, (*itinerary).into(), out)
+                    write(schedule, itinerary.into(), out)
                 })
             }
             Event::Reconstructed(job, truth, copy) if self.plan.output.slices => {
                 let name = crate::report::slice_name(job);
                 folder.write_below(Below::Slices, &name, |out| {
-                    crate::report::write_slice(*truth, *copy, out)
+                    crate::report::write_slice(truth, copy, out)
+                })
+            }
+            Event::Loaded(material, key, brdf) => {
+                let stopped = || self.stop.load(Ordering::SeqCst);
+                let mut studio = self.studio.iter_mut();
+                studio.try_for_each(|studio| {
+                    studio.material(&mut folder, material, brdf, key, &stopped)
                 })
             }
             _ => Ok(()),
         }
     }
-}
-
-/// Observer that draws materials for the report.
-struct Drawn<'a> {
-    studio: Studio<'a>,
-    folder: &'a RefCell<Folder>,
-    stop: Arc<AtomicBool>,
-}
-
-impl Observer<Row> for Drawn<'_> {
-    fn requests(&self, wish: &ByProduct<'_>) -> bool {
-        match *wish {
-            ByProduct::Material(position, material, key) => {
-                let folder = self.folder.borrow();
-                self.studio.requests(&folder, position, material, key)
-            }
-            _ => false,
-        }
-    }
-
-    fn observe(&mut self, event: &Event<'_, Row>) -> Result<(), Error> {
-        let Event::Loaded(material, key, brdf) = *event else {
-            return Ok(());
-        };
-        let stop = &*self.stop;
-        let stopped = || stop.load(Ordering::SeqCst);
-        let mut folder = self.folder.borrow_mut();
-        self.studio
-            .material(&mut folder, material, brdf, key, &stopped)
-    }
-}
-
-/// The rows as Parquet.
-#[cfg(feature = "parquet")]
-fn typed(rows: &[&Row]) -> Result<Vec<u8>, Error> {
-    Ok(crate::report::results_parquet(rows))
-}
-
-/// A plan that asks for it has been refused.
-#[cfg(not(feature = "parquet"))]
-fn typed(_rows: &[&Row]) -> Result<Vec<u8>, Error> {
-    Err(Error::Internal(
-        "this build of gonio cannot write Parquet: it lacks the feature parquet".into(),
-    ))
 }

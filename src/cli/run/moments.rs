@@ -1,17 +1,19 @@
 //! Observers and output of a moment experiment.
 
 use super::{End, Observers, Printed, Shown};
-use crate::cli::{note, print};
+use crate::brdf::Brdf;
+use crate::cli::{not_built, note, print};
 use crate::error::Error;
-use crate::experiment::Shard;
 use crate::experiment::moments::{
     Group, MaterialProfiles, MomentsPlan, ProfileFits, ProfileRow, at_bound,
 };
+use crate::experiment::{ByProduct, Event, Material, Observer, Shard};
+use crate::lighting::Lighting;
 use crate::moments::ViewRange;
-use crate::report::Below;
+use crate::report::pictures::render_sphere;
 use crate::report::{
-    CORRELATIONS, FITS, PROFILES, RunFolder, SUMMARY, correlations_csv, fits_csv, profiles_csv,
-    study_table, summary_json,
+    Below, CORRELATIONS, FITS, FilterEllipse, PROFILES, RunFolder, SUMMARY, correlations_csv,
+    file_stem, fits_csv, profiles_csv, sphere_svg, study_table, summary_json,
 };
 use std::cell::RefCell;
 use std::io::Write;
@@ -41,7 +43,7 @@ impl Shown for MomentsPlan {
         _shard: Option<Shard>,
         _stop: &Arc<AtomicBool>,
     ) -> Result<Observers<'a, MaterialProfiles>, Error> {
-        Ok(vec![Box::new(spheres::Spheres::new(self, folder))])
+        Ok(vec![Box::new(Spheres::new(self, folder))])
     }
 
     fn conclude(&self, folder: &mut Folder, end: &End<'_>) -> Result<(), Error> {
@@ -151,127 +153,112 @@ fn line(fits: &[ProfileFits], seconds: f64) -> String {
 const HEAD: &str =
     "  material                     mean slope   variance          knots   clamped  unresolved\n";
 
-/// Drawing of materials as spheres.
-mod spheres {
-    use super::Folder;
-    use crate::brdf::Brdf;
-    use crate::cli::not_built;
-    use crate::error::Error;
-    use crate::experiment::moments::{MaterialProfiles, MomentsPlan};
-    use crate::experiment::{ByProduct, Event, Material, Observer};
-    use crate::lighting::Lighting;
-    use crate::report::pictures::render_sphere;
-    use crate::report::{Below, FilterEllipse, file_stem, sphere_svg};
-    use std::cell::RefCell;
-    use std::io::Write;
+/// Pixels along each side of a sphere.
+const SPHERE: usize = 200;
 
-    /// Pixels along each side of a sphere.
-    const SPHERE: usize = 200;
+/// Points per pixel.
+const SAMPLES: usize = 256;
 
-    /// Points per pixel.
-    const SAMPLES: usize = 256;
+/// View elevation and azimuth (deg) of the filters that are drawn on it.
+const FILTERS: [(f64, f64); 3] = [(25.0, 150.0), (50.0, 30.0), (75.0, 270.0)];
 
-    /// View elevation and azimuth (deg) of the filters that are drawn on it.
-    const FILTERS: [(f64, f64); 3] = [(25.0, 150.0), (50.0, 30.0), (75.0, 270.0)];
+/// Draws the materials that `analysis.spheres` names.
+struct Spheres<'a> {
+    plan: &'a MomentsPlan,
+    folder: &'a RefCell<Folder>,
+    /// The lighting, built when the first sphere needs it.
+    light: Option<Box<dyn Lighting>>,
+    /// The profiles of the last material.
+    last: Option<MaterialProfiles>,
+}
 
-    /// Draws the materials that `analysis.spheres` names.
-    pub(super) struct Spheres<'a> {
-        plan: &'a MomentsPlan,
-        folder: &'a RefCell<Folder>,
-        /// The lighting, built when the first sphere needs it.
-        light: Option<Box<dyn Lighting>>,
-        /// The profiles of the last material.
-        last: Option<MaterialProfiles>,
-    }
-
-    impl<'a> Spheres<'a> {
-        pub(super) fn new(plan: &'a MomentsPlan, folder: &'a RefCell<Folder>) -> Self {
-            Self {
-                plan,
-                folder,
-                light: None,
-                last: None,
-            }
-        }
-
-        fn stem(name: &str) -> String {
-            format!("sphere-{}", file_stem(name))
-        }
-
-        /// A comment in the SVG that names its material by hash: another may have the same name.
-        fn mark(material_key: &str) -> String {
-            format!("<!-- material {material_key} -->\n")
-        }
-
-        fn is_asked(&self, material: &Material) -> bool {
-            self.plan.analysis.spheres.contains(&material.name)
-        }
-
-        /// Draws a material on a sphere, with the filters of three views (Fig. 8 of Zubiaga et al.).
-        fn sphere(
-            &mut self,
-            brdf: &dyn Brdf,
-            of: &MaterialProfiles,
-            material_key: &str,
-        ) -> Result<(), Error> {
-            let (name, profile) = (&of.material, &of.profiles[0]);
-            let light = match &mut self.light {
-                Some(light) => light,
-                none => {
-                    let built = self.plan.lighting.build();
-                    none.insert(built.map_err(|e| not_built("lighting", e))?)
-                }
-            };
-            let image = render_sphere(brdf, &**light, SPHERE, SAMPLES);
-            let white = image.white();
-            let ellipse = |&(view, azimuth): &(f64, f64)| {
-                let near = |theta: &f64| (theta.to_degrees() - view).abs();
-                let views = profile.views.iter().enumerate();
-                let (i, theta_o) = views.min_by(|a, b| near(a.1).total_cmp(&near(b.1)))?;
-                FilterEllipse::new(
-                    *theta_o,
-                    f64::to_radians(azimuth),
-                    &profile.slices[i].moments,
-                )
-            };
-            let ellipses: Vec<_> = FILTERS.iter().filter_map(ellipse).collect();
-            let title = format!("{name}: means and covariances of its slices");
-            let svg = sphere_svg(&title, &image, white, &ellipses);
-            let stem = Self::stem(name);
-            let mut folder = self.folder.borrow_mut();
-            folder.write_below(Below::Figures, &format!("{stem}.png"), |out| {
-                out.write_all(&image.png(white))
-            })?;
-            // Last, since it says that both are there.
-            folder.write_below(Below::Figures, &format!("{stem}.svg"), |out| {
-                write!(out, "{svg}{}", Self::mark(material_key))
-            })
+impl<'a> Spheres<'a> {
+    fn new(plan: &'a MomentsPlan, folder: &'a RefCell<Folder>) -> Self {
+        Self {
+            plan,
+            folder,
+            light: None,
+            last: None,
         }
     }
 
-    impl Observer<MaterialProfiles> for Spheres<'_> {
-        fn requests(&self, wish: &ByProduct<'_>) -> bool {
-            match wish {
-                ByProduct::Material(_, material, key) if self.is_asked(material) => {
-                    let name = format!("{}.svg", Self::stem(&material.name));
-                    let there = self.folder.borrow().below(Below::Figures, &name);
-                    !there.is_some_and(|svg| svg.ends_with(Self::mark(key).as_bytes()))
-                }
-                _ => false,
-            }
-        }
+    fn stem(name: &str) -> String {
+        format!("sphere-{}", file_stem(name))
+    }
 
-        fn observe(&mut self, event: &Event<'_, MaterialProfiles>) -> Result<(), Error> {
-            match event {
-                Event::Complete([.., last]) => self.last = Some((*last).clone()),
-                Event::Loaded(material, key, brdf) if self.is_asked(material) => {
-                    if let Some(profiles) = self.last.take() {
-                        self.sphere(*brdf, &profiles, key)?;
-                    }
-                }
-                _ => {}
+    /// A comment in the SVG that names its material by hash: another may have the same name.
+    fn mark(material_key: &str) -> String {
+        format!("<!-- material {material_key} -->\n")
+    }
+
+    fn is_asked(&self, material: &Material) -> bool {
+        self.plan.analysis.spheres.contains(&material.name)
+    }
+
+    /// Draws a material on a sphere, with the filters of three views (Fig. 8 of Zubiaga et al.).
+    fn sphere(
+        &mut self,
+        brdf: &dyn Brdf,
+        of: &MaterialProfiles,
+        material_key: &str,
+    ) -> Result<(), Error> {
+        let (name, profile) = (&of.material, &of.profiles[0]);
+        let light = match &mut self.light {
+            Some(light) => light,
+            none => {
+                let built = self.plan.lighting.build();
+                none.insert(built.map_err(|e| not_built("lighting", e))?)
             }
-            Ok(())
+        };
+        let image = render_sphere(brdf, &**light, SPHERE, SAMPLES);
+        let white = image.white();
+        let ellipse = |&(view, azimuth): &(f64, f64)| {
+            let near = |theta: &f64| (theta.to_degrees() - view).abs();
+            let views = profile.views.iter().enumerate();
+            let (i, theta_o) = views.min_by(|a, b| near(a.1).total_cmp(&near(b.1)))?;
+            FilterEllipse::new(
+                *theta_o,
+                f64::to_radians(azimuth),
+                &profile.slices[i].moments,
+            )
+        };
+        let ellipses: Vec<_> = FILTERS.iter().filter_map(ellipse).collect();
+        let title = format!("{name}: means and covariances of its slices");
+        let svg = sphere_svg(&title, &image, white, &ellipses);
+        let stem = Self::stem(name);
+        let mut folder = self.folder.borrow_mut();
+        folder.write_below(Below::Figures, &format!("{stem}.png"), |out| {
+            out.write_all(&image.png(white))
+        })?;
+        // Last, since it says that both are there.
+        folder.write_below(Below::Figures, &format!("{stem}.svg"), |out| {
+            write!(out, "{svg}{}", Self::mark(material_key))
+        })
+    }
+}
+
+impl Observer<MaterialProfiles> for Spheres<'_> {
+    fn requests(&self, wish: &ByProduct<'_>) -> bool {
+        match wish {
+            ByProduct::Material(_, material, key) if self.is_asked(material) => {
+                let name = format!("{}.svg", Self::stem(&material.name));
+                let there = self.folder.borrow().below(Below::Figures, &name);
+                !there.is_some_and(|svg| svg.ends_with(Self::mark(key).as_bytes()))
+            }
+            _ => false,
         }
+    }
+
+    fn observe(&mut self, event: &Event<'_, MaterialProfiles>) -> Result<(), Error> {
+        match event {
+            Event::Complete([.., last]) => self.last = Some((*last).clone()),
+            Event::Loaded(material, key, brdf) if self.is_asked(material) => {
+                if let Some(profiles) = self.last.take() {
+                    self.sphere(*brdf, &profiles, key)?;
+                }
+            }
+            _ => {}
+        }
+        Ok(())
     }
 }
