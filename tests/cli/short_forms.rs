@@ -20,7 +20,7 @@ const MATERIAL: &str = "--set material=[{name=\"m\",kind=\"micro-surface\",surfa
 
 /// Each config, and what makes it short.
 const SHORT: [(&str, &[&str]); 16] = [
-    ("barla2015", &[ACQUISITION, "--shard 1/80"]),
+    ("barla2015", &[ACQUISITION, "--shard 1/340"]),
     (
         "bounces",
         &[
