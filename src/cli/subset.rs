@@ -105,12 +105,15 @@ impl Subset {
     }
 
     /// The material, if one is named.
-    fn material(&self) -> Result<Option<(Material, Box<dyn Brdf>)>, Error> {
+    fn material(&self) -> Result<Option<Built>, Error> {
         let of = |target: &String| BrdfArgs::new(target.clone(), self.set.clone(), None);
         let args = self.material.as_ref().map(of);
         args.map(|args| args.one(Channels::Luminance)).transpose()
     }
 }
+
+/// A material and its BRDF.
+type Built = (Material, Box<dyn Brdf>);
 
 /// Pairs from everywhere, for the picture.
 fn background() -> Result<Vec<crate::geometry::DirectionPair>, Error> {

@@ -255,7 +255,7 @@ impl<M: Maps> Parametrization for Mapped<M> {
         }
         let entry = |row: usize, column: usize| {
             let (along, across) = tangents[row / 2];
-            let tangent = if row % 2 == 0 { along } else { across };
+            let tangent = if row.is_multiple_of(2) { along } else { across };
             tangent.dot(columns[column][row / 2])
         };
         Matrix4::from_fn(entry).determinant().abs()
@@ -296,7 +296,7 @@ pub const fn mapped_entry<M: Maps>(
         examples,
         read: |table| {
             let span = table.span();
-            invert::<M>().map_err(|e| ReadError::new(Some(span), e.to_string()))?;
+            invert::<M>().map_err(|e| ReadError::new(span, e.to_string()))?;
             (super::entry::<Mapped<M>>("", &[]).read)(table)
         },
     }
