@@ -235,15 +235,12 @@ impl<'a> Evaluator<'a> {
         let (first, _) = self.counters.timed(Stage::Evaluate, || {
             let (albedos, seconds) = timed(|| comparison.albedos(&made.copies, &go_on));
             albedos?;
-            if self.probe.is_some() {
-                let all = comparison.compared.iter_mut();
-                all.for_each(|c| c.evaluated = Spent::once(seconds * share));
-            }
             comparison.cover(coverage);
             comparison.within(&go_on)?;
-            comparison.expected(&go_on)
+            comparison.expected(&go_on)?;
+            Ok::<_, Stop>(if self.probe.is_some() { seconds } else { 0.0 })
         });
-        first?;
+        let of_albedo = first?;
         for n in 0.. {
             let is_open = |i: &usize| !comparison.compared[*i].is_done;
             let open: Vec<usize> = (0..members.len()).filter(is_open).collect();
@@ -259,7 +256,10 @@ impl<'a> Evaluator<'a> {
                 }
                 comparison.see(n, &made, &go_on)
             });
-            let spent = seen?.times(1.0 / open.len() as f64);
+            let seen = seen?;
+            // The probes of the albedo are evaluated as the first pairs are, and their time varies as much.
+            let more = if n == 0 { of_albedo } else { 0.0 };
+            let spent = seen.times((1.0 + more / seen.seconds) / open.len() as f64);
             let waiting = comparison.compared.par_iter_mut().filter(|c| !c.is_done);
             waiting.for_each(|compared| {
                 compared.evaluated = compared.evaluated + spent;
