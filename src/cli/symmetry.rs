@@ -43,7 +43,7 @@ impl SymmetryArgs {
             let brdf = build(material, plan.seen_in(Channels::Luminance))?;
             let found = analysis::deviations(&*brdf, &pairs);
             let rows = rows(material.symmetry, &found, self.tolerance);
-            let (text, object) = sheet(material, &*brdf, &rows);
+            let (text, object) = sheet(material, &*brdf, &rows, found.holding(self.tolerance));
             sheets.push(object);
             if !self.json.wanted() {
                 let gap = if i > 0 { "\n" } else { "" };
@@ -103,8 +103,13 @@ fn rows(declared: Symmetry, found: &Deviations, tolerance: f64) -> [Row; 3] {
     })
 }
 
-/// The report on one material for people, and for programs.
-fn sheet(material: &Material, brdf: &dyn Brdf, rows: &[Row; 3]) -> (String, Json) {
+/// The report on one material, with the symmetries that hold, for people, and for programs.
+fn sheet(
+    material: &Material,
+    brdf: &dyn Brdf,
+    rows: &[Row; 3],
+    holding: Symmetry,
+) -> (String, Json) {
     let declared = material.spec.favours();
     let aligned = analysis::alignment(brdf);
     let favours = aligned.map_or(declared, |a| declared.measured(a.q, a.standard_error));
@@ -156,12 +161,7 @@ fn sheet(material: &Material, brdf: &dyn Brdf, rows: &[Row; 3]) -> (String, Json
     }
     text += &columns.to_string();
     text += "  what those that hold leave to be measured:\n";
-    let [isotropic, reciprocal, bilateral] = rows.each_ref().map(|row| row.holds);
-    let savings = analysis::savings(Symmetry {
-        isotropic,
-        reciprocal,
-        bilateral,
-    });
+    let savings = analysis::savings(holding);
     for saving in &savings {
         let share = match saving.copies {
             1 => "all of it".into(),

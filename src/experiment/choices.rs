@@ -34,7 +34,7 @@ pub(crate) fn are_named(coordinates: &str) -> bool {
 #[derive(Clone)]
 pub struct Coordinates {
     /// Name of the parametrization, or [`NONE`] of [unguided](crate::schedule::SampleSet::is_unguided) sample sets.
-    pub kind: &'static str,
+    pub(super) kind: &'static str,
     /// How to build it.
     pub spec: ParametrizationSpec,
     /// The warps as results name them, `none` if there are none.

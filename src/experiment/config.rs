@@ -186,7 +186,7 @@ pub struct Output {
     pub slices: bool,
     /// `results.parquet` beside `results.csv`: the same columns with their types.
     pub parquet: bool,
-    /// Seconds that each step of a job (planning, measuring, reconstructing) may be repeated for, so that its time has an interval; 0:
+    /// Seconds that each step of a job (planning, measuring, reconstructing) may be repeated for, so that its time has a range; 0:
     /// never.
     pub repeat_seconds: f64,
 }

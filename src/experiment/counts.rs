@@ -126,10 +126,10 @@ impl Seconds {
     }
 }
 
-/// How often work is done that is repeated to time it. The least and the largest of so many times enclose their median 31 times of 32.
+/// How often work is done that is repeated to time it.
 pub(super) const REPETITIONS: usize = 6;
 
-/// Share of a time up to which parts of it that were timed once leave its interval as it is.
+/// Share of a time up to which parts of it that were timed once leave its range as it is.
 const NEGLIGIBLE: f64 = 0.1;
 
 /// Wall time of some work, s.
@@ -168,7 +168,7 @@ impl Spent {
         }
     }
 
-    /// Work that was done in parts of given sizes, each timed once: at least [`REPETITIONS`] of them give an interval.
+    /// Work that was done in parts of given sizes, each timed once: at least [`REPETITIONS`] of them give a range.
     pub(crate) fn of_parts(parts: &[(usize, f64)]) -> Self {
         let seconds = parts.iter().map(|part| part.1).sum();
         if parts.len() < REPETITIONS {
@@ -186,7 +186,7 @@ impl Spent {
         }
     }
 
-    /// So many times as much, with the same relative interval.
+    /// So many times as much, with the same relative range.
     pub(crate) fn times(self, factor: f64) -> Self {
         Self {
             seconds: self.seconds * factor,
@@ -195,8 +195,8 @@ impl Spent {
         }
     }
 
-    /// The interval of the median; `None` if too much was timed once.
-    pub(crate) fn interval(&self) -> Option<[f64; 2]> {
+    /// The least and the largest time within the run; `None` if too much was timed once.
+    pub(crate) fn range(&self) -> Option<[f64; 2]> {
         (self.once <= NEGLIGIBLE * self.seconds).then_some(self.range)
     }
 }
@@ -278,8 +278,8 @@ impl Counters {
     /// As [`timed`](Self::timed), of work that is repeated if it is short, then counted with counters that are thrown away.
     pub(super) fn repeated<T>(&self, stage: Stage, mut work: impl FnMut(&Self) -> T) -> (T, Spent) {
         let (result, first) = self.timed(stage, || work(self));
-        let unused = Self::default();
-        let again = || drop(work(&unused));
+        let mut unused = None;
+        let again = || drop(work(unused.get_or_insert_with(Self::default)));
         (result, Spent::repeated(first, self.repeat_seconds, again))
     }
 

@@ -68,8 +68,8 @@ pub struct Cell {
     pub readings: f64,
     /// Geometric mean of the seconds of computing a material.
     pub seconds: Option<f64>,
-    /// The geometric mean of the ends of their 95 % intervals; `None` if that of a material is not known.
-    pub seconds_interval: Option<[f64; 2]>,
+    /// The geometric means of the ends of their ranges within the run; `None` if that of a material is not known.
+    pub seconds_range: Option<[f64; 2]>,
     /// Geometric mean of the seconds of the instrument, where it has any.
     pub instrument_seconds: Option<f64>,
 }
@@ -155,10 +155,9 @@ impl Findings {
     /// Findings on the factor, reference and challenger of `spec`.
     pub(crate) fn asked(rows: &[&Row], band: f64, spec: &ReportSpec) -> Self {
         let index = Index::new(rows);
-        let levels = index.choices.list.iter().map(|c| spec.factor.level(c));
-        let mut guided = levels.clone().filter(|level| *level != NONE);
-        let first = guided.next().or_else(|| levels.clone().next());
-        let first = first.map(str::to_owned);
+        let mut levels = index.choices.list.iter().map(|c| spec.factor.level(c));
+        let guided = levels.clone().find(|level| *level != NONE);
+        let first = guided.or_else(|| levels.next()).map(str::to_owned);
         let mut findings = Self {
             factor: spec.factor,
             reference: spec.reference.clone().or(first),
@@ -309,22 +308,21 @@ impl<'i, 'a> Table<'i, 'a> {
             place: None,
             readings: self.over(c, a, |r| Some(r.readings as f64))?,
             seconds: self.over(c, a, Row::seconds),
-            seconds_interval: self.seconds_interval(c, a),
+            seconds_range: self.seconds_range(c, a),
             instrument_seconds: self.over(c, a, |r| r.instrument_seconds),
         })
     }
 
-    /// Ends of the intervals of the wall times, over the materials, which were timed together: one has no more to say than all.
-    fn seconds_interval(&self, c: usize, a: usize) -> Option<[f64; 2]> {
-        let is_known = |&m: &usize| {
-            let at = [self.measure, c, a, m];
-            let known = |of: fn(&Row) -> Option<f64>| self.index.mean(at, of).is_some();
-            known(|r| r.seconds_interval().map(|ends| ends[0])) || !known(Row::seconds)
+    /// Ends of the ranges of the wall times, over the materials, which were timed together: one has no more to say than all.
+    fn seconds_range(&self, c: usize, a: usize) -> Option<[f64; 2]> {
+        let end = |end: usize| {
+            let of = |&m: &usize| {
+                let at = [self.measure, c, a, m];
+                self.index.mean(at, |r| Some(r.seconds_range()?[end]))
+            };
+            let all: Option<Vec<f64>> = self.materials.iter().map(of).collect();
+            geometric_mean(&all?)
         };
-        if !self.materials.iter().all(is_known) {
-            return None;
-        }
-        let end = |end: usize| self.over(c, a, |r| Some(r.seconds_interval()?[end]));
         Some([end(0)?, end(1)?])
     }
 

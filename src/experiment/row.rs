@@ -64,8 +64,8 @@ row! {
     sample_set: String,
     /// name of the reconstruction
     reconstruction: String,
-    /// coordinates it works in; own: those of the sample set; default: of a method that never takes those, what it has without a
-    /// choice
+    /// coordinates it works in; own: those of the sample set; default: those of a method that does not depend on the sample set's and was
+    /// given none
     coordinates: String,
     /// name of the instrument; ideal has no flaws
     instrument: String,
@@ -118,8 +118,8 @@ row! {
     /// wall time to evaluate them at the pairs, over their number, and that of the albedo;
     /// shared by the measures
     evaluate_seconds,
-    /// the least these four came to: of several times, planning, measuring and reconstructing repeated (`output.repeat_seconds`),
-    /// evaluating in parts; with the next a 95 % interval; empty if more than a tenth of them was timed once
+    /// the least these four came to within the run: planning, measuring and reconstructing six times
+    /// (`output.repeat_seconds`), evaluating in parts; another run may differ by more; empty if more than a tenth was timed once
     low_seconds,
     /// the most they came to
     high_seconds,
@@ -263,8 +263,8 @@ impl Row {
         (!Allowance::is_time(&self.allowed)).then_some(self.readings as f64)
     }
 
-    /// The interval of [`seconds`](Self::seconds); `None` where it is not known.
-    pub(crate) fn seconds_interval(&self) -> Option<[f64; 2]> {
+    /// The range of [`seconds`](Self::seconds) within the run; `None` where it is not known.
+    pub(crate) fn seconds_range(&self) -> Option<[f64; 2]> {
         Some([self.low_seconds?, self.high_seconds?])
     }
 

@@ -470,7 +470,7 @@ impl<'a> Runner<'a> {
                 m.truth.write(at, &mut quantities);
                 let all =
                     m.readings.planned + m.spent + compared.reconstructed + compared.evaluated;
-                let [low, high] = all.interval().map_or([None; 2], |ends| ends.map(Some));
+                let [low, high] = all.range().map_or([None; 2], |ends| ends.map(Some));
                 rows.push(Row {
                     key,
                     material: m.member.material.name.clone(),

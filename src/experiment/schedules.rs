@@ -33,7 +33,7 @@ impl Plan {
             n => (0..n).map(Some).collect(),
         };
         let mut units = Vec::new();
-        // Controls first: they are what reports compare with where nothing else is asked.
+        // What depends on no parametrization stands before all that do.
         let guided = (0..self.parametrizations.len()).map(Some);
         for coordinates in std::iter::once(None).chain(guided) {
             let sets = self.sample_sets.iter().enumerate();

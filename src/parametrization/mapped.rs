@@ -7,8 +7,8 @@
 //!   image whose coordinates are the largest, the first one first; the box keeps the others.
 //! - The Jacobian is found by differences of the inverse: five points an axis, three to one side where the domain ends.
 //!
-//! Both cost some ten calls of the maps. A Jacobian has 8 digits or so inside the domain, and 4 at its edges. Where speed or the last
-//! digits count, implement [`Parametrization`], or [`Chart`](super::Chart) for polar coordinates.
+//! Both cost several calls of the maps. A Jacobian is off by less than 1e-6 of its value where both directions are 6° or more above
+//! the horizon (`tests/cartesian.rs`), and by more at the edges of the domain. Where speed or the last digits count, implement [`Parametrization`], or [`Chart`](super::Chart) for polar coordinates.
 
 use super::spec::{ParametrizationKind, ParametrizationSpec};
 use super::{Axis, Coords, Facts, Images, Layout, Parametrization};

@@ -430,7 +430,7 @@ pub(super) fn named_shares(
     named
 }
 
-/// Content of a cell.
+/// What the cells of [`Calibrations`] hold.
 pub(super) const LEGEND: &str = "Error over the error that the reconstruction expected of itself: the median over \
                                  materials, what nine of ten are below, and under the cosine measure the share of \
                                  materials below the bound that is stated for nine of ten.";

@@ -118,7 +118,7 @@ impl<'a> Table<'a> {
     }
 
     /// The lines of the rows of one schedule, one per material. Times of a line add up its
-    /// reconstructions; `evaluate` is the mean of the measures; `± %` is half the 95 % interval of all, where it is known.
+    /// reconstructions; `evaluate` is the mean of the measures; `± %` is half the range of all within the run, where it is known.
     pub(crate) fn lines(&self, rows: &[&Row]) -> String {
         let materials = rows.chunk_by(|a, b| a.material == b.material);
         materials.map(|rows| self.line(rows)).collect()
@@ -161,7 +161,7 @@ impl<'a> Table<'a> {
             all.map(|all| all * per_measure)
         };
         let [half, whole] = [
-            sum(|r| r.seconds_interval().map(|[low, high]| (high - low) / 2.0)),
+            sum(|r| r.seconds_range().map(|[low, high]| (high - low) / 2.0)),
             sum(Row::seconds),
         ];
         let spread = half.zip(whole).map(|(half, whole)| 100.0 * half / whole);

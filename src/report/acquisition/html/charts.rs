@@ -23,29 +23,29 @@ struct Cost {
     title: &'static str,
     label: &'static str,
     of: fn(&Cell) -> Option<f64>,
-    /// Its 95 % interval, where it has one.
-    interval: fn(&Cell) -> Option<[f64; 2]>,
+    /// Its range within the run, where it has one.
+    range: fn(&Cell) -> Option<[f64; 2]>,
 }
 
 const READINGS: Cost = Cost {
     title: "against readings",
     label: "readings",
     of: |c| Some(c.readings),
-    interval: |_| None,
+    range: |_| None,
 };
 
 const INSTRUMENT: Cost = Cost {
     title: "against the instrument",
     label: "minutes of the instrument",
     of: |c| c.instrument_seconds.map(|s| s / 60.0),
-    interval: |_| None,
+    range: |_| None,
 };
 
 const COMPUTING: Cost = Cost {
     title: "against computing",
     label: "seconds of computing a material",
     of: |c| c.seconds,
-    interval: |c| c.seconds_interval,
+    range: |c| c.seconds_range,
 };
 
 /// The comparison of the verdict: the error of challenger and reference against readings, as they are
@@ -154,7 +154,7 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Option<Markup> {
             h3 { "Error " (COMPUTING.title) }
             p {
                 "Wall times depend on the machine: they are in timings.jsonl, and " a href=(TIMES) { (TIMES) }
-                " is their picture, beside this page. Across a point: the 95 % interval of its time, where its steps were repeated."
+                " is their picture, beside this page. Across a point: the least and the most its steps took where they were repeated; another run may differ by more."
             }
             figure { img alt="nrmse against seconds of computing a material" src=(TIMES); }
         }
@@ -259,8 +259,8 @@ fn panel(ranking: &Ranking, cost: &Cost, looks: &Looks) -> Panel {
     let lines = best_of_each(ranking, looks.factor).into_iter().take(LINES);
     let series = lines.flat_map(|line| {
         let curve = looks.series(&line.choice, course(line, cost.of));
-        let intervals = Series::new("", curve.color, Mark::Line, intervals(line, cost));
-        [intervals, curve]
+        let ranges = Series::new("", curve.color, Mark::Line, ranges(line, cost));
+        [ranges, curve]
     });
     let scope = &ranking.scope;
     Panel::new(
@@ -278,10 +278,10 @@ fn course(line: &Line, cost: fn(&Cell) -> Option<f64>) -> Vec<Point> {
         .collect()
 }
 
-/// Lines across the points of a curve, over the intervals of their costs where these are known.
-fn intervals(line: &Line, cost: &Cost) -> Vec<Point> {
+/// Lines across the points of a curve, over the ranges of their costs where these are known.
+fn ranges(line: &Line, cost: &Cost) -> Vec<Point> {
     let cells = (0..line.cells.len()).filter_map(|a| whole(line, a));
-    let each = cells.filter_map(|c| Some(((cost.interval)(c)?, c.mean)));
+    let each = cells.filter_map(|c| Some(((cost.range)(c)?, c.mean)));
     let ends = each.flat_map(|([low, high], y)| [(low, Some(y)), (high, Some(y)), (high, None)]);
     ends.collect()
 }
