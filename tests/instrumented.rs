@@ -48,15 +48,6 @@ fn instrument(preset: &str, more: &str) -> String {
     format!("[[instrument]]\npreset = \"{preset}\"\n{more}\n")
 }
 
-/// Without what depends on the clock of this computer.
-fn timeless(mut row: Row) -> Row {
-    row.plan_seconds = None;
-    row.measure_seconds = None;
-    row.reconstruct_seconds = None;
-    row.evaluate_seconds = None;
-    row
-}
-
 #[test]
 fn the_seeds_of_a_grid_share_the_time_of_its_making() {
     let text = TEXT.replace("[300]", "[300]\nreadings = [200]\nseeds = [1, 2, 3]");
@@ -99,9 +90,9 @@ fn a_machine_without_flaws_is_the_ideal_one_that_takes_time() {
                 key: ideal.key.clone(),
                 instrument: ideal.instrument.clone(),
                 instrument_seconds: None,
-                ..timeless(real)
+                ..real.timeless()
             };
-            assert_eq!(same, timeless(ideal.clone()), "{preset}");
+            assert_eq!(same, ideal.clone().timeless(), "{preset}");
         }
     }
 }
@@ -198,7 +189,7 @@ fn the_budget_of_readings_has_as_many() {
 #[test]
 fn noise_differs_between_seeds_and_not_between_runs() {
     let text = &instrument("cornell", "");
-    let timeless = |text: &str| rows(text).into_iter().map(timeless);
+    let timeless = |text: &str| rows(text).into_iter().map(Row::timeless);
     let first: Vec<_> = timeless(text).collect();
     assert_eq!(first, timeless(text).collect::<Vec<_>>());
     let other = run(&format!("seeds = [2]\n{TEXT}{text}"));

@@ -35,6 +35,14 @@ macro_rules! row {
             $( $( #[doc = $spent] )+ pub $time: Option<f64>, )+
         }
 
+        impl Row {
+            /// The row without its wall times, which differ between two runs of one config.
+            pub fn timeless(mut self) -> Self {
+                $( self.$time = None; )+
+                self
+            }
+        }
+
         const HEAD: &[(&str, &str)] = &[$( (stringify!($head), concat!($( $before ),+)) ),+];
         const TAIL: &[(&str, &str)] = &[$( (stringify!($tail), concat!($( $after ),+)) ),+];
         const SPENT: &[(&str, &str)] = &[$( (stringify!($time), concat!($( $spent ),+)) ),+];

@@ -89,17 +89,7 @@ fn utia(value: f64) -> Vec<u8> {
 fn timeless(plan: &Plan, rows: &[Row]) -> Vec<Row> {
     let keys = listed(plan);
     let place: HashMap<&RowKey, usize> = keys.iter().zip(0..).collect();
-    let strip = |r: &Row| Row {
-        plan_seconds: Some(0.0),
-        measure_seconds: Some(0.0),
-        reconstruct_seconds: Some(0.0),
-        evaluate_seconds: Some(0.0),
-        moment_seconds: None,
-        low_seconds: None,
-        high_seconds: None,
-        ..r.clone()
-    };
-    let mut rows: Vec<Row> = rows.iter().map(strip).collect();
+    let mut rows: Vec<Row> = rows.iter().cloned().map(Row::timeless).collect();
     rows.sort_by_key(|r| place[&r.key]);
     rows
 }

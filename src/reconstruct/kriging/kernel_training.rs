@@ -146,8 +146,8 @@ impl KernelTraining {
         })
     }
 
-    /// The logarithms of the constants of the likeliest kernel in a space.
-    fn fitted(&self, space: &Space, from: &Kernel) -> Vec<f64> {
+    /// The values of all lists, in a space.
+    fn data(&self, space: &Space) -> Vec<Data> {
         let mut before = 0;
         let data = self.lists.iter().map(|pairs| {
             let first = before;
@@ -159,27 +159,35 @@ impl KernelTraining {
                 values: DMatrix::from_fn(pairs.len(), self.names.len(), value),
             }
         });
-        let data: Vec<Data> = data.collect();
+        data.collect()
+    }
+
+    /// The logarithms of the constants of the likeliest kernel in a space.
+    fn fitted(&self, space: &Space, from: &Kernel) -> Vec<f64> {
+        let data = self.data(space);
         let start = DVector::from_vec(from.logs());
-        let objective = |x: &DVector<f64>| {
-            let kernel = from.with_logs(x.as_slice());
-            let off = (x - &start) / WIDTH;
-            let (mut value, mut slope) = (0.5 * off.norm_squared(), off / WIDTH);
-            for data in &data {
-                let found = data.likelihood(&kernel)?;
-                value += found.loss;
-                slope += DVector::from_vec(found.by_logs);
-            }
-            Some((value, slope))
-        };
         let n = start.len();
         let inverse = DMatrix::from_diagonal_element(n, n, 0.01);
-        let found = minimise(start.clone(), inverse, STEPS, ENOUGH, objective).unwrap_or(start);
+        let loss = |x: &DVector<f64>| loss(&data, from, x);
+        let found = minimise(start.clone(), inverse, STEPS, ENOUGH, loss).unwrap_or(start);
         found
             .iter()
             .map(|x| (x * DECIMALS).round() / DECIMALS)
             .collect()
     }
+}
+
+/// −ln of the posterior of constants whose logarithms are `x`, about those of `from`, and its derivatives.
+fn loss(data: &[Data], from: &Kernel, x: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
+    let kernel = from.with_logs(x.as_slice());
+    let off = (x - DVector::from_vec(from.logs())) / WIDTH;
+    let (mut value, mut slope) = (0.5 * off.norm_squared(), off / WIDTH);
+    for data in data {
+        let found = data.likelihood(&kernel)?;
+        value += found.loss;
+        slope += DVector::from_vec(found.by_logs);
+    }
+    Some((value, slope))
 }
 
 /// Coordinates for which constants are fitted: each parametrization plain, and with a square root or an inverse hyperbolic sine
@@ -218,4 +226,46 @@ fn coordinates() -> Vec<Coordinates> {
         }
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{Channels, all};
+    use crate::registry::read_text;
+
+    #[test]
+    fn fitted_constants_are_the_likeliest() {
+        let mut training = KernelTraining::default();
+        training.lists.truncate(1);
+        for (kind, keys) in [("ggx", "alpha = 0.2"), ("oren-nayar", "sigma_deg = 30.0")] {
+            let entry = all().into_iter().find(|entry| entry.kind == kind).unwrap();
+            let spec = read_text(&entry, keys).unwrap();
+            let brdf = spec.build(Channels::Luminance).unwrap();
+            training.add(kind, &*brdf).unwrap();
+        }
+        let chosen = coordinates();
+        let chosen = chosen.iter().find(|c| c.kind == "hybrid").unwrap();
+        let form = chosen.form(Symmetry::FULL).unwrap();
+        let space = Space::new(Symmetry::FULL, Some(chosen)).unwrap();
+        let from = space::kernel(&*form, &start());
+        let fitted = training.fitted(&space, &from);
+        assert_eq!(fitted, training.fitted(&space, &from));
+        let data = training.data(&space);
+        let loss = |x: &[f64]| {
+            loss(&data, &from, &DVector::from_column_slice(x))
+                .unwrap()
+                .0
+        };
+        let least = loss(&fitted);
+        assert!(least < loss(&from.logs()) - 1.0);
+        for i in 0..fitted.len() {
+            for step in [-0.3, 0.3] {
+                let mut moved = fitted.clone();
+                moved[i] += step;
+                // The search ends where a step gains less than `ENOUGH` of a material.
+                assert!(loss(&moved) > least - 1e-2, "constant {i} by {step}");
+            }
+        }
+    }
 }
