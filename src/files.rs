@@ -1,5 +1,7 @@
 //! Writing of files that are whole or not there, and reading of inputs of limited size.
 
+mod encoding;
+
 use crate::error::{IS_INPUT, reason};
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -51,9 +53,6 @@ pub struct Unpacked {
 
 /// Bytes of a text that are looked at before more are read.
 const PART_OF_TEXT: u64 = 1 << 20;
-
-/// What some programs put in front of a text.
-const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// Paths of the streams of a process: the shell's `<(…)` and `/dev/stdin`.
 const STREAMS: [&str; 3] = ["/dev/stdin", "/dev/fd", "/proc/self/fd"];
@@ -119,12 +118,26 @@ fn too_long(limit: u64) -> io::Error {
     io::Error::new(ErrorKind::InvalidInput, message)
 }
 
-/// Reads a text of at most `limit` bytes from a regular file or from a stream that the process was
-/// given, without the byte-order mark that some programs put in front.
+/// Reads a text of at most `limit` bytes from a regular file or from a stream that the process was given: UTF-8 or UTF-16, without the
+/// byte-order mark that some programs put in front.
 ///
 /// # Errors
-/// If it cannot be opened or read, is no file, is longer, or has a line that is no UTF-8 or has a zero byte.
+/// If it cannot be opened or read, is no file, is longer, or has a line that is no text.
 pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
+    encoding::strict(bytes_of_text(path, limit)?)
+}
+
+/// [`read_text`] of a file that other programs wrote: also compressed by gzip, in the code page 1252 of Windows, and with the line ends
+/// of old Macs.
+///
+/// # Errors
+/// As [`read_text`].
+pub fn read_foreign_text(path: &Path, limit: u64) -> io::Result<String> {
+    encoding::tolerant(bytes_of_text(path, limit)?, limit)
+}
+
+/// The bytes of a text, or of what holds one.
+fn bytes_of_text(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let is_stream = STREAMS.iter().any(|stream| path.starts_with(stream));
     let file = match is_stream {
         true => File::open(path)?,
@@ -133,34 +146,22 @@ pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
     let long = file.metadata().map_or(0, |meta| meta.len()).min(limit) as usize;
     let mut file = file.take(limit + 1);
     let mut bytes = Vec::new();
-    let refuse = |good: &[u8], why: &str| {
-        let line = 1 + good.iter().filter(|b| **b == b'\n').count();
-        let message = format!("line {line} {why}; allowed: text in UTF-8");
-        io::Error::new(ErrorKind::InvalidData, message)
-    };
     loop {
         let before = bytes.len();
         if file.by_ref().take(PART_OF_TEXT).read_to_end(&mut bytes)? == 0 {
             break;
         }
         // What is no text, or a hole, is no reason to read on.
-        if let Some(at) = bytes[before..].iter().position(|b| *b == 0) {
-            let why = "has a zero byte, as UTF-16 and files that are no text have";
-            return Err(refuse(&bytes[..before + at], why));
+        let zero = bytes[before..].iter().position(|b| *b == 0);
+        if let Some(at) = zero.filter(|_| !encoding::is_packed(&bytes)) {
+            return Err(encoding::refuse(&bytes[..before + at], encoding::ZERO));
         }
         bytes.reserve_exact(long.saturating_sub(bytes.len()));
     }
-    if bytes.len() as u64 > limit {
-        return Err(too_long(limit));
+    match bytes.len() as u64 <= limit {
+        true => Ok(bytes),
+        false => Err(too_long(limit)),
     }
-    let mut text = String::from_utf8(bytes).map_err(|e| {
-        let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
-        refuse(good, "is no UTF-8")
-    })?;
-    if text.starts_with(BYTE_ORDER_MARK) {
-        text.drain(..BYTE_ORDER_MARK.len_utf8());
-    }
-    Ok(text)
 }
 
 /// The file that is made or replaced by writing to `path`: where a symbolic link leads, whether

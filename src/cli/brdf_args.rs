@@ -1,10 +1,11 @@
 //! The argument CONFIG|BRDF of commands that look at materials.
 
+use super::config_args::keys_of_material;
 use super::{Progress, build, choose_material, detail, keep_named, say};
 use crate::brdf::{Brdf, Channels};
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
-use crate::experiment::{AnyPlan, Kind, Material, ReadingsSpec, Source, keys_of_file, materials};
+use crate::experiment::{AnyPlan, Kind, Material, Source, materials};
 use crate::formats::{self, READ_READINGS, READ_TABLE};
 use clap::Args;
 use std::path::Path;
@@ -46,37 +47,31 @@ impl BrdfArgs {
     /// The config: the one that is named, or one that holds nothing but the material.
     pub(super) fn source(&self) -> Result<Source, Error> {
         let path = Path::new(&self.target);
-        let kinds = || materials().into_iter().map(|e| e.kind);
         let single = |keys: String| {
             let text = format!("experiment = \"moments\"\n\n[[material]]\n{keys}\n");
             Source::new(self.target.as_str(), text)
         };
         let of_config = is_config(&self.target);
-        let is_table = formats::of_name(path).is_some_and(|f| f.table.read.is_some());
+        let is_table = formats::of_file(path).is_some_and(|f| f.table.read.is_some());
         let of_dir = !is_table && path.is_dir();
-        let mut source = match keys_of_file(path) {
+        let mut source = match keys_of_material(path) {
             _ if of_config => {
                 detail(|| format!("gonio: reads {}", path.display()));
                 Source::read(path)?
             }
-            Some(keys) if is_table => single(keys.to_string()),
             _ if of_dir => {
                 let dir = toml::Value::from(path.to_string_lossy().into_owned());
                 let text = format!("experiment = \"moments\"\nmaterials_dir = {dir}\n");
                 Source::new(self.target.as_str(), text)
             }
-            _ if kinds().any(|kind| kind == self.target) => {
-                single(format!("kind = \"{}\"", self.target))
-            }
-            Some(keys) => single(keys.to_string()),
-            None if path.is_file() => single(ReadingsSpec::keys_of(path.into()).to_string()),
+            Some(keys) => single(keys),
             None => {
                 let message = format!(
                     "this is neither a config (*.toml), a table ({}), a folder of them, readings ({}) nor \
                      a kind of material; allowed kinds: {}",
                     READ_TABLE.extensions("*."),
                     READ_READINGS.extensions("*."),
-                    one_of(&self.target, kinds())
+                    one_of(&self.target, materials().into_iter().map(|e| e.kind))
                 );
                 return Err(Error::config(excerpt(&self.target), message));
             }

@@ -8,7 +8,7 @@ use crate::error::{Error, count, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::relations::RelationsPlan;
 use crate::experiment::{AnyPlan, Experiment, Head, Material, Plan, Router, Source};
-use crate::formats::of_name;
+use crate::formats::of_file;
 use crate::geometry::Symmetry;
 use crate::instrument;
 use crate::report::Columns;
@@ -54,7 +54,7 @@ impl Check {
         }
         infeasible.map_or(Ok(()), Err)?;
         // What is wrong with other materials is said before there is a plan.
-        let is_table = |file: &PathBuf| of_name(file).is_some_and(|f| f.table.read.is_some());
+        let is_table = |file: &PathBuf| of_file(file).is_some_and(|f| f.table.read.is_some());
         let has_table = |m: &&Material| m.spec.tables().files.iter().any(is_table);
         let mut first = None;
         for material in plan.materials().iter().filter(has_table) {

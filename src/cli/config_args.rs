@@ -2,46 +2,73 @@
 
 use super::{detail, set_all};
 use crate::error::Error;
-use crate::experiment::Source;
+use crate::experiment::{Source, is_config_key, keys_of_file, materials};
 use crate::formats::{self, MERL};
 use clap::Args;
 use std::path::{Path, PathBuf};
+use toml_edit::DocumentMut;
 
 /// Name and text of the config that tables are run with; the name leads to it from a checkout.
 const OF_TABLES: (&str, &str) = ("configs/merl.toml", include_str!("../../configs/merl.toml"));
 
+/// Keys of a material, as a config writes them, of a file of one or of a kind; `None` of another target.
+pub(super) fn keys_of_material(target: &Path) -> Option<String> {
+    let is_kind = |name: &&str| materials().into_iter().any(|entry| entry.kind == *name);
+    // A file may be called as a kind is.
+    let file = || keys_of_file(target).map(|keys| keys.to_string());
+    match target.to_str().filter(is_kind) {
+        Some(kind) if !target.is_file() => Some(format!("kind = \"{kind}\"")),
+        _ => file(),
+    }
+}
+
 /// A config and what overrides it.
 #[derive(Debug, Args)]
 pub(super) struct ConfigArgs {
-    /// The experiment, a TOML file; or a MERL table (*.binary) or a folder of them, on which
-    /// configs/merl.toml is done (for `check` also an instrument: file or preset)
+    /// The experiment, a TOML file; or a material, on which configs/merl.toml is done: a table, a folder of MERL tables,
+    /// readings, or a kind (see `gonio list materials`; for `check` also an instrument: file or preset)
     pub(super) config: PathBuf,
-    /// Override a key: dotted path, numbers for positions in arrays, `all` for each member that has the rest of the
-    /// key; a TOML value, else a bare string
+    /// Override a key of the config, or set one of the material that stands in its place: dotted path, numbers for positions in
+    /// arrays, `all` for each member that has the rest of the key; a TOML value, else a bare string
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
 
 impl ConfigArgs {
+    /// Arguments from their values, for commands where the config is an option.
+    pub(super) fn new(config: PathBuf, set: Vec<String>) -> Self {
+        Self { config, set }
+    }
+
     /// The text with every override.
     pub(super) fn source(&self) -> Result<Source, Error> {
         detail(|| format!("gonio: reads {}", self.config.display()));
-        let format = formats::of_name(&self.config);
-        let is_table = format == Some(MERL);
-        if let Some(format) = format.filter(|_| !is_table && self.config.is_file()) {
-            let message = format!(
-                "a file of format {} is no config; allowed: a config (*.toml), a MERL table \
-                 (*.{}), a folder of them",
-                format.name,
-                MERL.extension()
-            );
-            return Err(Error::config(self.config.display().to_string(), message));
+        let path = &self.config;
+        let of_config = path.extension().is_some_and(|e| e == "toml");
+        if formats::of_name(path) == Some(MERL) || path.is_dir() {
+            return self.apply(of_tables(path)?);
         }
-        let source = match is_table || self.config.is_dir() {
-            true => of_tables(&self.config)?,
-            false => Source::read(&self.config)?,
-        };
-        self.apply(source)
+        match keys_of_material(path).filter(|_| !of_config) {
+            None => self.apply(Source::read(path)?),
+            Some(keys) => {
+                let (name, config) = OF_TABLES;
+                let mut config: DocumentMut = config.parse().map_err(Error::internal)?;
+                for key in ["materials_dir", "merl"] {
+                    config.remove(key);
+                }
+                let text = format!("{config}\n[[material]]\n{keys}\n");
+                let mut source = Source::new(name, text);
+                for assignment in &self.set {
+                    let first = assignment.split(['.', '=']).next().unwrap_or_default();
+                    let of = match is_config_key(first.trim()) {
+                        true => "",
+                        false => "material.0.",
+                    };
+                    source.set(&format!("{of}{assignment}"), format!("--set {assignment}"))?;
+                }
+                Ok(source)
+            }
+        }
     }
 
     /// A config with every override.

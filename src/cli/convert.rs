@@ -58,7 +58,7 @@ impl Convert {
         };
         let format = format_of(&WRITE, self.format, output)?;
         let of_table = |input: &PathBuf| {
-            let format = formats::of_name(input)?;
+            let format = formats::of_file(input)?;
             Some((format, format.table.read?))
         };
         match (inputs, inputs.iter().find_map(of_table)) {

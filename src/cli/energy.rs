@@ -7,6 +7,7 @@ use crate::geometry::{Direction, DirectionPair};
 use crate::measurement::Measurement;
 use crate::reconstruct::Predictive;
 use crate::sampling::{Random, cosine_hemisphere};
+use crate::schedule::Quantity;
 use clap::Args;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -253,6 +254,29 @@ fn albedos(brdf: &dyn Brdf, lights: &[f64], known: Option<&Known<'_>>) -> Vec<Al
     of_lights.filter_map(largest).collect()
 }
 
+/// What readings may be whose albedos are above 1 as those of f_r: the quantity of which they are possible, and its key.
+fn other_quantity(albedos: &[Albedo]) -> String {
+    let most = albedos
+        .iter()
+        .map(|albedo| albedo.value)
+        .fold(0.0, f64::max);
+    let pair = DirectionPair::from_spherical(0.0, 0.0, 0.0, 0.0);
+    let mut others = [Quantity::ReflectanceFactor, Quantity::Percent].into_iter();
+    // The least factor that makes them possible, and not far less.
+    let possible = |quantity: &Quantity| (0.01..=1.0).contains(&(most / quantity.of_one(&pair)));
+    let known = |quantity| Quantity::ALL.iter().find(|choice| choice.value == quantity);
+    others
+        .find(possible)
+        .and_then(known)
+        .map_or(String::new(), |choice| {
+            let albedo = most / choice.value.of_one(&pair);
+            format!(
+                "; if the readings are {} ({}), it is {albedo:.3}: --quantity {}",
+                choice.name, choice.meaning, choice.name
+            )
+        })
+}
+
 impl EnergyArgs {
     /// Prints what is reflected of light from 0° and 60°, and warns of more than all at 75° or 85°; of readings, what is `known`.
     ///
@@ -285,7 +309,8 @@ impl EnergyArgs {
         match judged.iter().find(|albedo| albedo.gains()) {
             Some(albedo) if !self.accept_energy => Err(Error::Violation(format!(
                 "the albedo is {albedo}; allowed: at most 1 within its uncertainty, or \
-                 --accept-energy; nothing was written"
+                 --accept-energy; nothing was written{}",
+                known.map_or(String::new(), |_| other_quantity(judged))
             ))),
             _ => {
                 let gains: Vec<String> = grazing

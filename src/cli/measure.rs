@@ -2,11 +2,11 @@
 
 use super::schedule::out_of_reach;
 use super::{
-    ReadingsFile, ThreadArgs, assumed, build, choose_material, format_names, note,
-    planned_instrument, print, read_schedule, set_all,
+    ConfigArgs, ReadingsFile, ThreadArgs, assumed, build, choose_material, format_names, note,
+    planned_instrument, print, read_schedule,
 };
 use crate::error::{Error, count};
-use crate::experiment::{IDEAL, Plan, PlannedInstrument, Source};
+use crate::experiment::{IDEAL, Plan, PlannedInstrument};
 use crate::formats::{Format, READ_SCHEDULE, WRITE_READINGS};
 use crate::instrument::{Ideal, Instrument};
 use crate::measurement::About;
@@ -28,10 +28,10 @@ theta_o_deg and phi_o_deg:
 pub(super) struct Measure {
     #[arg(help = format!("The schedule ({})", READ_SCHEDULE.extensions(".")))]
     schedule: PathBuf,
-    /// The config that has the material
-    #[arg(long, value_name = "CONFIG")]
+    /// The config that has the material, or a material: a table, readings or a kind
+    #[arg(long, value_name = "CONFIG|BRDF")]
     config: PathBuf,
-    /// Override a key of the config
+    /// Override a key of the config, or set one of the material
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// The material, by its name; not needed if the config has only one
@@ -66,8 +66,7 @@ impl Measure {
         self.threads.apply()?;
         let file = ReadingsFile::new(self.format, &self.output)?;
         file.refuse_existing(self.force)?;
-        let mut source = Source::read(&self.config)?;
-        set_all(&mut source, &self.set)?;
+        let source = ConfigArgs::new(self.config.clone(), self.set.clone()).source()?;
         let plan = Plan::read_parts(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         super::remark(std::slice::from_ref(material));
@@ -94,6 +93,7 @@ impl Measure {
             realisation: instrument.as_ref().map(|i| i.realisation(seed)),
             seed: instrument.as_ref().map(|_| seed),
             schedule_hash: Some(poses.hash.clone()),
+            foreign_header: None,
         };
         if let (Some(planned), Some(instrument)) = (&poses.instrument, &instrument)
             && *planned != instrument.spec.name

@@ -1,10 +1,12 @@
 //! How files of readings by others are read.
 
-use super::{choice_of, detail, say};
-use crate::error::{Error, ParameterError, count_are};
+use super::{choice_of, detail, in_range, say};
+use crate::error::{Error, ParameterError, count_are, left_open};
 use crate::formats::{Readings, load_all_readings};
 use crate::measurement::WIDEST_DEG;
-use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, Quantity, UncertaintyUnit};
+use crate::schedule::{
+    AngleUnit, Assume, Azimuth, Conventions, Polarisation, Quantity, UncertaintyUnit,
+};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -13,8 +15,8 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Readings that gonio did not write")]
 pub(super) struct ReadingArgs {
-    /// Names of columns in the file, e.g. theta_i=thetaIn,phi_o=phi,value_450nm=R450; columns that
-    /// nobody knows are passed over then
+    /// Names of columns in the file, or their numbers from 1, e.g. theta_i=thetaIn,phi_o=2,value_*nm=R*;
+    /// others that are unknown are passed over then
     #[arg(long, value_name = "OURS=NAME,…", value_delimiter = ',', value_parser = column)]
     columns: Vec<(String, String)>,
     /// Unit of the angles whose columns do not end in _deg or _rad
@@ -35,6 +37,12 @@ pub(super) struct ReadingArgs {
     /// Half-angles in degrees of the cones of source and sensor, over which readings are means [default: what the file says, else 0]
     #[arg(long, value_name = "SOURCE,SENSOR", value_parser = half_angles)]
     half_angles: Option<[f64; 2]>,
+    /// Standard deviations that uncertainties are, e.g. 2 for k = 2 [default: 1]
+    #[arg(long, value_name = "K", value_parser = in_range("coverage-factor", left_open(0.0, 10.0)))]
+    coverage_factor: Option<f64>,
+    /// Of columns value_s and value_p those that are read [default: mean]
+    #[arg(long, value_name = "WHICH", value_parser = choice_of(&Polarisation::ALL))]
+    polarisation: Option<Polarisation>,
     /// Read a file that was cut up to the cut
     #[arg(long)]
     partial: bool,
@@ -100,6 +108,8 @@ impl ReadingArgs {
                 azimuth: self.azimuth,
                 quantity: self.quantity,
                 uncertainties: self.uncertainties,
+                coverage_factor: self.coverage_factor,
+                polarisation: self.polarisation,
                 partial: self.partial,
                 mixed: self.mixed,
                 no_reading: self.no_reading,

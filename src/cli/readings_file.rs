@@ -33,9 +33,9 @@ impl<'a> ReadingsFile<'a> {
 
     /// Refuses a format that has no place for uncertainties.
     pub(crate) fn for_uncertainties(self) -> Result<Self, Error> {
-        if self.format.bare_readings {
+        if !self.format.keeps_uncertainties() {
             let formats = formats::all().into_iter();
-            let names = formats.filter(|f| f.write_readings.is_some() && !f.bare_readings);
+            let names = formats.filter(|f| f.write_readings.is_some() && f.keeps_uncertainties());
             let names: Vec<&str> = names.map(|f| f.name).collect();
             let message = format!(
                 "{} has no place for uncertainties; allowed: {}, or .svg",
@@ -99,14 +99,10 @@ impl<'a> ReadingsFile<'a> {
         let file = |path: &Path, sequence| {
             write_file(path, |out| write(measurement, about, sequence, out))
         };
-        let holes = measurement.readings() < measurement.outcomes.len();
-        if format.bare_readings && (holes || measurement.details.is_some()) {
-            note(&format!(
-                "gonio: {} has no place for uncertainties, flags and poses without a reading; they are left out",
-                format.name
-            ));
+        if let Some(sentence) = format.leaves_out(measurement) {
+            note(&format!("gonio: {sentence}"));
         }
-        if format.bare_readings && measurement.readings() == 0 {
+        if !format.left_out.is_empty() && measurement.readings() == 0 {
             let message = format!(
                 "there is no reading, and {} holds nothing else",
                 format.name

@@ -345,7 +345,7 @@ impl Reconstruct {
             return Ok(None);
         };
         let path = Path::new(target);
-        let format = formats::of_name(path);
+        let format = formats::of_file(path);
         if format.is_some_and(|f| f.read_readings.is_some() && f.table.read.is_none()) {
             let (other, notes) = self.read(&[path.to_owned()])?;
             print(&format!(

@@ -60,6 +60,12 @@ const KEYS: [&str; 25] = [
     "output",
 ];
 
+/// True of a key of a config's top level.
+#[cfg(feature = "cli")]
+pub(crate) fn is_config_key(key: &str) -> bool {
+    KEYS.contains(&key)
+}
+
 /// An experiment as it was written, defaults filled in.
 #[derive(Debug)]
 pub struct Config<'s> {

@@ -94,6 +94,8 @@ pub use choices::{
     Allowance, Choice, Coordinates, DEFAULT, IDEAL, MAX_BUDGET, Material, Method, NONE, OWN,
     PlannedSet, UsedIn,
 };
+#[cfg(feature = "cli")]
+pub(crate) use config::is_config_key;
 pub use config::{Config, MAX_MINUTES, Output, Reach, Scalars, Schedules};
 pub use counts::{Built, Counters, Counts, Seconds, Stage, Work};
 pub use findings::{

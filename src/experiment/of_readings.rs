@@ -2,14 +2,16 @@
 
 use crate::brdf::measured::label_of;
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, Favours, InChannels, Tables};
-use crate::error::{Error, ParameterError, count, one_of};
+use crate::error::{Error, ParameterError, count, in_left_open, one_of};
 use crate::formats::{self, Readings, load_readings};
 use crate::geometry::Symmetry;
 use crate::instrument;
 use crate::parametrization;
 use crate::reconstruct::{self, Reconstruct, ReconstructError};
 use crate::registry::{self, Entry, ReadError, Table};
-use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, Quantity, UncertaintyUnit};
+use crate::schedule::{
+    AngleUnit, Assume, Azimuth, Conventions, Polarisation, Quantity, UncertaintyUnit,
+};
 use crate::validation::{self, CrossValidation};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
@@ -28,7 +30,7 @@ const BYTES_A_BYTE: usize = 4;
 pub(super) const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
     summary: "the readings at `file`, reconstructed; also reconstruction, parametrization, symmetries, \
-              and how a foreign file is read: columns, angles, elevation, azimuth, quantity, uncertainties, partial, mixed, no_reading",
+              and how a foreign file is read: columns, angles, elevation, azimuth, quantity, uncertainties, coverage_factor, polarisation, partial, mixed, no_reading",
     examples: &[],
     read: |table| Ok(Box::new(ReadingsSpec::read(table)?)),
 };
@@ -58,6 +60,10 @@ struct Keys {
     quantity: Option<Quantity>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     uncertainties: Option<UncertaintyUnit>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    coverage_factor: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    polarisation: Option<Polarisation>,
     #[serde(default)]
     partial: bool,
     #[serde(default)]
@@ -76,13 +82,16 @@ pub struct ReadingsSpec {
     reconstruction: Option<Arc<dyn Reconstruct>>,
 }
 
-/// The keys of a material that is a file: a table in a format that is read, or readings; `None` of another name.
+/// The keys of a material that is a file: a table in a format that is read, or readings, which have names of every sort; `None` of a
+/// file that is not there and has another name, and of what holds something else.
 pub fn keys_of_file(path: &Path) -> Option<registry::Keys> {
-    let format = formats::of_name(path)?;
-    match (format.table.read, format.read_readings) {
-        (Some(read), _) => Some(read(path.into()).resolved()),
-        (None, Some(_)) => Some(ReadingsSpec::keys_of(path.into())),
-        (None, None) => None,
+    match formats::of_file(path) {
+        Some(format) if format.table.read.is_some() => {
+            format.table.read.map(|read| read(path.into()).resolved())
+        }
+        Some(format) if format.read_readings.is_none() => None,
+        None if !path.is_file() => None,
+        _ => Some(ReadingsSpec::keys_of(path.into())),
     }
 }
 
@@ -112,6 +121,9 @@ impl ReadingsSpec {
             let all = parametrization::all();
             let allowed = one_of(name, all.iter().map(|e| e.kind));
             return Err(ParameterError::new("parametrization", name, allowed).into());
+        }
+        if let Some(factor) = self.keys.coverage_factor {
+            in_left_open("coverage_factor", factor, 0.0, 10.0)?;
         }
         if let Some(method) = &self.reconstruction {
             method.check().map_err(of_method)?;
@@ -162,6 +174,8 @@ impl ReadingsSpec {
                 azimuth: keys.azimuth,
                 quantity: keys.quantity,
                 uncertainties: keys.uncertainties,
+                coverage_factor: keys.coverage_factor,
+                polarisation: keys.polarisation,
                 partial: keys.partial,
                 mixed: keys.mixed,
                 no_reading: keys.no_reading,
@@ -193,6 +207,7 @@ fn as_keys(sentence: &str) -> String {
         ("--partial", "partial"),
         ("--mixed", "mixed"),
         ("--no-reading", "no_reading ="),
+        ("--polarisation", "polarisation ="),
     ];
     let replace =
         |text: String, (option, key): &(&str, &str)| text.replace(option, &format!("`{key}`"));

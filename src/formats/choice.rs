@@ -4,7 +4,7 @@ use super::{Format, all};
 use crate::error::{Error, excerpt, one_of};
 use crate::files;
 use std::fs;
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// A use of files: the words for it, and the function of a format that does it.
@@ -103,7 +103,7 @@ impl<T> Use<T> {
     /// [`Error::Data`] if it cannot be read, or is of a format that does not do this.
     pub fn open(&self, path: &Path) -> Result<(String, T), Error> {
         let function = |format| self.function(&format).map_err(|e| Error::data(path, e));
-        let by_name = of_name(path).filter(|f| f.recognises.is_none());
+        let by_name = of_file(path).filter(|f| f.recognises.is_none());
         let as_text = by_name.and_then(|f| f.as_text);
         let by_name = by_name.map(function).transpose()?;
         let failed = |e| Error::data(path, format!("cannot read this file: {e}"));
@@ -112,7 +112,7 @@ impl<T> Use<T> {
                 let bytes = files::read(path, files::TABLE_LIMIT).map_err(failed)?;
                 as_text(&bytes, &path.display().to_string())?
             }
-            None => files::read_text(path, files::TABLE_LIMIT).map_err(failed)?,
+            None => files::read_foreign_text(path, files::TABLE_LIMIT).map_err(failed)?,
         };
         let found = match by_name {
             Some(found) => found,
@@ -135,6 +135,29 @@ pub fn of_name(path: &Path) -> Option<Format> {
     let extension = path.extension()?.to_str()?.to_ascii_lowercase();
     let mut all = all().into_iter();
     all.find(|f| f.extensions.contains(&extension.as_str()))
+}
+
+/// Bytes of a file that are looked at.
+const HEAD: u64 = 4096;
+
+/// The format of a file: what its first bytes say, else of a text what is in it, else its extension. `None` of text that nothing
+/// recognises but CSV, which takes any, and of a file that is not there and has no extension of ours.
+pub fn of_file(path: &Path) -> Option<Format> {
+    let by_name = of_name(path);
+    if !path.is_file() {
+        return by_name;
+    }
+    let mut head = Vec::new();
+    let read = fs::File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    if read.is_err() {
+        return by_name;
+    }
+    let begins = |f: &Format| f.table.begins.is_some_and(|begins| begins(&head));
+    if let Some(format) = all().into_iter().find(begins) {
+        return Some(format);
+    }
+    // Of a format that is known by its first bytes it is none.
+    by_name.filter(|f| f.table.begins.is_none())
 }
 
 /// The format of a text.

@@ -15,7 +15,7 @@ mod text;
 
 pub use crate::brdf::measured::{TableError, Tabulation, WriteTable};
 pub use crate::measurement::Readings;
-pub use choice::{FormatError, Use, files_in, of_name, of_text};
+pub use choice::{FormatError, Use, files_in, of_file, of_name, of_text};
 pub use readings::{load_all_readings, load_readings, read_readings};
 pub(crate) use sheet::CSV;
 
@@ -100,8 +100,8 @@ pub struct Format {
     pub read_readings: Option<ReadReadings>,
     /// Writes readings.
     pub write_readings: Option<WriteReadings>,
-    /// Whether readings that are written lose uncertainties, flags and poses without a reading.
-    pub bare_readings: bool,
+    /// What is left out of readings that are written, a phrase; empty: nothing.
+    pub left_out: &'static str,
     /// Whether a file of readings has one light direction; those of several are files of a folder.
     pub one_light: bool,
     /// Reads an environment map.
@@ -121,7 +121,7 @@ impl Format {
         write_schedule: None,
         read_readings: None,
         write_readings: None,
-        bare_readings: false,
+        left_out: "",
         one_light: false,
         read_environment: None,
     };
@@ -135,6 +135,23 @@ impl Format {
             table: *format,
             ..Self::NONE
         }
+    }
+
+    /// True if readings that are written keep their uncertainties.
+    pub(crate) fn keeps_uncertainties(&self) -> bool {
+        !self.left_out.contains("uncertainties")
+    }
+
+    /// The sentence about what is left out of readings that are written; `None` if nothing is.
+    pub fn leaves_out(&self, measurement: &Measurement) -> Option<String> {
+        let holes = measurement.readings() < measurement.outcomes.len();
+        let is_some = holes || measurement.details.is_some();
+        (!self.left_out.is_empty() && is_some).then(|| {
+            format!(
+                "{} has no place for {}; they are left out",
+                self.name, self.left_out
+            )
+        })
     }
 
     /// The extension of files that are written.
@@ -205,6 +222,8 @@ pub fn all() -> Vec<Format> {
         text::ALTA,
         text::PAB,
         text::ASTM,
+        text::FRED,
+        text::BIRD,
     ];
     let tables = measured::FORMATS.iter().map(Format::of_tables);
     let panoramas = [panorama::EXR, panorama::HDR];

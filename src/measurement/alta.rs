@@ -10,6 +10,7 @@
 //! | `SPHERICAL_TL_PL_TV_PV` | theta_L, phi_L, theta_V, phi_V |
 //! | `ISOTROPIC_TV_TL_DPHI` | theta_V, theta_L, phi_L − phi_V |
 //! | `ISOTROPIC_TL_TV_PROJ_DPHI` | theta_L, theta_V cos d, theta_V sin d with d = phi_L − phi_V |
+//! | `ISOTROPIC_TV_PROJ_DPHI` | the same without the light, which is at the normal |
 //! | `RUSIN_TH_PH_TD_PD` | theta_h, phi_h, then theta_d, phi_d of **V** in the frame of h |
 //! | `RUSIN_TH_TD_PD` | the same without phi_h |
 //! | `RUSIN_TH_TD` | the same without azimuths: read at phi_d = π/2 |
@@ -38,7 +39,7 @@ use crate::brdf::{Channels, Wavelengths};
 use crate::error::{count, excerpt};
 use crate::geometry::Direction;
 use crate::numeric::safe_sqrt;
-use crate::schedule::convention::names;
+use crate::schedule::convention::listed;
 use crate::schedule::{Assume, Azimuth, Conventions, FileError, Quantity};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -60,9 +61,10 @@ use Inverse::{Angles, Vectors};
 /// Values of `#PARAM_IN`: name, number of coordinates, true if they fix the orientation of the
 /// sample, and their directions.
 #[rustfmt::skip]
-const INPUTS: [(&str, usize, bool, Inverse); 11] = [
+const INPUTS: [(&str, usize, bool, Inverse); 12] = [
     ("SPHERICAL_TL_PL_TV_PV", 4, true, Angles(|x| [x[0], x[1], x[2], x[3]])),
     ("ISOTROPIC_TV_TL_DPHI", 3, false, Angles(|x| [x[1], 0.0, x[0], -x[2]])),
+    ("ISOTROPIC_TV_PROJ_DPHI", 2, false, Angles(|x| [0.0, 0.0, x[0].hypot(x[1]), -x[1].atan2(x[0])])),
     ("ISOTROPIC_TL_TV_PROJ_DPHI", 3, false, Angles(|x| [x[0], 0.0, x[1].hypot(x[2]), -x[2].atan2(x[1])])),
     ("RUSIN_TH_PH_TD_PD", 4, true, Vectors(|x| rusinkiewicz(x[0], x[1], x[2], x[3]))),
     ("RUSIN_TH_TD_PD", 3, false, Vectors(|x| rusinkiewicz(x[0], 0.0, x[1], x[2]))),
@@ -314,7 +316,7 @@ impl Header {
                 let message = format!(
                     "the line #PARAM_OUT is missing, which says what the values are; allowed: \
                      --quantity with one of {}",
-                    names(&Quantity::ALL)
+                    listed(&Quantity::ALL)
                 );
                 return Err(FileError::whole(name, message));
             }

@@ -100,11 +100,11 @@ impl Columns {
                 let known = Wavelengths::new(&nm).map_err(|e| refuse(format!("{VARS}: {e}")))?;
                 Channels::Wavelengths(known)
             }
-            (["R", "G", "B"] | ["X", "Y", "Z"], _) => Channels::Rgb,
+            (["R", "G", "B"] | ["Red", "Green", "Blue"] | ["X", "Y", "Z"], _) => Channels::Rgb,
             ([_], _) => Channels::Luminance,
             (several, _) => {
                 let message = format!(
-                    "{VARS} names the values {}; allowed: R,G,B, or X,Y,Z, or wavelengths as 450nm, or one name",
+                    "{VARS} names the values {}; allowed: R,G,B, or Red,Green,Blue, or X,Y,Z, or wavelengths as 450nm, or one name",
                     excerpt(&several.join(","))
                 );
                 return Err(refuse(message));

@@ -6,7 +6,7 @@ use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::DirectionPair;
 use crate::schedule::table::Table;
-use crate::schedule::{Conventions, FileError, Quantity, UncertaintyUnit};
+use crate::schedule::{Conventions, FileError, Polarisation, Quantity, UncertaintyUnit};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -26,6 +26,56 @@ pub(super) const ENDS: [&str; 3] = ["_r", "_g", "_b"];
 /// The column with the wavelength of a row, nm.
 pub(super) const WAVELENGTH: &str = "wavelength_nm";
 
+/// Columns of s and p polarised light.
+const POLARISED: [&str; 2] = ["value_s", "value_p"];
+
+/// Columns of what a detector counts: of the sample, in the dark (which may be missing), and of the light itself.
+const COUNTS: [&str; 3] = ["signal", "dark", "reference"];
+
+/// Puts values in place of what they are computed from: of s and p polarised light the mean, or one of them; of what a detector
+/// counts (signal − dark) / reference, which is f_r cos θ_o. Returns the quantity of the values if it is known so.
+///
+/// # Errors
+/// A part that is missing.
+pub(super) fn derive(
+    table: &mut Table,
+    conventions: &Conventions,
+) -> Result<Option<Quantity>, FileError> {
+    let both = POLARISED.iter().map(|name| table.column(name));
+    if let Some(both) = both.collect::<Option<Vec<usize>>>() {
+        let which = conventions.polarisation.unwrap_or(Polarisation::Mean);
+        table.combine(&both, VALUE, |v| which.of([v[0], v[1]]));
+        let what = match which {
+            Polarisation::Mean => "the mean of s and p polarised light (--polarisation s or p)",
+            Polarisation::S => "s polarised light",
+            Polarisation::P => "p polarised light",
+        };
+        table.notes.push(format!("values are those of {what}"));
+    } else if conventions.polarisation.is_some() {
+        let message = "--polarisation: there are no columns value_s and value_p";
+        return Err(FileError::on_line(&table.name, table.head, message));
+    }
+    let [signal, dark, reference] = COUNTS.map(|name| table.column(name));
+    let Some(signal) = signal else {
+        return Ok(None);
+    };
+    let Some(reference) = reference else {
+        let message = "column signal goes with a column reference: what the sensor counts of the light itself";
+        return Err(FileError::on_line(&table.name, table.head, message));
+    };
+    let mut of = vec![signal, reference];
+    of.extend(dark);
+    table.combine(&of, VALUE, |n| {
+        (n[0] - n.get(2).copied().unwrap_or(0.0)) / n[1]
+    });
+    let what = "values are (signal - dark) / reference, and f_r is that over cos theta_o";
+    table.notes.push(match conventions.quantity {
+        None => what.into(),
+        Some(_) => "values are (signal - dark) / reference".into(),
+    });
+    Ok(Some(Quantity::BrdfCosine))
+}
+
 /// Names of the columns of a family.
 pub(super) fn columns_of(family: &str, channels: &Channels) -> Vec<String> {
     match channels {
@@ -41,6 +91,7 @@ pub(super) fn columns_of(family: &str, channels: &Channels) -> Vec<String> {
 /// Names of the columns of every family: those without wavelengths, and those of a table with them.
 pub(super) fn known(table: &Table) -> Vec<String> {
     let mut known = vec![WAVELENGTH.to_owned()];
+    known.extend(POLARISED.into_iter().chain(COUNTS).map(String::from));
     for family in FAMILIES {
         for channels in [Channels::Luminance, Channels::Rgb] {
             known.extend(columns_of(family, &channels));
@@ -90,12 +141,19 @@ pub(super) struct ValueColumns {
     quantity: Quantity,
     /// The unit of uncertainties.
     unit: UncertaintyUnit,
+    /// Standard deviations that they are.
+    coverage_factor: f64,
     /// The columns of type A, of type B and of both.
     uncertainties: [Option<Vec<usize>>; 3],
 }
 
 impl ValueColumns {
-    pub(crate) fn find(table: &Table, conventions: &Conventions) -> Result<Self, FileError> {
+    /// Finds them; `derived` are values of this quantity, unless `conventions` say another.
+    pub(crate) fn find(
+        table: &Table,
+        conventions: &Conventions,
+        derived: Option<Quantity>,
+    ) -> Result<Self, FileError> {
         let find = |family: &str, channels: &Channels| -> Option<Vec<usize>> {
             if let Channels::Wavelengths(w) = channels {
                 let (nm, columns): (Vec<_>, _) =
@@ -137,7 +195,7 @@ impl ValueColumns {
         }
         let (mut channels, values, family) = found.swap_remove(0);
         let quantity = match (family, conventions.quantity) {
-            (VALUE, said) => said.unwrap_or(Quantity::Brdf),
+            (VALUE, said) => said.or(derived).unwrap_or(Quantity::Brdf),
             (_, None | Some(Quantity::BrdfCosineLight)) => Quantity::BrdfCosineLight,
             (..) => {
                 let message = "columns value_cos… say what they are; allowed: no --quantity, or \
@@ -176,6 +234,7 @@ impl ValueColumns {
             wavelength,
             quantity,
             unit: conventions.uncertainties.unwrap_or(UncertaintyUnit::Value),
+            coverage_factor: conventions.coverage_factor.unwrap_or(1.0),
             uncertainties: [a?, b?, both?],
             channels,
         })
@@ -294,6 +353,7 @@ impl ValueColumns {
                     let message = format!("{name} = {value}: allowed is a number from 0");
                     return Err(table.row_error(row, message));
                 }
+                let value = value / self.coverage_factor;
                 *out = match self.unit {
                     UncertaintyUnit::Value => self.reading(table, row, column, value, pair)?,
                     unit => value * unit.factor(readings.next().unwrap_or(0.0)),

@@ -25,7 +25,7 @@
 //! [`Measurement::merged`].
 
 use super::columns::{
-    self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, WAVELENGTH, columns_of,
+    self, TYPE_A, TYPE_B, UNCERTAINTY, VALUE, ValueColumns, WAVELENGTH, columns_of, derive,
     take_rare_wavelengths,
 };
 use super::doubts::{seem_elevations, seem_no_readings, seem_percent, seems_radians};
@@ -34,7 +34,7 @@ use super::{
     About, Flags, Measurement, Negative, Outcome, Place, Readings, WIDEST_DEG, retro_peak,
 };
 use crate::error::{count, count_are, excerpt};
-use crate::schedule::arms::{take_horizon, take_incomplete};
+use crate::schedule::arms::{Outside, take_incomplete, take_outside};
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Again, Rows, known_columns};
 use crate::schedule::table::{Cell, Column, Part, Sheet, Table, WORDS};
@@ -228,15 +228,16 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
             "no row has all of its angles and a wavelength",
         ));
     }
-    let [at_horizon, lights_at_horizon] = match is_ours {
-        true => [0; 2],
-        false => take_horizon(&mut table, conventions),
+    let outside = match is_ours {
+        true => Outside::default(),
+        false => take_outside(&mut table, conventions),
     };
-    if at_horizon > 0 && table.lines.is_empty() {
+    if outside.at_horizon > 0 && table.lines.is_empty() {
         return Err(FileError::whole(name, "there is no row above the horizon"));
     }
+    let derived = derive(&mut table, conventions)?;
     let rows = Rows::read(&table, conventions)?;
-    let columns = ValueColumns::find(&table, conventions)?;
+    let columns = ValueColumns::find(&table, conventions, derived)?;
     let mut marks = std::mem::take(&mut table.marks);
     if !is_ours {
         marks.add(columns.clear_marks(&mut table, conventions.no_reading));
@@ -327,11 +328,12 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         realisation: table.fact("realisation")?,
         seed: table.fact("seed")?,
         schedule_hash: table.fact("schedule_hash")?,
+        foreign_header: table.fact("foreign_header")?,
         is_bare: table.fact::<Value>("parametrization")?.is_none()
             && table.fact::<Value>("symmetry")?.is_none(),
     };
     let (measurement, folded) = measurement.merged();
-    let mut notes = Vec::new();
+    let mut notes = std::mem::take(&mut table.notes);
     let columns: Vec<&str> = (table.passed_over().into_iter())
         .map(|name| match name {
             "" => "one without a name",
@@ -352,7 +354,8 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         (averaged, "row", "with a pose of another row: averaged, with the standard error of the mean"),
         (folded.poses, "pose", "averaged with others under these symmetries"),
         (folded.repeated, "pose", "within .005° of another, and far from all others: averaged with it"),
-        (at_horizon, "row", "with light or sensor at the horizon: passed over"),
+        (outside.at_horizon, "row", "with light or sensor at the horizon: passed over"),
+        (outside.behind, "row", "with light or sensor behind the sample: passed over"),
     ];
     notes.extend(counted.into_iter().filter(|(number, ..)| *number > 0).map(
         |(number, noun, what)| match noun {
@@ -386,8 +389,8 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         }
         warnings.extend(seems_radians(&measurement));
     }
-    if lights_at_horizon > 0 && !conventions.elevation {
-        warnings.extend(seem_elevations(&measurement, lights_at_horizon));
+    if outside.lights > 0 && !conventions.elevation {
+        warnings.extend(seem_elevations(&measurement, outside.lights));
     }
     if !intact && conventions.uncertainties.is_none() {
         warnings.extend(seem_percent(&measurement));
@@ -397,7 +400,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         about,
         notes,
         warnings,
-        rows: table.lines.len() + at_horizon + unplaced,
+        rows: table.lines.len() + outside.at_horizon + outside.behind + unplaced,
         lost: marks.count() + incomplete + unplaced,
         unread: table.unread(),
         intact,

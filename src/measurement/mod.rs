@@ -2,9 +2,11 @@
 
 pub mod alta;
 pub(crate) mod astm;
+pub(crate) mod bird;
 mod columns;
 mod doubts;
 mod file;
+pub(crate) mod fred;
 mod merge;
 pub mod pab;
 mod record;
@@ -297,6 +299,9 @@ pub struct About {
     /// Hash of the schedule, see [`crate::schedule::schedule_hash`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub schedule_hash: Option<String>,
+    /// What the header of a foreign format says that has no place in ours, for the way back.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub foreign_header: Option<serde_json::Value>,
     /// True if it does not say which coordinates and symmetries its poses have: then a copy does not either.
     #[serde(skip)]
     pub is_bare: bool,

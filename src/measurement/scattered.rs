@@ -9,7 +9,7 @@ use crate::error::{count, excerpt};
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::GRAZING_COS;
 use crate::schedule::import::form;
-use crate::schedule::table::Table;
+use crate::schedule::table::{Table, number};
 use crate::schedule::{Assume, Conventions, FileError, Quantity, Schedule};
 use glam::DVec3;
 use std::sync::Arc;
@@ -221,8 +221,8 @@ pub(super) fn numbers<'t>(
     asks: &str,
     counts: &[usize],
 ) -> Result<Vec<f64>, FileError> {
-    let parse = |word: &str| match word.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
+    let parse = |word: &str| match number(word, true) {
+        Some(value) if value.is_finite() => Ok(value),
         _ => {
             let message = format!("{}: allowed is a finite number", excerpt(word));
             Err(FileError::on_line(name, line, message))

@@ -167,6 +167,7 @@ pub fn measure(
         realisation: planned.map(|i| i.realisation(seed)),
         seed: planned.map(|_| seed),
         schedule_hash: None,
+        foreign_header: None,
     };
     let bench = instrument.map_or(Ok(None), |i| i.bench(seed))?;
     let (Some(planned), Some(bench)) = (planned, bench) else {

@@ -217,7 +217,7 @@ impl PyMeasurement {
 
     /// The readings of a file, or of several of one material: those that gonio wrote, any table of angles and values, or ALTA text.
     ///
-    /// `columns`, `angles`, `elevation`, `azimuth`, `quantity`, `uncertainties`, `partial`, `mixed` and `no_reading` say how a file by others is read, as the options of
+    /// `columns`, `angles`, `elevation`, `azimuth`, `quantity`, `uncertainties`, `coverage_factor`, `polarisation`, `partial`, `mixed` and `no_reading` say how a file by others is read, as the options of
     /// `gonio reconstruct` do.
     #[classmethod]
     #[pyo3(signature = (paths, *, parametrization = None, symmetry = None, **keys))]
@@ -281,12 +281,7 @@ impl PyMeasurement {
             let message = format!("{n} directions of the light; allowed: one in a file of {name}");
             return Err(unwritable(&path, message));
         }
-        let holes = self.measurement.readings() < self.measurement.outcomes.len();
-        if format.bare_readings && (holes || self.measurement.details.is_some()) {
-            let sentence = format!(
-                "{} has no place for uncertainties, flags and poses without a reading; they are left out",
-                format.name
-            );
+        if let Some(sentence) = format.leaves_out(&self.measurement) {
             warn(py, &sentence)?;
         }
         let sequence = Sequence::from(self.itinerary.as_ref());

@@ -1,9 +1,11 @@
 //! The directions of the rows of a table.
 
 use super::convention::{AngleUnit, Azimuth, Conventions};
+use super::names;
 use super::table::{FileError, Table};
-use crate::geometry::DirectionPair;
+use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::GRAZING_COS;
+use glam::DVec3;
 use std::cell::Cell;
 
 /// Largest azimuth, degrees: a turn, and what its printed digits may add.
@@ -90,26 +92,58 @@ pub(crate) fn take_incomplete(table: &mut Table, further: &[&str]) -> usize {
     rows - table.lines.len()
 }
 
-/// Takes out the rows with a direction at the horizon, where f_r is of no use; their number, and that of those with the light
-/// there. What is further down stays, for [`read_pairs`] to refuse: it is an angle of another meaning.
-pub(crate) fn take_horizon(table: &mut Table, conventions: &Conventions) -> [usize; 2] {
-    let rows = table.lines.len();
+/// Rows of a table by others that are no readings of reflection.
+#[derive(Debug, Default)]
+pub(crate) struct Outside {
+    /// Those with light or sensor at the horizon, where f_r is of no use.
+    pub at_horizon: usize,
+    /// Those of them with the light there.
+    pub lights: usize,
+    /// Those with light or sensor behind the sample.
+    pub behind: usize,
+}
+
+/// Takes out the rows with a direction at the horizon, and those behind the sample unless they are more than half, which has another
+/// reason: [`read_pairs`] refuses these.
+pub(crate) fn take_outside(table: &mut Table, conventions: &Conventions) -> Outside {
     let polar = ["theta_i", "theta_o"].map(|name| Angles::find(table, name));
-    let of_light = Cell::new(0);
+    let theta = |table: &Table, row: usize| {
+        polar.each_ref().map(|angles| {
+            let angles = angles.as_ref()?;
+            let degrees = angles.unit.degrees(table.number(row, angles.column)?);
+            Some(
+                if conventions.elevation {
+                    90.0 - degrees
+                } else {
+                    degrees
+                }
+                .abs(),
+            )
+        })
+    };
+    let is_behind = |theta: &Option<f64>| theta.is_some_and(|t| t > QUARTER && t <= 180.0);
+    let is_at_horizon = |theta: &Option<f64>| theta.is_some_and(|t| !is_above(t) && t <= QUARTER);
+    let rows = table.lines.len();
+    let behind = (0..rows)
+        .filter(|&row| theta(table, row).iter().any(is_behind))
+        .count();
+    let takes_behind = 2 * behind <= rows;
+    let [at_horizon, lights] = [Cell::new(0), Cell::new(0)];
     table.retain(|table, row| {
-        let is_good = polar.each_ref().map(|angles| {
-            let angles = angles.as_ref();
-            let degrees = angles.and_then(|angles| {
-                let angle = table.number(row, angles.column)?;
-                Some(angles.unit.degrees(angle))
-            });
-            let theta = degrees.map(|a| if conventions.elevation { 90.0 - a } else { a });
-            theta.is_none_or(|theta| is_above(theta.abs()) || theta.abs() > QUARTER)
-        });
-        of_light.set(of_light.get() + usize::from(!is_good[0]));
-        is_good[0] && is_good[1]
+        let theta = theta(table, row);
+        if theta.iter().any(is_behind) {
+            return !takes_behind;
+        }
+        lights.set(lights.get() + usize::from(is_at_horizon(&theta[0])));
+        let is_out = theta.iter().any(is_at_horizon);
+        at_horizon.set(at_horizon.get() + usize::from(is_out));
+        !is_out
     });
-    [rows - table.lines.len(), of_light.get()]
+    Outside {
+        at_horizon: at_horizon.get(),
+        lights: lights.get(),
+        behind: if takes_behind { behind } else { 0 },
+    }
 }
 
 /// The directions of the rows of a table.
@@ -125,6 +159,13 @@ pub(super) struct Pairs {
 /// The directions of every row. A polar angle below 0, as of an arm that scans through the normal, is the
 /// same angle in the opposite azimuth.
 pub(super) fn read_pairs(table: &Table, conventions: &Conventions) -> Result<Pairs, FileError> {
+    if let Some(pairs) = pairs_of_vectors(table)? {
+        return Ok(Pairs {
+            pairs,
+            isotropic: false,
+            signed: 0,
+        });
+    }
     let polar = |name| Angles::needed(table, name);
     let [theta_i, theta_o] = [polar("theta_i")?, polar("theta_o")?];
     let phi_i = Angles::find(table, "phi_i");
@@ -185,4 +226,41 @@ pub(super) fn read_pairs(table: &Table, conventions: &Conventions) -> Result<Pai
         isotropic: phi_i.is_none(),
         signed,
     })
+}
+
+/// Tolerance of the length of a unit vector: a few printed digits.
+const LENGTH_SLACK: f64 = 1e-2;
+
+/// The directions of every row of a table with unit vectors towards light and sensor in place of angles.
+fn pairs_of_vectors(table: &Table) -> Result<Option<Vec<DirectionPair>>, FileError> {
+    let columns = names::VECTORS.map(|names| names.map(|name| table.column(name)));
+    let [[Some(_), Some(_), Some(_)], [Some(_), Some(_), Some(_)]] = columns else {
+        return Ok(None);
+    };
+    let vector = |row: usize, of: [Option<usize>; 3]| {
+        let number = |d: Option<usize>| d.and_then(|d| table.number(row, d)).unwrap_or(f64::NAN);
+        let v = DVec3::from_array(of.map(number));
+        let is_unit = (v.length() - 1.0).abs() <= LENGTH_SLACK && v.z > GRAZING_COS;
+        let direction = Direction::try_new(v).filter(|_| is_unit);
+        direction.ok_or_else(|| {
+            let labels = of.iter().flatten().map(|&d| table.label(d).into_owned());
+            let labels = labels.collect::<Vec<_>>().join(", ");
+            let message = format!("{labels} = {v}: allowed is a unit vector above the horizon");
+            table.row_error(row, message)
+        })
+    };
+    let [light, sensor] = columns;
+    let pair = |row| {
+        Ok(DirectionPair::new(
+            vector(row, light)?,
+            vector(row, sensor)?,
+        ))
+    };
+    let pairs = (0..table.lines.len())
+        .map(pair)
+        .collect::<Result<Vec<_>, _>>()?;
+    match pairs.is_empty() {
+        true => Err(FileError::whole(&table.name, "there is no row")),
+        false => Ok(Some(pairs)),
+    }
 }

@@ -1,6 +1,7 @@
 //! Conventions of files that others wrote: names and units of their columns, where they count
 //! azimuths from, what they call a value.
 
+use super::names::{self, ANGLES};
 use crate::error::{excerpt, reason};
 use crate::geometry::DirectionPair;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -28,7 +29,7 @@ pub const fn choice<T>(value: T, name: &'static str, meaning: &'static str) -> C
 }
 
 /// Names of choices, joined by commas.
-pub(crate) fn names<T>(all: &[Choice<T>]) -> String {
+pub(crate) fn listed<T>(all: &[Choice<T>]) -> String {
     let names: Vec<_> = all.iter().map(|c| c.name).collect();
     names.join(", ")
 }
@@ -134,6 +135,29 @@ impl UncertaintyUnit {
 }
 
 choices! {
+    /// Which values of a file that has those of s and of p polarised light are read.
+    pub enum Polarisation {
+        /// The mean of both.
+        Mean = "mean": "the mean of both, as for light that is not polarised",
+        /// That of light polarised across the plane of incidence.
+        S = "s": "across the plane of incidence",
+        /// That of light polarised in the plane of incidence.
+        P = "p": "in the plane of incidence",
+    }
+}
+
+impl Polarisation {
+    /// The value that is read of those of s and p.
+    pub(crate) fn of(self, [s, p]: [f64; 2]) -> f64 {
+        match self {
+            Self::Mean => 0.5 * (s + p),
+            Self::S => s,
+            Self::P => p,
+        }
+    }
+}
+
+choices! {
     /// What a value of a file is.
     pub enum Quantity {
         /// f_r, sr⁻¹.
@@ -183,6 +207,10 @@ pub struct Conventions {
     pub quantity: Option<Quantity>,
     /// The unit of uncertainties; by default that of the values.
     pub uncertainties: Option<UncertaintyUnit>,
+    /// Standard deviations that uncertainties are, from above 0; by default 1.
+    pub coverage_factor: Option<f64>,
+    /// Which values are read of s and p polarised light; by default their mean.
+    pub polarisation: Option<Polarisation>,
     /// True if a file that was cut is read up to the cut.
     pub partial: bool,
     /// True if readings whose headers name several materials or instruments are taken for those of one.
@@ -197,9 +225,6 @@ fn columns<'de, D: Deserializer<'de>>(table: D) -> Result<Vec<(String, String)>,
     Ok(names.into_iter().collect())
 }
 
-/// Angles of a pose, as the names of their columns begin.
-pub(crate) const ANGLES: [&str; 5] = ["theta_i", "phi_i", "theta_o", "phi_o", "delta_phi"];
-
 /// A name without the unit of an angle.
 fn role(name: &str) -> &str {
     let mut units = AngleUnit::ALL.iter();
@@ -207,52 +232,163 @@ fn role(name: &str) -> &str {
     bare.filter(|bare| ANGLES.contains(bare)).unwrap_or(name)
 }
 
+/// What a column is of whose unit nothing names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Unsaid {
+    Angle,
+    Wavelength,
+}
+
+/// Units of wavelengths: how many nm they are, and between which numbers of them light is.
+const OF_LIGHT: [(f64, &str, [f64; 2]); 3] = [
+    (1.0, "nm", [100.0, 2e4]),
+    (1e3, "µm", [0.1, 20.0]),
+    (1e9, "m", [1e-7, 2e-5]),
+];
+
+impl Unsaid {
+    /// The factor to our unit and the name of the only one that numbers from `least` to `most` can have; `None` of several.
+    pub(crate) fn unit(self, [least, most]: [f64; 2]) -> Option<(f64, &'static str)> {
+        match self {
+            Self::Angle => (most > 2.0 * PI + 1e-3).then_some((1.0, "degrees")),
+            Self::Wavelength => {
+                let is_light = |[from, to]: [f64; 2]| least >= from && most <= to;
+                let found = OF_LIGHT.into_iter().find(|(_, _, range)| is_light(*range));
+                found.map(|(factor, name, _)| (factor, name))
+            }
+        }
+    }
+
+    /// The sentence about a column without a unit.
+    pub(crate) fn refuse(self, label: &str) -> String {
+        let allowed = match self {
+            Self::Angle => format!(
+                "a name that ends in _deg or _rad, or --angles with one of {}",
+                listed(&AngleUnit::ALL)
+            ),
+            Self::Wavelength => "a name that ends in _nm, _um or _m".into(),
+        };
+        format!("column {label:?} does not say its unit; allowed: {allowed}")
+    }
+}
+
+/// Our name of a column of a file.
+#[derive(Clone, Debug)]
+pub(crate) struct Named {
+    /// The name; none of a column whose name another one was given.
+    pub name: String,
+    /// What multiplies its numbers.
+    pub factor: f64,
+    /// Of a column whose unit nothing names; its name has ours.
+    pub unsaid: Option<Unsaid>,
+    /// True if `--columns` names it.
+    pub is_given: bool,
+}
+
+/// Stands for any letters in the names of `--columns`.
+const ANY: char = '*';
+
+/// What stands for [`ANY`] of a pattern in a label.
+fn filling<'l>(pattern: &str, label: &'l str) -> Option<&'l str> {
+    let (before, after) = pattern.split_once(ANY)?;
+    let filling = label.strip_prefix(before)?.strip_suffix(after)?;
+    Some(filling).filter(|filling| !filling.is_empty())
+}
+
 impl Conventions {
-    /// Our names of these columns, with units; none of one whose name another column was given.
-    ///
-    /// # Errors
-    /// A sentence: a name that is not there or there twice, an angle without a unit.
-    pub(crate) fn our_names(&self, columns: &[String]) -> Result<Vec<String>, String> {
-        for (i, (ours, theirs)) in self.columns.iter().enumerate() {
+    /// The place of the column that `theirs` is: its label, or its number from 1.
+    fn place(theirs: &str, labels: &[String]) -> Option<usize> {
+        let by_label = labels.iter().position(|label| label == theirs);
+        by_label.or_else(|| {
+            let number: usize = theirs.parse().ok()?;
+            number.checked_sub(1).filter(|i| *i < labels.len())
+        })
+    }
+
+    /// True of a label that `--columns` names.
+    pub(crate) fn names(&self, label: &str) -> bool {
+        let mut all = self.columns.iter();
+        all.any(|(_, theirs)| theirs == label || filling(theirs, label).is_some())
+    }
+
+    /// The columns that `--columns` names: our names and their places, one for each label that is like a pattern.
+    fn given(&self, labels: &[String]) -> Result<Vec<(String, usize)>, String> {
+        let mut given: Vec<(String, usize)> = Vec::new();
+        for (ours, theirs) in &self.columns {
             let option = format!("--columns {}={}", excerpt(ours), excerpt(theirs));
-            if !columns.contains(theirs) {
-                let there = reason(columns.join(", "));
+            let found: Vec<(String, usize)> = match ours.contains(ANY) && theirs.contains(ANY) {
+                true => (labels.iter().enumerate())
+                    .filter_map(|(i, label)| {
+                        let filling = filling(theirs, label)?;
+                        Some((ours.replacen(ANY, filling, 1), i))
+                    })
+                    .collect(),
+                false => Self::place(theirs, labels)
+                    .map(|i| (ours.clone(), i))
+                    .into_iter()
+                    .collect(),
+            };
+            if found.is_empty() {
+                let there = reason(labels.join(", "));
                 return Err(format!(
                     "{option}: there is no such column; allowed: {there}"
                 ));
             }
-            let mut earlier = self.columns[..i].iter();
-            if earlier.any(|(o, t)| role(o) == role(ours) || t == theirs) {
-                return Err(format!(
-                    "{option}: one of them is named before; allowed: each once"
-                ));
+            for (ours, i) in found {
+                let mut earlier = given.iter();
+                if earlier.any(|(o, at)| role(o) == role(&ours) || *at == i) {
+                    return Err(format!(
+                        "{option}: one of them is named before; allowed: each once"
+                    ));
+                }
+                given.push((ours, i));
             }
         }
-        let name = |column: &String| {
-            let mut given = self.columns.iter();
-            let name = match given.find(|(_, theirs)| theirs == column) {
-                Some((ours, _)) => ours,
-                None if self.columns.iter().any(|(o, _)| role(o) == role(column)) => {
-                    return Ok(String::new());
-                }
-                None => column,
+        Ok(given)
+    }
+
+    /// Our names of these columns, with units.
+    ///
+    /// # Errors
+    /// A sentence: a name that is not there or there twice.
+    pub(crate) fn our_names(&self, labels: &[String]) -> Result<Vec<Named>, String> {
+        let given = self.given(labels)?;
+        let name = |(i, label): (usize, &String)| {
+            let by_user = given.iter().find(|(_, at)| *at == i);
+            let written = by_user.map_or(label, |(ours, _)| ours);
+            let found = names::ours(written);
+            let (mut name, mut factor) = match found {
+                Some(found) => (found.name, found.factor),
+                None => (written.clone(), 1.0),
             };
-            if !ANGLES.contains(&name.as_str()) {
-                return Ok(name.clone());
+            let is_given = by_user.is_some();
+            let mut unsaid = None;
+            if !is_given && given.iter().any(|(ours, _)| role(ours) == role(&name)) {
+                name.clear();
             }
-            let said = |unit: &&Choice<AngleUnit>| column.ends_with(&format!("_{}", unit.name));
-            let given = |unit: &&Choice<AngleUnit>| Some(unit.value) == self.angles;
-            let units = AngleUnit::ALL;
-            match units.iter().find(said).or(units.iter().find(given)) {
-                Some(unit) => Ok(format!("{name}_{}", unit.name)),
-                None => Err(format!(
-                    "column {:?} does not say its unit; allowed: a name that ends in _deg or \
-                     _rad, or --angles with one of {}",
-                    excerpt(column),
-                    names(&units)
-                )),
+            if ANGLES.contains(&name.as_str()) {
+                let of_label = names::unit(label);
+                let units = AngleUnit::ALL;
+                let said = |unit: &&Choice<AngleUnit>| {
+                    label.ends_with(&format!("_{}", unit.name)) || of_label == Some(unit.name)
+                };
+                let chosen = |unit: &&Choice<AngleUnit>| Some(unit.value) == self.angles;
+                let unit = units.iter().find(said).or(units.iter().find(chosen));
+                unsaid = unit.is_none().then_some(Unsaid::Angle);
+                name = format!("{name}_{}", unit.unwrap_or(&units[0]).name);
+            } else if name == "wavelength" {
+                name = "wavelength_nm".into();
+                let of_label = names::unit(label).and_then(names::in_nm);
+                unsaid = of_label.is_none().then_some(Unsaid::Wavelength);
+                factor = of_label.unwrap_or(1.0);
+            }
+            Named {
+                name,
+                factor,
+                unsaid,
+                is_given,
             }
         };
-        columns.iter().map(name).collect()
+        Ok(labels.iter().enumerate().map(name).collect())
     }
 }

@@ -10,11 +10,12 @@
 //! numbers, whether they have a row or not.
 
 use super::arms::{Pairs, read_pairs};
-use super::convention::{ANGLES, Conventions};
+use super::convention::Conventions;
 use super::export::{ARMS, FROM_FILE, SCHEDULE_HASH, TIMES, coordinate_axes};
 use super::grid;
 use super::itinerary::{MAX_AXES, Positions, Unreachable};
 use super::lattice::{Lattice, LatticeAxis};
+use super::names::{self, ANGLES};
 use super::table::{FileError, Table};
 use super::{Pose, Schedule};
 use crate::error::{excerpt, in_closed, one_of};
@@ -145,6 +146,7 @@ pub(crate) fn known_columns(
     columns.extend(coordinate_columns());
     let radians = ANGLES.map(|angle| format!("{angle}_rad"));
     columns.extend(radians);
+    columns.extend(names::VECTORS.concat().into_iter().map(String::from));
     Ok(columns)
 }
 

@@ -11,6 +11,7 @@ pub(crate) mod import;
 mod itinerary;
 mod lattice;
 mod layout;
+pub(crate) mod names;
 mod points;
 pub(crate) mod record;
 mod sample_set;
@@ -18,7 +19,9 @@ mod shapes;
 pub(crate) mod table;
 mod visited;
 
-pub use convention::{AngleUnit, Azimuth, Choice, Conventions, Quantity, UncertaintyUnit, choice};
+pub use convention::{
+    AngleUnit, Azimuth, Choice, Conventions, Polarisation, Quantity, UncertaintyUnit, choice,
+};
 pub use directions::{Density, Directions};
 pub use export::{Sequence, schedule_hash, write_schedule};
 pub use file::FileSet;

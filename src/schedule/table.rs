@@ -8,13 +8,18 @@
 #[cfg(feature = "arrays")]
 mod arrays;
 mod cells;
+mod head;
+mod json;
+mod matrix;
 #[cfg(feature = "arrays")]
 mod npy;
+mod open;
 mod read;
 mod write;
 
 #[cfg(feature = "arrays")]
 pub(crate) use arrays::as_lines;
+pub(crate) use head::number;
 pub(crate) use read::Table;
 pub(crate) use write::{Cell, Column, Part, Sheet};
 
@@ -37,7 +42,7 @@ pub(crate) fn as_text(path: &Path) -> Result<String, FileError> {
             &name,
         );
     }
-    files::read_text(path, files::TABLE_LIMIT).map_err(failed)
+    files::read_foreign_text(path, files::TABLE_LIMIT).map_err(failed)
 }
 
 /// Columns that hold whole numbers.

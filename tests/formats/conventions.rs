@@ -496,7 +496,7 @@ fn what_cannot_be_meant_is_refused_in_a_sentence() {
         FOUR,temperature,value\n1,2,0,4,21,5 |  | with --columns, which says their names in the file, others are passed over
         FOUR,value\n10,0,20,180,1\n10,0,30,180,inf |  | m.csv:3: value = inf: allowed is a finite number
         FOUR,value,attempt\n10,0,20,180,1,1\n10,0,90,180,1,1 |  | m.csv:3: theta_o_deg = 9
-        FOUR,value\n10,0,20,180,1\n10,0,91,180,0 |  | m.csv:3: theta_o_deg = 9
+        FOUR,value\n10,0,20,180,1\n10,0,91,180,0\n10,0,92,180,0 |  | m.csv:3: theta_o_deg = 9
         {"theta_i_deg":1,"theta_o_deg":90,"phi_o_deg":0,"value":1} |  | there is no row above the horizon
         FOUR,value_450nm,value_550nm,value_450.0nm\n10,0,20,180,1,2,3 |  | m.csv:1: columns value_450nm and value_450.0nm are of one wavelength; allowed: one column for each
         theta_i_deg,theta_o_deg,value\n30,50,1\n30,20,2 |  | m.csv:1: column phi_o_deg is missing

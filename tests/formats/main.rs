@@ -8,6 +8,7 @@ mod common;
 mod alta;
 mod conventions;
 mod doubts;
+mod field;
 mod instruments;
 mod lab;
 mod measurements;
@@ -23,7 +24,8 @@ use gonio::formats::{self, READ_READINGS, Readings, of_text, read_readings};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{self, WarpSpec};
 use gonio::schedule::{
-    AngleUnit, Assume, Azimuth, Choice, Conventions, FileError, MAX_AXES, Quantity, write_schedule,
+    AngleUnit, Assume, Azimuth, Choice, Conventions, FileError, MAX_AXES, Polarisation, Quantity,
+    write_schedule,
 };
 use gonio::schedule::{Itinerary, Schedule, ScheduleFormat, Unreachable, Visit};
 use std::sync::Arc;
@@ -53,6 +55,8 @@ fn conventions(words: &str) -> Conventions {
             ("partial", _) => conventions.partial = true,
             ("angles", name) => conventions.angles = choice(AngleUnit::ALL, name),
             ("azimuth", name) => conventions.azimuth = choice(Azimuth::ALL, name),
+            ("polarisation", name) => conventions.polarisation = choice(Polarisation::ALL, name),
+            ("coverage-factor", k) => conventions.coverage_factor = k.parse().ok(),
             ("quantity", name) => conventions.quantity = choice(Quantity::ALL, name),
             ("columns", pairs) => {
                 let pairs = pairs.split(',').filter_map(|pair| pair.split_once('='));

@@ -76,6 +76,7 @@ pub fn about(measurement: &Measurement, itinerary: &Itinerary) -> About {
             &measurement.schedule,
             Sequence::Visits(itinerary),
         )),
+        foreign_header: None,
     }
 }
 

@@ -36,6 +36,9 @@ pub struct FileFormat {
     pub extensions: &'static [&'static str],
     /// One line for `gonio list` and the docs.
     pub summary: &'static str,
+    /// Whether a file that begins so (4096 bytes, if it has as many) is of this format; without it files are known by their extension
+    /// alone.
+    pub begins: Option<fn(&[u8]) -> bool>,
     /// The registry entry of the material that a file of it is.
     pub material: Option<Entry<dyn BrdfSpec>>,
     /// Reads a table.
@@ -57,6 +60,7 @@ impl FileFormat {
         name: "",
         extensions: &[],
         summary: "",
+        begins: None,
         material: None,
         read: None,
         write: None,

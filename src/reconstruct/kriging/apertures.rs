@@ -48,26 +48,30 @@ fn cap(middle: Direction, half_angle: f64) -> Vec<(f64, DVec3)> {
 }
 
 /// The logarithms of the ratios of means over these half-angles (rad) of source and sensor to values, a row per reading and a column
-/// per value; `None` if covariances are singular.
+/// per value; and those that the process of these readings has at `further` pairs. `None` if covariances are singular.
 pub(super) fn log_ratios(
     data: &Data,
     pairs: &[DirectionPair],
+    further: &[DirectionPair],
     space: &Space,
     kernel: &Kernel,
     half_angles: [f64; 2],
-) -> Option<DMatrix<f64>> {
+) -> Option<[DMatrix<f64>; 2]> {
     let (n, width) = data.values.shape();
     let factor = data.ordinary(kernel).factor(data)?;
     let mut ratios = DMatrix::zeros(n, width);
     // Few readings are near a peak; the others are soon done.
     let mut open: Vec<usize> = (0..n).collect();
-    for _ in 0..ITERATIONS {
+    let process = |ratios: &DMatrix<f64>| {
         let quotients = Data {
-            values: &data.values - &ratios,
+            values: &data.values - ratios,
             ..data.clone()
         };
         let solved = quotients.solve_by(kernel, &factor);
-        let process = Part::new(&Account::single(kernel.clone()), &data.sites, &solved);
+        Part::new(&Account::single(kernel.clone()), &data.sites, &solved)
+    };
+    for _ in 0..ITERATIONS {
+        let process = process(&ratios);
         let some: Vec<DirectionPair> = open.iter().map(|&i| pairs[i]).collect();
         let next = of_process(&process, &some, space, width, half_angles);
         let mut moved = vec![0.0_f64; open.len()];
@@ -83,7 +87,11 @@ pub(super) fn log_ratios(
             break;
         }
     }
-    Some(ratios)
+    let of_further = match further.is_empty() {
+        true => DMatrix::zeros(0, width),
+        false => of_process(&process(&ratios), further, space, width, half_angles),
+    };
+    Some([ratios, of_further])
 }
 
 /// The logarithms of the ratios of one process.

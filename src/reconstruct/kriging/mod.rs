@@ -11,8 +11,8 @@
 //! without are weighed by how likely either makes them, and the prior counts less the more readings there are, up to 32;
 //! below a share of a hundredth it is left out.
 //!
-//! Readings that all others contradict are left out ([`outliers`]), and those over finite apertures are divided by what
-//! these make of them ([`apertures`]); both of at most 2000.
+//! Readings that all others contradict are left out ([`outliers`]; of at most 2000), and those over finite apertures are divided by
+//! what these make of them ([`apertures`]; of more than 2000 as the process of so many of them does).
 //!
 //! With `coordinates` the columns are those of a parametrization and its warps ([`space`]), and the constants those that make 61 materials
 //! likeliest ([`trained`], [`kernel_training`]).
@@ -254,7 +254,7 @@ impl Solver<'_> {
             values: None,
             doubts: vec![0.0; r.present.len()],
         };
-        if r.half_angles_deg == [0.0; 2] || r.count() > MOST_COMPARED {
+        if r.half_angles_deg == [0.0; 2] {
             return prepared;
         }
         let half_angles = r.half_angles_deg.map(f64::to_radians);
@@ -263,18 +263,28 @@ impl Solver<'_> {
         let data = data.noisier(prepared.kernel.unsaid);
         let rows = self.chosen(&sharp, MOST_COMPARED);
         let pairs = self.pairs(&sharp, MOST_COMPARED);
+        // Of more readings the others are divided by what the process of these makes of them.
+        let mut is_one = vec![false; r.present.len()];
+        rows.iter().for_each(|&row| is_one[row] = true);
+        let others = (0..r.present.len()).filter(|&i| sharp.present[i] && !is_one[i]);
+        let others: Vec<usize> = others.collect();
+        let further: Vec<DirectionPair> =
+            others.iter().map(|&i| r.schedule.poses[i].pair).collect();
+        let kernel = &prepared.kernel;
         let ratios =
-            apertures::log_ratios(&data, &pairs, &self.space, &prepared.kernel, half_angles);
+            apertures::log_ratios(&data, &pairs, &further, &self.space, kernel, half_angles);
         let Some(ratios) = ratios else {
             return prepared;
         };
         let mut values = r.values.to_vec();
-        for (k, &row) in rows.iter().enumerate() {
-            for c in 0..r.width {
-                let value = &mut values[row * r.width + c];
-                *value = TRANSFORM.inverse(TRANSFORM.forward(*value) - ratios[(k, c)]);
+        for (rows, ratios) in [rows, others].iter().zip(&ratios) {
+            for (k, &row) in rows.iter().enumerate() {
+                for c in 0..r.width {
+                    let value = &mut values[row * r.width + c];
+                    *value = TRANSFORM.inverse(TRANSFORM.forward(*value) - ratios[(k, c)]);
+                }
+                prepared.doubts[row] = ratios.row(k).amax();
             }
-            prepared.doubts[row] = ratios.row(k).amax();
         }
         prepared.values = Some(values);
         prepared.kernel = self.fitted(&prepared.readings(r));

@@ -5,18 +5,28 @@
 pub(super) struct Cells {
     pub(super) separator: u8,
     reader: csv_core::Reader,
+    /// The line with a tab for each run of blanks, if blanks separate.
+    tabbed: String,
     bytes: Vec<u8>,
     ends: Vec<usize>,
 }
 
+/// Stands for any number of blanks and tabs between cells.
+const BLANKS: u8 = b' ';
+
 impl Cells {
     pub(super) fn new(separator: u8) -> Self {
         let mut builder = csv_core::ReaderBuilder::new();
-        builder.delimiter(separator);
+        builder.delimiter(if separator == BLANKS {
+            b'\t'
+        } else {
+            separator
+        });
         builder.terminator(csv_core::Terminator::Any(b'\n'));
         Self {
             separator,
             reader: builder.build(),
+            tabbed: String::new(),
             bytes: Vec::new(),
             ends: Vec::new(),
         }
@@ -25,8 +35,28 @@ impl Cells {
     /// The cells of a line, without the spaces around them and without quotes; `None` if a quote is
     /// not closed, after which there is no next line.
     pub(super) fn split(&mut self, line: &str) -> Option<impl ExactSizeIterator<Item = &str>> {
+        let line = match self.separator {
+            BLANKS => {
+                self.tabbed.clear();
+                for word in line.split_whitespace() {
+                    // The unit behind a name is a part of it.
+                    let is_unit = word.starts_with(['[', '(']);
+                    if !self.tabbed.is_empty() {
+                        self.tabbed.push(if is_unit { ' ' } else { '\t' });
+                    }
+                    self.tabbed += word;
+                }
+                self.tabbed.as_str()
+            }
+            _ => line,
+        };
+        let delimiter = if self.separator == BLANKS {
+            b'\t'
+        } else {
+            self.separator
+        };
         // Room for every cell and for one more, without which the parser would stop to ask.
-        let separators = line.bytes().filter(|b| *b == self.separator).count();
+        let separators = line.bytes().filter(|b| *b == delimiter).count();
         self.bytes.resize(line.len() + 1, 0);
         self.ends.resize(separators + 2, 0);
         let line = line.as_bytes();

@@ -4,20 +4,17 @@
 //! mark, CRLF, blank lines, spaces, quotes, semicolons or tabs between cells, and with either a comma
 //! in place of the decimal point are all taken as they are.
 
-use super::super::convention::Conventions;
-use super::super::format::ScheduleFormat;
+use super::super::convention::{Conventions, Named, Unsaid};
+use super::super::names;
 use super::cells::Cells;
+use super::head::{self, Head};
 use super::{FileError, RowHash, WORDS};
-use crate::brdf::marks::{Marks, is_mark};
-use crate::error::{count, excerpt, meant, reason};
+use crate::brdf::marks::{Marks, is_mark, is_mark_number};
+use crate::error::{count, excerpt, meant};
 use rustc_hash::FxHashSet;
-use serde::de::{Deserialize, DeserializeOwned, Deserializer, MapAccess, Visitor};
+use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 use std::borrow::Cow;
-use std::fmt::{self, Formatter};
-
-/// The key of the first line of JSON Lines.
-const HEADER: &str = "header";
 
 /// Names of columns that a refusal lists.
 const NAMED: usize = 7;
@@ -35,22 +32,28 @@ pub(crate) struct Table {
     pub head: usize,
     /// Line of each row.
     pub lines: Vec<usize>,
-    facts: Map<String, Value>,
-    fact_lines: Vec<(String, usize)>,
+    pub(super) facts: Map<String, Value>,
+    pub(super) fact_lines: Vec<(String, usize)>,
     /// Keys whose values are not JSON, and their lines.
     others: Vec<(String, usize)>,
     /// Comments that are no keys.
     prose: usize,
     /// Row-major; NaN is an empty cell.
-    numbers: Vec<f64>,
+    pub(super) numbers: Vec<f64>,
     /// Words, one text per row, if there is a column of words.
-    words: Vec<String>,
+    pub(super) words: Vec<String>,
     /// Texts in place of values.
     pub marks: Marks,
+    /// What is said of how it was read, a sentence each.
+    pub notes: Vec<String>,
+    /// What multiplies the numbers of each column.
+    factors: Vec<f64>,
+    /// Columns whose unit nothing names.
+    unsaid: Vec<(usize, Unsaid)>,
 }
 
 /// Keys that are read of any header.
-const SHARED: &str = "half_angles_deg instrument material parametrization symmetry";
+const SHARED: &str = "foreign_header half_angles_deg instrument material parametrization symmetry";
 
 /// Further keys of our headers, beside hashes.
 const OURS: &str = "about assumes channels columns description gonio lattice poses realisation rows sample_set seed \
@@ -69,32 +72,6 @@ impl Table {
         }
     }
 
-    /// Reads a text; `name` stands for it in messages. The columns are checked by `allowed`, which
-    /// gets the facts and gives our names of all columns that may be there.
-    ///
-    /// # Errors
-    /// A line that is no row of this table: cut, with a cell that is no finite number, or against
-    /// what the facts promise (`rows`, and the hash under `hash_key`).
-    pub fn read(
-        text: &str,
-        name: &str,
-        hash_key: &str,
-        conventions: &Conventions,
-        allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
-    ) -> Result<Self, FileError> {
-        let mut table = Self::named(name);
-        let content = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let name_columns = |table: &mut Table, columns, line| {
-            table.name_columns(columns, line, conventions, &allowed)
-        };
-        match ScheduleFormat::of_text(text) == ScheduleFormat::JsonLines {
-            true => table.read_json(content, name_columns)?,
-            false => table.read_csv(content, name_columns)?,
-        }
-        table.keeps_promises(hash_key, conventions.partial, text.ends_with('\n'))?;
-        Ok(table)
-    }
-
     /// A fact of the header.
     ///
     /// # Errors
@@ -110,7 +87,7 @@ impl Table {
     }
 
     /// True of a header of ours, even if its hash was taken out.
-    fn is_ours(&self) -> bool {
+    pub(super) fn is_ours(&self) -> bool {
         let mut keys = self.facts.keys();
         keys.any(|key| key.ends_with("_hash") || key == "sample_set")
     }
@@ -178,6 +155,33 @@ impl Table {
         self.words.get(row).map_or("", String::as_str)
     }
 
+    /// Puts one column in place of several: its numbers are `of` those of a row, empty where one of them is.
+    pub(crate) fn combine(&mut self, columns: &[usize], name: &str, of: impl Fn(&[f64]) -> f64) {
+        let width = self.columns.len();
+        let stays = |d: &usize| *d == columns[0] || !columns.contains(d);
+        let kept: Vec<usize> = (0..width).filter(stays).collect();
+        let mut numbers = Vec::with_capacity(self.lines.len() * kept.len());
+        for row in self.numbers.chunks_exact(width) {
+            let parts: Vec<f64> = columns.iter().map(|&d| row[d]).collect();
+            let combined = match parts.iter().find(|x| is_mark_number(**x)) {
+                Some(mark) => *mark,
+                None => of(&parts),
+            };
+            let cell = |&d: &usize| if d == columns[0] { combined } else { row[d] };
+            numbers.extend(kept.iter().map(cell));
+        }
+        self.numbers = numbers;
+        self.columns[columns[0]] = name.into();
+        self.columns = kept
+            .iter()
+            .map(|&d| std::mem::take(&mut self.columns[d]))
+            .collect();
+        self.labels = kept
+            .iter()
+            .map(|&d| std::mem::take(&mut self.labels[d]))
+            .collect();
+    }
+
     /// Keeps the rows of which this is true.
     pub(crate) fn retain(&mut self, keep: impl Fn(&Self, usize) -> bool) {
         let kept: Vec<usize> = (0..self.lines.len())
@@ -211,13 +215,13 @@ impl Table {
         hash.finish()
     }
 
-    fn error(&self, line: usize, message: impl Into<String>) -> FileError {
+    pub(super) fn error(&self, line: usize, message: impl Into<String>) -> FileError {
         FileError::on_line(&self.name, line, message)
     }
 
     /// Checks the rows against the facts; of a part of them there is no hash. Of the last row digits
     /// may be missing, unless it `ended`.
-    fn keeps_promises(
+    pub(super) fn keeps_promises(
         &mut self,
         hash_key: &str,
         partial: bool,
@@ -263,7 +267,7 @@ impl Table {
     }
 
     /// Names the columns, each once and each known.
-    fn name_columns(
+    pub(super) fn name_columns(
         &mut self,
         labels: Vec<String>,
         line: usize,
@@ -273,13 +277,19 @@ impl Table {
         self.drop_foreign_facts();
         let ours = conventions.our_names(&labels);
         (self.labels, self.head) = (labels, line);
+        let ours: Vec<Named> = ours.map_err(|message| self.error(line, message))?;
+        self.unsaid = (ours.iter().enumerate())
+            .filter_map(|(i, column)| Some((i, column.unsaid?)))
+            .collect();
+        self.factors = ours.iter().map(|column| column.factor).collect();
+        let given: Vec<bool> = ours.iter().map(|column| column.is_given).collect();
         // What is allowed may depend on what there is.
-        self.columns = ours.map_err(|message| self.error(line, message))?;
+        self.columns = ours.into_iter().map(|column| column.name).collect();
         let known = allowed(self)?;
         // There may be as many as a line has room for.
         let names: FxHashSet<&str> = known.iter().map(String::as_str).collect();
         let (mut seen, mut over) = (FxHashSet::default(), Vec::new());
-        for (i, (column, label)) in self.columns.iter().zip(&self.labels).enumerate() {
+        for (i, column) in self.columns.iter().enumerate() {
             if column.is_empty() {
                 continue;
             }
@@ -290,7 +300,8 @@ impl Table {
             if names.contains(column.as_str()) {
                 continue;
             }
-            if conventions.columns.is_empty() || column != label {
+            if conventions.columns.is_empty() || given[i] {
+                let column = if given[i] { column } else { &self.labels[i] };
                 let message = self.unknown(column, &known);
                 return Err(self.error(line, message));
             }
@@ -305,10 +316,18 @@ impl Table {
     fn unknown(&self, column: &str, known: &[String]) -> String {
         let some = known.iter().take(NAMED).map(String::as_str);
         let (some, others) = (some.collect::<Vec<_>>(), known.len().saturating_sub(NAMED));
+        let guess = names::guess(&self.labels);
+        if let (Some(guess), "1") = (&guess, column) {
+            return format!(
+                "no line names the columns, which --columns does by their numbers; a guess: {guess}"
+            );
+        }
         let ours = self.labels.iter().find(|label| known.contains(label));
-        let example = ours.map_or(String::new(), |ours| {
-            format!(", e.g. --columns {0}={0}", excerpt(ours))
-        });
+        let example = match (guess, ours) {
+            (Some(guess), _) => format!("; a guess: {guess}"),
+            (None, Some(ours)) => format!(", e.g. --columns {0}={0}", excerpt(ours)),
+            (None, None) => String::new(),
+        };
         format!(
             "column {:?} is not known; allowed: {} and {others} others; with --columns, which says \
              their names in the file, others are passed over{example}{}",
@@ -318,43 +337,88 @@ impl Table {
         )
     }
 
-    fn read_csv(
-        &mut self,
-        text: &str,
-        name_columns: impl Fn(&mut Self, Vec<String>, usize) -> Result<(), FileError>,
-    ) -> Result<(), FileError> {
-        let name = self.name.clone();
-        let mut cells: Option<Cells> = None;
-        for (i, content) in text.lines().enumerate() {
-            let line = i + 1;
-            let content = content.trim_matches(' ');
-            if let Some(comment) = content.strip_prefix('#') {
-                self.read_fact(comment, line)?;
-                continue;
-            }
-            // A comment written by a spreadsheet, which quotes cells that contain a separator.
-            if let Some(comment) = content.strip_prefix("\"#") {
-                let comment = comment.trim_end_matches([',', ';', '\t']);
-                let comment = comment.strip_suffix('"').unwrap_or(comment);
-                self.read_fact(&comment.replace("\"\"", "\""), line)?;
-                continue;
-            }
-            // A spreadsheet writes rows of nothing but separators below a table.
-            if content.chars().all(|c| matches!(c, ',' | ';' | '\t' | ' ')) {
-                continue;
-            }
-            let unclosed = || FileError::on_line(&name, line, "a quote is not closed").cut_if(true);
-            let Some(cells) = &mut cells else {
-                let found = [b';', b'\t', b',']
-                    .into_iter()
-                    .find(|s| content.as_bytes().contains(s));
-                let cells = cells.insert(Cells::new(found.unwrap_or(b',')));
-                let columns = cells.split(content).ok_or_else(unclosed)?;
-                let columns = columns.map(String::from).collect();
-                name_columns(self, columns, line)?;
+    /// Finds the units that nothing names in the numbers, and brings all numbers to ours.
+    pub(super) fn settle_units(&mut self) -> Result<(), FileError> {
+        for unsaid in [Unsaid::Angle, Unsaid::Wavelength] {
+            let of = self.unsaid.iter().filter(|(_, kind)| *kind == unsaid);
+            let columns: Vec<usize> = of.map(|(i, _)| *i).collect();
+            let rows = 0..self.lines.len();
+            let cells = rows.flat_map(|row| columns.iter().map(move |&d| (row, d)));
+            let numbers = cells
+                .filter_map(|(row, d)| self.number(row, d))
+                .map(f64::abs);
+            let (least, most) = numbers
+                .fold((f64::INFINITY, 0.0), |(least, most): (f64, f64), x| {
+                    (least.min(x), most.max(x))
+                });
+            let Some(&first) = columns.first() else {
                 continue;
             };
-            let comma = cells.separator != b',';
+            let Some((factor, unit)) = unsaid.unit([least, most]) else {
+                let message = unsaid.refuse(&self.label(first));
+                return Err(self.error(self.head, message));
+            };
+            let labels: Vec<_> = columns.iter().map(|&d| self.label(d)).collect();
+            self.notes.push(format!(
+                "no unit of {} is named: taken for {unit}, as the numbers can be nothing else",
+                labels.join(", ")
+            ));
+            columns.iter().for_each(|&d| self.factors[d] = factor);
+        }
+        let width = self.columns.len();
+        for (d, &factor) in self.factors.iter().enumerate().filter(|(_, f)| **f != 1.0) {
+            for number in self.numbers.iter_mut().skip(d).step_by(width) {
+                // Digits beyond those of the file are rounding.
+                *number = (*number * factor * 1e9).round() / 1e9;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn read_csv(
+        &mut self,
+        text: &str,
+        conventions: &Conventions,
+        name_columns: impl Fn(&mut Self, Vec<String>, usize) -> Result<(), FileError>,
+    ) -> Result<(), FileError> {
+        let Some(head) = Head::find(text, |label| conventions.names(label)) else {
+            let message = "there is no line that names the columns; allowed: CSV, JSON Lines";
+            return Err(FileError::whole(&self.name, message));
+        };
+        self.prose += head.prose;
+        let mut cells = Cells::new(head.separator);
+        let comma = head.separator != b',';
+        let mut of_head = None;
+        for (line, content) in (1..).zip(text.lines()) {
+            let content = content.trim_matches(' ');
+            if line == head.line {
+                of_head = (line <= head.last).then_some(content);
+                name_columns(self, head.labels.clone(), line)?;
+            }
+            if let Some(comment) = head::comment(content) {
+                // A comment written by a spreadsheet, which quotes cells that contain a separator.
+                let quoted = content.starts_with('"');
+                let comment = match quoted {
+                    true => comment.trim_end_matches([',', ';', '\t']),
+                    false => comment,
+                };
+                let comment = comment
+                    .strip_suffix('"')
+                    .filter(|_| quoted)
+                    .unwrap_or(comment);
+                match line == head.line {
+                    true => {}
+                    false if quoted => self.read_fact(&comment.replace("\"\"", "\""), line)?,
+                    false => self.read_fact(comment, line)?,
+                }
+                continue;
+            }
+            // Names may be there again, as of files that were put together.
+            if line <= head.last || head::is_empty(content) || of_head == Some(content) {
+                continue;
+            }
+            let unclosed =
+                || FileError::on_line(&self.name, line, "a quote is not closed").cut_if(true);
             let cells = cells.split(content).ok_or_else(unclosed)?;
             let (found, expected) = (cells.len(), self.columns.len());
             if found != expected {
@@ -363,33 +427,37 @@ impl Table {
             }
             self.lines.push(line);
             for (d, cell) in cells.enumerate() {
-                let value = if self.columns[d] == WORDS {
-                    self.words.push(cell.to_owned());
-                    Ok(f64::NAN)
-                } else if is_mark(cell) && !self.columns[d].is_empty() {
-                    self.marks.see(cell);
-                    Ok(f64::NAN)
-                } else if cell.is_empty() || self.columns[d].is_empty() {
-                    Ok(f64::NAN)
-                } else if comma && !cell.contains('.') {
-                    self.parse(&cell.replacen(',', ".", 1), d, line)
-                } else {
-                    self.parse(cell, d, line)
+                let value = match self.columns[d] == WORDS {
+                    true => {
+                        self.words.push(cell.to_owned());
+                        f64::NAN
+                    }
+                    false => self.cell(cell, comma, d, line)?,
                 };
-                self.numbers.push(value?);
+                self.numbers.push(value);
             }
-        }
-        if cells.is_none() {
-            let message = "there is no line that names the columns; allowed: CSV, JSON Lines";
-            return Err(FileError::whole(&self.name, message));
         }
         Ok(())
     }
 
-    fn parse(&self, cell: &str, column: usize, line: usize) -> Result<f64, FileError> {
-        match cell.parse::<f64>() {
+    /// The number in a cell of a column; NaN of one that is empty or a mark, or that is passed over.
+    pub(super) fn cell(
+        &mut self,
+        cell: &str,
+        comma: bool,
+        column: usize,
+        line: usize,
+    ) -> Result<f64, FileError> {
+        if cell.is_empty() || self.columns[column].is_empty() {
+            return Ok(f64::NAN);
+        }
+        if is_mark(cell) {
+            self.marks.see(cell);
+            return Ok(f64::NAN);
+        }
+        match head::number(cell, comma) {
             // Programs without empty cells write NaN.
-            Ok(value) if value.is_finite() || value.is_nan() => Ok(value),
+            Some(value) if value.is_finite() || value.is_nan() => Ok(value),
             _ => {
                 let (column, cell) = (self.label(column), excerpt(cell));
                 let message = format!("{column} = {cell}: allowed is a finite number");
@@ -424,134 +492,5 @@ impl Table {
         self.facts.insert(key.into(), value);
         self.fact_lines.push((key.into(), line));
         Ok(())
-    }
-
-    fn read_json(
-        &mut self,
-        text: &str,
-        name_columns: impl Fn(&mut Self, Vec<String>, usize) -> Result<(), FileError>,
-    ) -> Result<(), FileError> {
-        for (i, content) in text.lines().enumerate() {
-            let line = i + 1;
-            if content.trim().is_empty() {
-                continue;
-            }
-            let Object { mut map, twice } = serde_json::from_str(content).map_err(|_| {
-                self.error(
-                    line,
-                    "this is no JSON object; allowed: one whole object a line",
-                )
-                .cut_if(true)
-            })?;
-            if let Some(key) = twice {
-                let message = format!("key {:?} is there twice; allowed: once", excerpt(&key));
-                return Err(self.error(line, message));
-            }
-            if let Some(Value::Object(header)) = map.remove(HEADER) {
-                if self.head > 0 || !self.facts.is_empty() {
-                    return Err(self.error(line, "the header must be the first line"));
-                }
-                self.fact_lines = header.keys().map(|key| (key.clone(), line)).collect();
-                self.facts = header;
-                if self.is_ours()
-                    && let Some(columns) = self.fact::<Map<String, Value>>("columns")?
-                {
-                    let columns = columns.into_iter().map(|(name, _)| name).collect();
-                    name_columns(self, columns, line)?;
-                }
-                continue;
-            }
-            if self.columns.is_empty() {
-                name_columns(self, map.keys().cloned().collect(), line)?;
-            }
-            self.read_object(map, line)?;
-        }
-        if self.columns.is_empty() {
-            return Err(FileError::whole(&self.name, "there is no row"));
-        }
-        Ok(())
-    }
-
-    fn read_object(
-        &mut self,
-        mut object: Map<String, Value>,
-        line: usize,
-    ) -> Result<(), FileError> {
-        self.lines.push(line);
-        for d in 0..self.columns.len() {
-            let column = self.label(d);
-            let Some(value) = object.remove(&self.labels[d]) else {
-                return Err(self.error(line, format!("{column} is missing")));
-            };
-            let number = match (&value, self.columns[d] == WORDS) {
-                _ if self.columns[d].is_empty() => f64::NAN,
-                (Value::String(words), true) => {
-                    self.words.push(words.clone());
-                    f64::NAN
-                }
-                (Value::Null, false) => f64::NAN,
-                (Value::Number(number), false) => match number.as_f64() {
-                    Some(value) if value.is_finite() => value,
-                    _ => {
-                        let message = format!("{column} = {number}: allowed is a finite number");
-                        return Err(self.error(line, message));
-                    }
-                },
-                (other, words) => {
-                    let kind = if words { "a string" } else { "a finite number" };
-                    let other = other.to_string();
-                    let other = excerpt(&other);
-                    let message = format!("{column} = {other}: allowed is {kind}");
-                    return Err(self.error(line, message));
-                }
-            };
-            self.numbers.push(number);
-        }
-        match object.keys().next() {
-            Some(stray) => {
-                let (stray, known) = (excerpt(stray), reason(self.labels.join(", ")));
-                let message =
-                    format!("{stray:?} is no column of the rows before; allowed: {known}");
-                Err(self.error(line, message))
-            }
-            None => Ok(()),
-        }
-    }
-}
-
-/// A line, and a key that it or its header has twice: a plain map would keep the last.
-#[derive(Default)]
-struct Object {
-    map: Map<String, Value>,
-    twice: Option<String>,
-}
-
-impl<'de> Deserialize<'de> for Object {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(Object::default())
-    }
-}
-
-impl<'de> Visitor<'de> for Object {
-    type Value = Self;
-
-    fn expecting(&self, f: &mut Formatter) -> fmt::Result {
-        f.write_str("a row, or a header that is an object")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(mut self, mut entries: A) -> Result<Self, A::Error> {
-        while let Some(key) = entries.next_key::<String>()? {
-            let value = if key == HEADER {
-                let header: Object = entries.next_value()?;
-                self.twice = self.twice.or(header.twice);
-                Value::Object(header.map)
-            } else {
-                entries.next_value()?
-            };
-            if self.map.insert(key.clone(), value).is_some() {
-                self.twice = Some(key);
-            }
-        }
-        Ok(self)
     }
 }

@@ -292,6 +292,7 @@ file_table! {
     "rgl": "measured table of the RGL database, the .bsdf file at `path`; R, G, B or wavelengths; also no_reading",
     Neither, {
         extensions: &["bsdf"],
+        begins: Some(|bytes| bytes.starts_with(b"tensor_file")),
         summary: "over visible normals, for Mitsuba and pbrt; R, G, B or wavelengths",
         write: Some(|brdf, of, path| {
             let (fields, filled) = tabulate(brdf, LEVELS[of.size])?;

@@ -182,6 +182,7 @@ file_table! {
     "tensor-tree": "isotropic reflection of a Radiance BSDF, the TensorTree3 XML at `path`; also no_reading",
     SphericalTable, {
         extensions: &["xml"],
+        begins: Some(|bytes| String::from_utf8_lossy(bytes).contains("<WindowElement")),
         summary: "isotropic, for the material BSDF of Radiance: TensorTree3, luminance or R, G, B",
         write: Some(|brdf, of, path| {
             let (trees, filled) = tabulate(brdf, LEVELS[of.size])?;

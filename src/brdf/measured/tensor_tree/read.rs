@@ -23,7 +23,7 @@ pub(super) const BLOCKS: [&str; 3] = ["Visible", "CIE-u", "CIE-v"];
 
 /// Reads a file.
 pub(crate) fn text(path: &Path) -> Result<String, TableError> {
-    let text = files::read_text(path, files::TABLE_LIMIT);
+    let text = files::read_foreign_text(path, files::TABLE_LIMIT);
     text.map_err(|e| TableError::Io("no access to this tensor tree", e))
 }
 

@@ -180,7 +180,7 @@ pub struct Head<'t> {
 
 /// Reads a file.
 pub(crate) fn text(path: &Path) -> Result<String, TableError> {
-    files::read_text(path, files::TABLE_LIMIT).map_err(no_access)
+    files::read_foreign_text(path, files::TABLE_LIMIT).map_err(no_access)
 }
 
 /// Reads what is before the values.

@@ -194,6 +194,12 @@ file_table! {
     "zemax": "isotropic table about the mirror direction, the text of OpticStudio (Zemax) at `path`; also no_reading",
     Neither, {
         extensions: &["zbsdf"],
+        begins: Some(|bytes| {
+            let text = String::from_utf8_lossy(bytes);
+            let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+            let mut next = |key: &str| lines.next().is_some_and(|line| line.starts_with(key));
+            next("Source") && next("Symmetry")
+        }),
         summary: "isotropic, about the mirror direction, text of OpticStudio (Zemax); luminance, R, G, B or one wavelength",
         write: Some(|brdf, of, path| {
             let (table, filled) = tabulate(brdf, LEVELS[of.size])?;

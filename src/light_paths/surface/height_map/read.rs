@@ -3,7 +3,7 @@
 use super::super::SIZE;
 use crate::error::{excerpt, reason};
 use crate::files::{
-    PictureError, TABLE_LIMIT, exr_headers, exr_layer, may_unpack, open, read_text,
+    PictureError, TABLE_LIMIT, exr_headers, exr_layer, may_unpack, open, read_foreign_text,
 };
 use png::{BitDepth, ColorType};
 use std::fs;
@@ -152,7 +152,7 @@ fn of_png(path: &Path) -> Result<Numbers, PictureError> {
 /// Numbers between commas, semicolons or tabs, with the latter two a decimal comma is one; lines that begin with # are
 /// comments.
 fn of_csv(path: &Path) -> Result<Numbers, PictureError> {
-    let text = read_text(path, TABLE_LIMIT).map_err(|e| match e.kind() {
+    let text = read_foreign_text(path, TABLE_LIMIT).map_err(|e| match e.kind() {
         ErrorKind::InvalidData => {
             PictureError(format!("this is neither OpenEXR nor PNG, and of CSV {e}"))
         }

@@ -1,0 +1,455 @@
+//! The universal BRDF data format of the BiRD project (JSON, schema version 1.0), in which national laboratories exchange readings.
+//!
+//! `data` holds arrays of one number a reading: `theta_i`, `phi_i`, `theta_r`, `phi_r` (deg, ° or rad), `BRDF` (1/sr) and, if there
+//! are such, its standard uncertainty `uBRDF` (1/sr or %), `wavelength_i` (nm or μm) and `polarization_i` (s and p, or Stokes vectors
+//! whose second component is 1 of s). One uncertainty of all stands in `BRDF.uncertainty`. Azimuths count from a mark on the sample.
+//! Of readings in s and in p polarised light the mean is read, or one of them ([`Conventions::polarisation`]).
+//!
+//! `metadata` and what `data` says beside numbers is kept in the header of our own files, and written again. Where there is none,
+//! a file that is written says of each required key that it is not known.
+
+use super::file::read_measurement;
+use super::scattered::refuse_columns;
+use super::{About, Measurement, Readings};
+use crate::error::excerpt;
+use crate::schedule::{Assume, Conventions, FileError, Polarisation, Sequence, UncertaintyUnit};
+use rustc_hash::FxHashMap;
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+/// Where the schema is.
+const SCHEMA: &str = "https://raw.githubusercontent.com/BiRD-project/BiRD_view/master/BRDF_JSON_schema/brdf_json_schema_v1.0.json";
+
+/// Angles there and their names here.
+const ANGLES: [(&str, &str); 4] = [
+    ("theta_i", "theta_i"),
+    ("phi_i", "phi_i"),
+    ("theta_r", "theta_o"),
+    ("phi_r", "phi_o"),
+];
+
+/// A variable of one number a reading.
+#[derive(Deserialize)]
+struct Variable {
+    unit: String,
+    values: Vec<f64>,
+    uncertainty: Option<Uncertainty>,
+}
+
+/// An uncertainty of all values of a variable.
+#[derive(Deserialize)]
+struct Uncertainty {
+    value: f64,
+    unit: String,
+}
+
+/// States of polarisation.
+#[derive(Deserialize)]
+struct States {
+    values: Vec<State>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum State {
+    Name(String),
+    Stokes([f64; 4]),
+}
+
+/// Light that is s or p polarised, or not at all.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Polarised {
+    S,
+    P,
+    Not,
+}
+
+/// Difference from 1 or 0 that the component of a Stokes vector may have.
+const SLACK: f64 = 1e-6;
+
+impl State {
+    fn polarised(&self) -> Option<Polarised> {
+        let near = |v: &[f64; 4], s: f64| {
+            let off = [v[0] - 1.0, v[1] - s, v[2], v[3]];
+            off.iter().all(|x| x.abs() <= SLACK)
+        };
+        match self {
+            Self::Name(name) if name == "s" => Some(Polarised::S),
+            Self::Name(name) if name == "p" => Some(Polarised::P),
+            Self::Name(name) if name == "u" => Some(Polarised::Not),
+            Self::Stokes(v) if near(v, 1.0) => Some(Polarised::S),
+            Self::Stokes(v) if near(v, -1.0) => Some(Polarised::P),
+            Self::Stokes(v) if near(v, 0.0) => Some(Polarised::Not),
+            _ => None,
+        }
+    }
+}
+
+/// True of a text of one JSON object with `metadata` and `data`.
+pub(crate) fn is_bird(text: &str) -> bool {
+    let head: String = text
+        .chars()
+        .take(1 << 10)
+        .filter(|c| !c.is_whitespace())
+        .collect();
+    ["{\"metadata\":{", "{\"data\":{"]
+        .iter()
+        .any(|begin| head.starts_with(begin))
+}
+
+/// The readings as a table of ours, and the unit of their uncertainties.
+struct Long {
+    text: String,
+    unit: UncertaintyUnit,
+    note: Option<String>,
+}
+
+/// Reads a text; `name` stands for the file in messages.
+///
+/// # Errors
+/// One sentence: no JSON, a key that is missing or has another type, arrays of different lengths, a state of polarisation that is neither
+/// s nor p, and those of [`read_measurement`] with the place in the arrays.
+pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
+    refuse_columns("the BiRD format", name, &assume.conventions)?;
+    let refuse = |message: String| FileError::whole(name, message);
+    let mut file: Map<String, Value> = serde_json::from_str(text).map_err(|e| {
+        let is_cut = e.is_eof();
+        FileError::on_line(name, e.line(), format!("this is no JSON: {e}")).cut_if(is_cut)
+    })?;
+    let Some(Value::Object(mut data)) = file.remove("data") else {
+        return Err(refuse(
+            "data is missing: an object of arrays of numbers".into(),
+        ));
+    };
+    let long = long_form(&data, assume.conventions.polarisation).map_err(refuse)?;
+    let assume = Assume {
+        conventions: Conventions {
+            uncertainties: Some(long.unit),
+            polarisation: None,
+            ..assume.conventions.clone()
+        },
+        ..assume.clone()
+    };
+    let mut readings = read_measurement(&long.text, name, &assume).map_err(|e| match e.line {
+        // Rows of the table are places of the arrays.
+        Some(line) => refuse(format!("reading {}: {}", line - 1, e.message)),
+        None => e,
+    })?;
+    readings.notes.extend(long.note);
+    for place in &mut readings.measurement.places {
+        place.line = 0;
+    }
+    let metadata = file.remove("metadata").unwrap_or_default();
+    let text_of = |path: &str| {
+        metadata
+            .pointer(path)
+            .and_then(Value::as_str)
+            .map(String::from)
+    };
+    readings.about.material = text_of("/sample/name");
+    readings.about.instrument = text_of("/instrumentation/name");
+    if metadata.pointer("/sample/properties_symmetry") == Some(&json!("isotropic")) {
+        readings
+            .notes
+            .push("the sample is called isotropic: --symmetry says so".into());
+    }
+    for variable in data.values_mut() {
+        if let Value::Object(variable) = variable {
+            variable.remove("values");
+        }
+    }
+    readings.unread = data
+        .remove("adhoc_variables")
+        .map(|_| "adhoc_variables".to_owned())
+        .into_iter()
+        .collect();
+    readings.about.foreign_header = Some(json!({ "metadata": metadata, "data": data }));
+    Ok(readings)
+}
+
+/// A variable, or why it cannot be read.
+fn variable<T: for<'de> Deserialize<'de>>(
+    data: &Map<String, Value>,
+    key: &str,
+) -> Result<Option<T>, String> {
+    let value = data
+        .get(key)
+        .map(|value| T::deserialize(value).map_err(|e| format!("data.{key}: {e}")));
+    value.transpose()
+}
+
+/// The readings as CSV: a line each below the names.
+fn long_form(
+    data: &Map<String, Value>,
+    polarisation: Option<Polarisation>,
+) -> Result<Long, String> {
+    let needed = |key: &str| -> Result<Variable, String> {
+        variable(data, key)?.ok_or_else(|| format!("data.{key} is missing"))
+    };
+    let brdf = needed("BRDF")?;
+    let n = brdf.values.len();
+    let mut names: Vec<String> = Vec::new();
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    let mut add = |key: &str, ours: &str, v: Variable| {
+        if v.values.len() != n {
+            let found = v.values.len();
+            return Err(format!(
+                "data.{key} has {found} values; allowed: {n}, as data.BRDF"
+            ));
+        }
+        names.push(format!("{ours} [{}]", v.unit));
+        columns.push(v.values);
+        Ok(())
+    };
+    for (key, ours) in ANGLES {
+        add(key, ours, needed(key)?)?;
+    }
+    for key in ["wavelength_i", "wavelength_r"] {
+        if let Some(v) = variable::<Variable>(data, key)? {
+            add(key, "wavelength", v)?;
+            break;
+        }
+    }
+    let (uncertainties, unit) = match (variable::<Variable>(data, "uBRDF")?, &brdf.uncertainty) {
+        (Some(v), _) if v.values.len() != n => {
+            let found = v.values.len();
+            return Err(format!(
+                "data.uBRDF has {found} values; allowed: {n}, as data.BRDF"
+            ));
+        }
+        (Some(v), _) => (Some(v.values), v.unit),
+        (None, Some(one)) => (Some(vec![one.value; n]), one.unit.clone()),
+        (None, None) => (None, String::new()),
+    };
+    let unit = match unit.as_str() {
+        "%" => UncertaintyUnit::Percent,
+        _ => UncertaintyUnit::Value,
+    };
+    let light = states(data, "polarization_i", n)?;
+    if let Some(sensor) = states(data, "polarization_r", n)?
+        && let Some(at) = sensor.iter().position(|state| *state != Polarised::Not)
+    {
+        return Err(format!(
+            "data.polarization_r, reading {}: the sensor sees one polarisation; allowed: readings of both together",
+            at + 1
+        ));
+    }
+    names.push("value".into());
+    let mut text = names.join(",");
+    text += if uncertainties.is_some() {
+        ",uncertainty\n"
+    } else {
+        "\n"
+    };
+    let mut push = |row: usize, value: Option<[f64; 2]>| {
+        for column in &columns {
+            let _ = write!(text, "{},", column[row]);
+        }
+        if let Some([value, _]) = value {
+            let _ = write!(text, "{value}");
+        }
+        if let (Some(_), Some([_, u])) = (&uncertainties, value) {
+            let _ = write!(text, ",{u}");
+        } else if uncertainties.is_some() {
+            text.push(',');
+        }
+        text.push('\n');
+    };
+    let reading = |row: usize| {
+        let u = uncertainties.as_ref().map_or(0.0, |u| u[row]);
+        [brdf.values[row], u]
+    };
+    let Some(light) = light.filter(|all| all.iter().any(|state| *state != Polarised::Not)) else {
+        (0..n).for_each(|row| push(row, Some(reading(row))));
+        return Ok(Long {
+            text,
+            unit,
+            note: None,
+        });
+    };
+    // Readings of one pose and wavelength in s and p polarised light are one, in the order of the first of them.
+    let mut both: Vec<(usize, [Option<[f64; 2]>; 2])> = Vec::new();
+    let mut places: FxHashMap<Vec<u64>, usize> = FxHashMap::default();
+    for (row, state) in light.iter().enumerate() {
+        if *state == Polarised::Not {
+            both.push((row, [Some(reading(row)); 2]));
+            continue;
+        }
+        let which = usize::from(*state == Polarised::P);
+        let key: Vec<u64> = columns.iter().map(|column| column[row].to_bits()).collect();
+        let known = places.get(&key).filter(|at| both[**at].1[which].is_none());
+        match known {
+            Some(&at) => both[at].1[which] = Some(reading(row)),
+            None => {
+                places.insert(key, both.len());
+                let mut new = [None; 2];
+                new[which] = Some(reading(row));
+                both.push((row, new));
+            }
+        }
+    }
+    let which = polarisation.unwrap_or(Polarisation::Mean);
+    for (row, [s, p]) in both {
+        // What both share is as large in their mean. In percent it is that of the mean of the values.
+        let mean = |[s, p]: [[f64; 2]; 2]| {
+            let value = 0.5 * (s[0] + p[0]);
+            let u = match unit {
+                UncertaintyUnit::Percent if value != 0.0 => {
+                    0.5 * (s[0] * s[1] + p[0] * p[1]) / value
+                }
+                _ => 0.5 * (s[1] + p[1]),
+            };
+            [value, u]
+        };
+        let value = match which {
+            Polarisation::S => s,
+            Polarisation::P => p,
+            Polarisation::Mean => s.zip(p).map(|(s, p)| mean([s, p])),
+        };
+        push(row, value);
+    }
+    let what = match which {
+        Polarisation::Mean => "the mean of s and p polarised light (--polarisation s or p)",
+        Polarisation::S => "s polarised light",
+        Polarisation::P => "p polarised light",
+    };
+    let note = Some(format!("values are those of {what}"));
+    Ok(Long { text, unit, note })
+}
+
+/// The states of polarisation under a key.
+fn states(
+    data: &Map<String, Value>,
+    key: &str,
+    n: usize,
+) -> Result<Option<Vec<Polarised>>, String> {
+    let Some(States { values }) = variable(data, key)? else {
+        return Ok(None);
+    };
+    if values.len() != n {
+        let found = values.len();
+        return Err(format!(
+            "data.{key} has {found} values; allowed: {n}, as data.BRDF"
+        ));
+    }
+    let state = |(i, state): (usize, &State)| {
+        state.polarised().ok_or_else(|| {
+            let what = match state {
+                State::Name(name) => excerpt(name).into_owned(),
+                State::Stokes(v) => format!("{v:?}"),
+            };
+            format!(
+                "data.{key}, reading {}: {what}; allowed: s, p, u, [1, 1, 0, 0], [1, -1, 0, 0] and [1, 0, 0, 0]",
+                i + 1
+            )
+        })
+    };
+    values
+        .iter()
+        .enumerate()
+        .map(state)
+        .collect::<Result<Vec<_>, _>>()
+        .map(Some)
+}
+
+/// What is required and not known.
+fn unknown_metadata(about: &About) -> Value {
+    let unknown = "not known";
+    json!({
+        "schema": SCHEMA,
+        "id": "urn:not-known",
+        "type": "BRDF",
+        "timestamp": "1970-01-01T00:00:00+00",
+        "provenance": {
+            "organization": unknown,
+            "location": { "country": unknown, "city": unknown, "street": unknown, "building_nr": unknown, "postal_code": unknown },
+            "email": unknown,
+            "contact_person": unknown,
+        },
+        "description": "Written by gonio; the time and what else is not known is not that of the measurement.",
+        "method": if about.seed.is_some() { "simulation" } else { "measurement" },
+        "instrumentation": "NA",
+        "software": "NA",
+        "sample": {
+            "name": about.material.as_deref().unwrap_or(unknown),
+            "type": unknown,
+            "shape": unknown,
+            "dimensions": {},
+            "zero_azimuth_location": unknown,
+        },
+        "environment": "NA",
+    })
+}
+
+/// Writes the readings of a measurement, those below 0 as 0, which the format does not allow.
+///
+/// # Errors
+/// Of R, G and B, for which there is no place; whatever `out` reports.
+pub fn write(
+    measurement: &Measurement,
+    about: &About,
+    sequence: Sequence<'_>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let nm: &[f64] = match measurement.channels.wavelengths() {
+        Some(all) => all.nm(),
+        None if measurement.channels.count() == 1 => &[],
+        None => {
+            let message = "the BiRD format holds luminance or wavelengths, and no R, G and B";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+        }
+    };
+    let n = measurement.channels.count();
+    let mut angles: [Vec<f64>; 4] = Default::default();
+    let [mut wavelengths, mut values, mut uncertainties]: [Vec<f64>; 3] = Default::default();
+    for pose in measurement.read_poses(sequence) {
+        let Some(reading) = measurement.value(pose) else {
+            continue;
+        };
+        let pair = &measurement.schedule.poses[pose].pair;
+        let [i, o] = [pair.omega_i, pair.omega_o].map(super::pab::text_angles);
+        for (c, value) in reading.iter().enumerate() {
+            let azimuth = |phi: f64| phi.rem_euclid(360.0);
+            let all = [i[0], azimuth(i[1]), o[0], azimuth(o[1])];
+            angles
+                .iter_mut()
+                .zip(all)
+                .for_each(|(to, angle)| to.push(angle));
+            wavelengths.extend(nm.get(c));
+            values.push(value.max(0.0));
+            if let Some(details) = &measurement.details {
+                let at = pose * n + c;
+                uncertainties.push(details.type_a[at].hypot(details.type_b[at]));
+            }
+        }
+    }
+    let known = about.foreign_header.clone().unwrap_or_default();
+    let metadata = match known.get("metadata") {
+        Some(metadata @ Value::Object(_)) => metadata.clone(),
+        _ => unknown_metadata(about),
+    };
+    let mut data = Map::new();
+    let mut add = |key: &str, unit: &str, values: &[f64]| {
+        let mut variable = match known.pointer(&format!("/data/{key}")) {
+            Some(Value::Object(kept)) => kept.clone(),
+            _ => Map::new(),
+        };
+        variable.insert("unit".into(), unit.into());
+        variable.insert("values".into(), json!(values));
+        data.insert(key.into(), variable.into());
+    };
+    for ((key, _), values) in ANGLES.iter().zip(&angles) {
+        add(key, "deg", values);
+    }
+    if !wavelengths.is_empty() {
+        add("wavelength_i", "nm", &wavelengths);
+    }
+    add("BRDF", "sr^-1", &values);
+    if uncertainties.iter().any(|u| *u > 0.0) {
+        add("uBRDF", "sr^-1", &uncertainties);
+    }
+    serde_json::to_writer(&mut *out, &json!({ "metadata": metadata, "data": data }))?;
+    out.write_all(b"\n")
+}

@@ -1,0 +1,310 @@
+//! Names of columns: ours as people write them, and guesses of what others mean.
+
+use crate::error::excerpt;
+
+/// Angles of a pose, as the names of their columns begin.
+pub(crate) const ANGLES: [&str; 5] = ["theta_i", "phi_i", "theta_o", "phi_o", "delta_phi"];
+
+/// Units, as they are written, and what we call them; in small letters.
+const UNITS: [(&str, &str); 24] = [
+    ("deg", "deg"),
+    ("degree", "deg"),
+    ("degrees", "deg"),
+    ("°", "deg"),
+    ("rad", "rad"),
+    ("radian", "rad"),
+    ("radians", "rad"),
+    ("nm", "nm"),
+    ("um", "um"),
+    ("µm", "um"),
+    ("μm", "um"),
+    ("m", "m"),
+    ("1/sr", "1/sr"),
+    ("sr^-1", "1/sr"),
+    ("sr-1", "1/sr"),
+    ("sr⁻¹", "1/sr"),
+    ("/sr", "1/sr"),
+    ("%", "%"),
+    ("percent", "%"),
+    ("1", "1"),
+    ("-", "1"),
+    ("a.u.", "1"),
+    ("counts", "1"),
+    ("v", "1"),
+];
+
+/// Units of wavelengths, and how many nm they are.
+const WAVELENGTHS: [(&str, f64); 3] = [("nm", 1.0), ("um", 1e3), ("m", 1e9)];
+
+/// Columns of values and uncertainties, without their channels.
+const OF_SR: [&str; 5] = ["value", "value_cos", "type_a", "type_b", "uncertainty"];
+
+/// Our name of a column, and what multiplies its numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Named {
+    /// The name.
+    pub name: String,
+    /// The factor.
+    pub factor: f64,
+}
+
+/// A unit without its brackets.
+pub(crate) fn bare(unit: &str) -> &str {
+    let unit = unit.trim();
+    let inner = |open, close| unit.strip_prefix(open)?.strip_suffix(close);
+    (inner('[', ']').or(inner('(', ')')).unwrap_or(unit)).trim()
+}
+
+/// What we call a unit.
+fn unit_of(unit: &str) -> Option<&'static str> {
+    let unit = bare(unit).to_lowercase();
+    let found = UNITS.iter().find(|(written, _)| *written == unit);
+    found.map(|(_, ours)| *ours)
+}
+
+/// The unit that a label names.
+pub(crate) fn unit(label: &str) -> Option<&'static str> {
+    split(label).1
+}
+
+/// How many nm a unit of wavelengths is.
+pub(crate) fn in_nm(unit: &str) -> Option<f64> {
+    let found = WAVELENGTHS.iter().find(|(name, _)| *name == unit);
+    found.map(|(_, factor)| *factor)
+}
+
+/// True of a unit.
+pub(crate) fn is_unit(text: &str) -> bool {
+    unit_of(text).is_some()
+}
+
+/// A name and its unit, in brackets, behind a slash or behind a blank.
+fn split(label: &str) -> (&str, Option<&'static str>) {
+    let label = label.trim();
+    let at = label.rfind(['[', '(']).or_else(|| label.rfind(" / "));
+    match at {
+        Some(at) if at > 0 => {
+            let unit = label[at..].trim_start_matches(" / ");
+            match unit_of(unit) {
+                Some(unit) => (label[..at].trim(), Some(unit)),
+                None => (label, None),
+            }
+        }
+        _ => (label, None),
+    }
+}
+
+/// The wavelength (nm) that a text names, e.g. `450 nm`.
+fn wavelength(text: &str) -> Option<String> {
+    let number = text.strip_suffix("nm")?.trim_end_matches(['_', ' ']);
+    let plain = number.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    number.parse::<f64>().ok().filter(|_| plain)?;
+    Some(number.to_owned())
+}
+
+/// Our name of a column that is written in other letters, with its unit in brackets or below it; `None` of one that is none of ours.
+/// A name that is ours to the letter is itself.
+pub(crate) fn ours(label: &str) -> Option<Named> {
+    let (name, unit) = split(label);
+    let lower = name.to_lowercase().replace([' ', '-'], "_");
+    let named = |name: String, factor: f64| Some(Named { name, factor });
+    // Of an angle that does not have a unit others decide.
+    let angle = ANGLES.iter().find(|angle| **angle == lower);
+    match (angle, unit) {
+        (Some(angle), Some(unit @ ("deg" | "rad"))) => {
+            return named(format!("{angle}_{unit}"), 1.0);
+        }
+        (Some(angle), None) => return named((*angle).into(), 1.0),
+        (Some(_), Some(_)) => return None,
+        (None, _) => {}
+    }
+    let of_angle = |name: &str| {
+        let bare = name.strip_suffix("_deg").or(name.strip_suffix("_rad"));
+        bare.is_some_and(|bare| ANGLES.contains(&bare))
+    };
+    if of_angle(&lower) {
+        let same = unit.is_none_or(|unit| lower.ends_with(unit));
+        return if same { named(lower, 1.0) } else { None };
+    }
+    if let Some(rest) = lower.strip_prefix("wavelength") {
+        let rest = rest.trim_start_matches('_');
+        let unit = match (rest, unit) {
+            ("", unit) => unit,
+            (rest, None) => Some(unit_of(rest)?),
+            _ => return None,
+        };
+        return match unit {
+            Some(unit) => named("wavelength_nm".into(), in_nm(unit)?),
+            None => named("wavelength".into(), 1.0),
+        };
+    }
+    if unit.is_none()
+        && let Some(nm) = wavelength(&lower)
+    {
+        return named(format!("value_{nm}nm"), 1.0);
+    }
+    let of_family = |family: &&'static str| {
+        Some(format!(
+            "{family}{}",
+            channel(lower.strip_prefix(*family)?)?
+        ))
+    };
+    match (OF_SR.iter().find_map(of_family), unit) {
+        (Some(name), None | Some("1/sr")) => named(name, 1.0),
+        (None, None) if is_further(&lower) => named(lower, 1.0),
+        _ => None,
+    }
+}
+
+/// The end of a column of values, as ours have it.
+fn channel(end: &str) -> Option<String> {
+    match ["", "_r", "_g", "_b", "_s", "_p"].contains(&end) {
+        true => Some(end.to_owned()),
+        false => Some(format!("_{}nm", wavelength(end.strip_prefix('_')?)?)),
+    }
+}
+
+/// Columns of ours beside angles, wavelengths and values.
+fn is_further(name: &str) -> bool {
+    let all = "index block flags attempt signal dark reference";
+    all.split(' ').any(|n| n == name) || VECTORS.concat().contains(&name)
+}
+
+/// Columns of the components of unit vectors towards light and sensor.
+pub(crate) const VECTORS: [[&str; 3]; 2] = [
+    ["omega_i_x", "omega_i_y", "omega_i_z"],
+    ["omega_o_x", "omega_o_y", "omega_o_z"],
+];
+
+/// Words in the labels of polar angles and of azimuths, in small letters.
+const POLAR: [&str; 7] = [
+    "theta",
+    "polar",
+    "zenith",
+    "winkel",
+    "angle",
+    "elevation",
+    "aoi",
+];
+const AZIMUTH: [&str; 4] = ["phi", "azimuth", "azimut", "azi"];
+
+/// Words in the labels of the angles of light and sensor; and what may be left of one without the word for the angle.
+const SIDES: [(&[&str], &[&str]); 2] = [
+    (
+        &[
+            "inc", "ein", "light", "source", "lamp", "illum", "sun", "aoi",
+        ],
+        &["i", "in", "l"],
+    ),
+    (
+        &["out", "aus", "scat", "refl", "view", "sens", "det", "obs"],
+        &["o", "r", "s", "v", "d", "e"],
+    ),
+];
+
+/// Words in the labels of values, the surest first, and of uncertainties.
+const VALUES: [&str; 8] = [
+    "brdf",
+    "bsdf",
+    "f_r",
+    "fr",
+    "value",
+    "reflectance",
+    "radiance",
+    "intens",
+];
+const UNCERTAIN: [&str; 5] = ["unc", "sigma", "std", "err", "u_"];
+
+/// The angle that a label in small letters may be of.
+fn angle_of(label: &str) -> Option<&'static str> {
+    let of = |words: &[&str]| words.iter().any(|word| label.contains(word));
+    let kind = match (of(&AZIMUTH), of(&POLAR)) {
+        (true, _) => 1,
+        (false, true) => 0,
+        (false, false) => return None,
+    };
+    let words = AZIMUTH.iter().chain(&POLAR).filter(|word| **word != "aoi");
+    let rest = words.fold(label.to_owned(), |rest, word| rest.replace(word, ""));
+    let rest = rest.replace('_', "");
+    let by_word = SIDES
+        .iter()
+        .position(|(all, _)| all.iter().any(|w| rest.contains(w)));
+    let side = by_word.or_else(|| {
+        SIDES
+            .iter()
+            .position(|(_, all)| all.contains(&rest.as_str()))
+    });
+    Some([["theta_i", "theta_o"], ["phi_i", "phi_o"]][kind][side?])
+}
+
+/// The `--columns` that may be meant where names are not known: those of the angles and of a value, by words in the labels. `None` if
+/// no light, sensor or value is found.
+pub(crate) fn guess(labels: &[String]) -> Option<String> {
+    // Columns without names are called by their numbers, and mostly in this order.
+    let is_numbered = labels
+        .iter()
+        .enumerate()
+        .all(|(i, label)| *label == (i + 1).to_string());
+    match labels.len() {
+        4 if is_numbered => return Some("--columns theta_i=1,theta_o=2,phi_o=3,value=4".into()),
+        5.. if is_numbered => {
+            return Some("--columns theta_i=1,phi_i=2,theta_o=3,phi_o=4,value=5".into());
+        }
+        _ => {}
+    }
+    let parts: Vec<(String, Option<&str>)> = labels
+        .iter()
+        .map(|label| split(label))
+        .map(|(name, unit)| (name.to_lowercase().replace([' ', '-', '.'], "_"), unit))
+        .collect();
+    let mut given: Vec<(String, usize)> = Vec::new();
+    for (i, (name, unit)) in parts.iter().enumerate() {
+        let ends = ["_deg", "_rad"].into_iter().find(|end| name.ends_with(end));
+        let bare = ends.map_or(name.as_str(), |end| &name[..name.len() - end.len()]);
+        let Some(angle) = angle_of(bare) else {
+            continue;
+        };
+        if given.iter().all(|(name, _)| !name.starts_with(angle)) {
+            let unit = ends.map(|end| &end[1..]).or(*unit);
+            let unit = unit.map_or(String::new(), |unit| format!("_{unit}"));
+            given.push((format!("{angle}{unit}"), i));
+        }
+    }
+    let free = |given: &[(String, usize)], i: usize| given.iter().all(|(_, other)| *other != i);
+    let has = |i: usize, words: &[&str]| words.iter().any(|word| parts[i].0.contains(word));
+    let value = VALUES.iter().find_map(|word| {
+        (0..labels.len()).find(|&i| free(&given, i) && has(i, &[word]) && !has(i, &UNCERTAIN))
+    });
+    given.push(("value".into(), value?));
+    let uncertain = (0..labels.len()).find(|&i| free(&given, i) && has(i, &UNCERTAIN));
+    given.extend(uncertain.map(|i| ("uncertainty".to_owned(), i)));
+    let there = |role: &str| given.iter().any(|(name, _)| name.starts_with(role));
+    if !there("theta_i") || !there("theta_o") {
+        return None;
+    }
+    // What is called as ours is needs no name.
+    given.retain(|(name, i)| ours(&labels[*i]).is_none_or(|named| named.name != *name));
+    if given.is_empty() {
+        return None;
+    }
+    given.sort_by_key(|(_, i)| *i);
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '-');
+    let pairs = given
+        .iter()
+        .map(|(name, i)| match labels[*i].chars().all(is_plain) {
+            true => format!("{name}={}", excerpt(&labels[*i])),
+            // A number needs no quotes.
+            false => format!("{name}={}", i + 1),
+        });
+    let mut guess = format!("--columns {}", pairs.collect::<Vec<_>>().join(","));
+    if given
+        .iter()
+        .any(|(name, _)| ANGLES.contains(&name.as_str()))
+    {
+        guess += " --angles deg";
+    }
+    if uncertain.is_some_and(|i| parts[i].1 == Some("%") || has(i, &["percent"])) {
+        guess += " --uncertainties percent";
+    }
+    Some(guess)
+}

@@ -1,0 +1,210 @@
+//! Where the rows of a table begin, and what stands between its cells.
+//!
+//! Programs write their own lines above a table (a title, `sep=;`, the date), a line of units below its names, or no names at all.
+//! The line of names is the first that has names of ours or of `--columns`; else, of a table by others, the line above the first
+//! numbers, or the last comment above them; else columns are called by their numbers, from 1.
+
+use super::cells::Cells;
+use crate::brdf::marks::is_mark;
+use crate::schedule::names;
+
+/// Lines among which names and first numbers are looked for.
+const LOOKED_AT: usize = 200;
+
+/// What may stand between cells; a blank stands for any number of blanks and tabs.
+const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
+
+/// The first line of a table of a spreadsheet may name what stands between its cells.
+const SEPARATOR: &str = "sep=";
+
+/// The head of a table.
+#[derive(Debug)]
+pub(super) struct Head {
+    /// The line of the names, from 1; that of the first numbers, if there are no names.
+    pub line: usize,
+    /// The names, with the units that stand below them.
+    pub labels: Vec<String>,
+    /// What stands between cells.
+    pub separator: u8,
+    /// The last line of the head.
+    pub last: usize,
+    /// Other lines above the rows.
+    pub prose: usize,
+}
+
+/// Comments begin so; those that begin with the first may hold facts.
+const COMMENTS: [&str; 4] = ["#", "\"#", "%", "//"];
+
+/// The text of a comment; `None` of another line.
+pub(super) fn comment(line: &str) -> Option<&str> {
+    COMMENTS.iter().find_map(|mark| line.strip_prefix(mark))
+}
+
+/// True of a line without a cell, as spreadsheets write them below a table.
+pub(super) fn is_empty(line: &str) -> bool {
+    line.chars().all(|c| matches!(c, ',' | ';' | '\t' | ' '))
+}
+
+/// The number in a cell: with a decimal comma, if that may be, and exponents of Fortran; `None` of another text.
+pub(crate) fn number(cell: &str, comma: bool) -> Option<f64> {
+    if let Ok(value) = cell.parse() {
+        return Some(value);
+    }
+    let is_exponent = |c| matches!(c, 'D' | 'd');
+    let cell = match comma && !cell.contains('.') {
+        true => cell.replacen(',', ".", 1),
+        false => cell.to_owned(),
+    };
+    cell.replacen(is_exponent, "e", 1).parse().ok()
+}
+
+/// The cells of a line; `None` if a quote is not closed.
+fn cells(line: &str, separator: u8) -> Option<Vec<String>> {
+    Some(
+        Cells::new(separator)
+            .split(line)?
+            .map(String::from)
+            .collect(),
+    )
+}
+
+/// True of cells that are numbers, or stand for none.
+fn are_numbers(cells: &[String], separator: u8) -> bool {
+    let number = |cell: &String| number(cell, separator != b',').is_some();
+    let known = cells.iter().filter(|c| number(c)).count();
+    let others = |cell: &String| cell.is_empty() || is_mark(cell) || number(cell);
+    known >= 3 && cells.iter().all(others)
+}
+
+impl Head {
+    /// Finds the head of a text; `is_named` is true of a label that is named by `--columns`. `None` of a text without a line.
+    pub(super) fn find(text: &str, is_named: impl Fn(&str) -> bool) -> Option<Self> {
+        let mut hint = None;
+        let mut last_comment: Option<(usize, &str)> = None;
+        let mut before: Vec<(usize, &str)> = Vec::new();
+        let mut lines = (1..).zip(text.lines()).peekable();
+        while let Some((line, content)) = lines.next() {
+            let content = content.trim_matches(' ');
+            if let Some(comment) = comment(content) {
+                last_comment = Some((line, comment));
+                continue;
+            }
+            if is_empty(content) {
+                continue;
+            }
+            let lower = content.to_ascii_lowercase();
+            if let (true, Some(c)) = (before.is_empty(), lower.strip_prefix(SEPARATOR)) {
+                hint = c.bytes().next();
+                continue;
+            }
+            if before.len() >= LOOKED_AT {
+                break;
+            }
+            // Names of ours, or of the user.
+            let separator = hint.unwrap_or_else(|| usual_separator(content));
+            let named = |label: &String| names::ours(label).is_some() || is_named(label);
+            let labels = cells(content, separator).unwrap_or_default();
+            if labels.iter().filter(|label| named(label)).count() >= 2 {
+                let units = lines.peek().copied();
+                let units = units.and_then(|(line, text)| Some((line, cells(text, separator)?)));
+                return Some(Self::new(line, labels, units, separator, before.len()));
+            }
+            before.push((line, content));
+            let separators = SEPARATORS.iter().filter(|s| hint.is_none_or(|h| h == **s));
+            let numbers = separators.copied().find_map(|separator| {
+                let cells = cells(content, separator)?;
+                are_numbers(&cells, separator).then_some((separator, cells.len()))
+            });
+            if let Some((separator, width)) = numbers {
+                return Some(Self::above(&before, last_comment, separator, width));
+            }
+        }
+        // Without numbers, or names that are known: the first line is that of the names.
+        let &(line, content) = before.first()?;
+        let separator = hint.unwrap_or_else(|| usual_separator(content));
+        let labels = cells(content, separator)?;
+        Some(Self::new(line, labels, None, separator, 0))
+    }
+
+    /// The head above the first numbers, the last of the lines `before`.
+    fn above(
+        before: &[(usize, &str)],
+        comment: Option<(usize, &str)>,
+        separator: u8,
+        width: usize,
+    ) -> Self {
+        let of = |(line, text): (usize, &str)| {
+            let labels = cells(text, separator).filter(|cells| cells.len() == width)?;
+            Some((line, labels))
+        };
+        let (first, above) = match before {
+            [above @ .., first] => (first.0, above),
+            [] => (1, before),
+        };
+        let mut above = above.iter().rev().copied();
+        let mut next = above.next().and_then(of);
+        let mut units = None;
+        if next.as_ref().is_some_and(|(_, cells)| are_units(cells)) {
+            units = next;
+            next = above.next().and_then(of);
+        }
+        if let Some((line, labels)) = next {
+            return Self::new(line, labels, units, separator, above.count());
+        }
+        // The names of numpy.savetxt are a comment.
+        let comment = comment.filter(|(line, _)| *line < first).and_then(of);
+        if let Some((line, labels)) = comment
+            .filter(|(_, labels)| labels.iter().filter(|l| names::ours(l).is_some()).count() >= 2)
+        {
+            let head = Self::new(line, labels, None, separator, before.len() - 1);
+            let last = first - 1;
+            return Self { last, ..head };
+        }
+        Self {
+            line: first,
+            labels: (1..=width).map(|i| i.to_string()).collect(),
+            separator,
+            last: first - 1,
+            prose: before.len() - 1,
+        }
+    }
+
+    fn new(
+        line: usize,
+        labels: Vec<String>,
+        units: Option<(usize, Vec<String>)>,
+        separator: u8,
+        prose: usize,
+    ) -> Self {
+        let units = units.filter(|(_, units)| units.len() == labels.len() && are_units(units));
+        let (last, labels) = match units {
+            None => (line, labels),
+            Some((last, units)) => {
+                let with = |(label, unit): (String, String)| match names::bare(&unit) {
+                    "" => label,
+                    unit => format!("{label} [{unit}]"),
+                };
+                (last, labels.into_iter().zip(units).map(with).collect())
+            }
+        };
+        Self {
+            line,
+            labels,
+            separator,
+            last,
+            prose,
+        }
+    }
+}
+
+/// True of cells of which each is a unit or empty.
+fn are_units(cells: &[String]) -> bool {
+    let is_unit = |cell: &String| cell.is_empty() || names::is_unit(names::bare(cell));
+    cells.iter().any(|cell| !cell.is_empty()) && cells.iter().all(is_unit)
+}
+
+/// What stands between the names of a line: the first of these that is in it.
+fn usual_separator(line: &str) -> u8 {
+    let there = |s: &&u8| line.as_bytes().contains(s);
+    SEPARATORS.iter().find(there).copied().unwrap_or(b',')
+}

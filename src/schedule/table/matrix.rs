@@ -1,0 +1,149 @@
+//! Tables as sheets of a matrix: above each the light, along it the angles of the sensor.
+//!
+//! ```text
+//! theta_i;15
+//! ;0;30;60
+//! 0;0.257;0.257;0.257
+//! 10;0.188;0.193;0.208
+//! ```
+//!
+//! Rows are polar angles of the sensor, columns its azimuths; further sheets follow. A line `phi_i;…` may be beside that of theta_i.
+
+use super::FileError;
+use super::cells::Cells;
+use super::head::{self, number};
+use super::read::Table;
+use crate::schedule::names;
+
+/// Angles above a sheet.
+const KEYS: [&str; 2] = ["theta_i", "phi_i"];
+
+/// A line of a sheet.
+enum Line {
+    /// One of [`KEYS`], its label, and the number.
+    Key(usize, String, f64),
+    /// The azimuths.
+    Head(Vec<f64>),
+    /// A polar angle and the cells.
+    Row(f64, Vec<String>),
+    /// Anything else.
+    Other,
+}
+
+/// What a line is.
+fn line_of(cells: &[String], comma: bool) -> Line {
+    let number = |cell: &String| number(cell, comma).filter(|x| x.is_finite());
+    let filled = cells
+        .iter()
+        .rposition(|cell| !cell.is_empty())
+        .map_or(0, |i| i + 1);
+    let [first, rest @ ..] = &cells[..filled] else {
+        return Line::Other;
+    };
+    let key =
+        names::ours(first).and_then(|named| KEYS.iter().position(|k| named.name.starts_with(k)));
+    match (key, rest) {
+        (Some(key), [value]) => match number(value) {
+            Some(value) => Line::Key(key, first.clone(), value),
+            None => Line::Other,
+        },
+        _ => match (
+            number(first),
+            rest.iter().map(number).collect::<Option<Vec<f64>>>(),
+        ) {
+            (None, Some(azimuths)) if !rest.is_empty() => Line::Head(azimuths),
+            (Some(theta), _) => Line::Row(theta, rest.to_vec()),
+            _ => Line::Other,
+        },
+    }
+}
+
+/// Lines with content: number, cells.
+fn lines(text: &str, separator: u8) -> impl Iterator<Item = (usize, Vec<String>)> {
+    let content = (1..).zip(text.lines()).filter(|(_, line)| {
+        !head::is_empty(line) && head::comment(line.trim_matches(' ')).is_none()
+    });
+    content.map(move |(number, line)| {
+        let mut cells = Cells::new(separator);
+        let cells = cells
+            .split(line)
+            .map(|cells| cells.map(String::from).collect());
+        (number, cells.unwrap_or_default())
+    })
+}
+
+/// What stands between the cells of a text that is such a table.
+pub(super) fn separator(text: &str) -> Option<u8> {
+    [b';', b'\t', b','].into_iter().find(|&separator| {
+        let mut first = lines(text, separator).take(1 + KEYS.len());
+        let mut next = || {
+            first
+                .next()
+                .map(|(_, cells)| line_of(&cells, separator != b','))
+        };
+        let begins = matches!(next(), Some(Line::Key(..)));
+        let goes_on = match next() {
+            Some(Line::Key(..)) => next(),
+            other => other,
+        };
+        begins && matches!(goes_on, Some(Line::Head(_)))
+    })
+}
+
+impl Table {
+    /// Reads sheets whose cells `separator` separates; a row of the table is a cell.
+    pub(super) fn read_matrix(
+        &mut self,
+        text: &str,
+        separator: u8,
+        name_columns: impl Fn(&mut Self, Vec<String>, usize) -> Result<(), FileError>,
+    ) -> Result<(), FileError> {
+        let comma = separator != b',';
+        let mut keys: [Option<f64>; 2] = [None; 2];
+        let mut azimuths: Vec<f64> = Vec::new();
+        for (line, cells) in lines(text, separator) {
+            match line_of(&cells, comma) {
+                Line::Key(key, label, value) => {
+                    if self.columns.is_empty() {
+                        let end = match names::ours(&label) {
+                            Some(named) if named.name.ends_with("_deg") => "_deg",
+                            Some(named) if named.name.ends_with("_rad") => "_rad",
+                            _ => "",
+                        };
+                        let mut labels = [KEYS[0], KEYS[1], "theta_o", "phi_o"]
+                            .map(|n| format!("{n}{end}"))
+                            .to_vec();
+                        labels.push("value".into());
+                        name_columns(self, labels, line)?;
+                    }
+                    // A new sheet begins.
+                    if !azimuths.is_empty() {
+                        keys[0] = None;
+                        azimuths.clear();
+                    }
+                    keys[key] = Some(value);
+                }
+                Line::Head(all) if keys[0].is_some() => azimuths = all,
+                Line::Row(theta, cells) if !azimuths.is_empty() => {
+                    let (found, expected) = (cells.len(), azimuths.len());
+                    if found > expected {
+                        let message = format!("{found} values where there are {expected} azimuths");
+                        return Err(self.error(line, message));
+                    }
+                    for (cell, &phi) in cells.iter().zip(&azimuths) {
+                        let value = self.cell(cell, comma, 4, line)?;
+                        let [theta_i, phi_i] = keys.map(|key| key.unwrap_or(0.0));
+                        self.lines.push(line);
+                        self.numbers.extend([theta_i, phi_i, theta, phi, value]);
+                    }
+                }
+                _ => {
+                    let message = "this is no line of a sheet; allowed: theta_i and its angle, a row of azimuths below an \
+                                   empty cell, rows of a polar angle and values";
+                    return Err(self.error(line, message));
+                }
+            }
+        }
+        Ok(())
+    }
+}

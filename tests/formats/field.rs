@@ -1,0 +1,362 @@
+//! The same readings as people and programs write them.
+
+use super::common::{near, says, table};
+use super::{chain, chord, conventions, try_read};
+use gonio::formats::{Readings, load_readings, of_name};
+use gonio::schedule::{Assume, Conventions, Sequence};
+use serde_json::{Value, json};
+use std::io::Write;
+
+/// Poses, degrees.
+const POSES: [[f64; 4]; 7] = [
+    [10.0, 0.0, 0.0, 0.0],
+    [10.0, 0.0, 20.0, 180.0],
+    [10.0, 0.0, 20.0, 90.0],
+    [10.0, 0.0, 45.0, 180.0],
+    [50.0, 0.0, 20.0, 180.0],
+    [50.0, 0.0, 20.0, 90.0],
+    [50.0, 0.0, 45.0, 180.0],
+];
+
+/// f_r of the pose of a number, 1/sr.
+fn value(k: usize) -> f64 {
+    0.125 + 0.25 * k as f64
+}
+
+/// Lines of the cells of all poses, with a separator, and with a decimal comma in place of the point.
+fn rows(separator: &str, comma: bool, cells: impl Fn(usize, [f64; 4]) -> Vec<f64>) -> String {
+    let line = |(k, pose): (usize, &[f64; 4])| {
+        let cells: Vec<String> = cells(k, *pose).iter().map(f64::to_string).collect();
+        let line = cells.join(separator) + "\n";
+        if comma { line.replace('.', ",") } else { line }
+    };
+    POSES.iter().enumerate().map(line).collect()
+}
+
+/// Angles and value.
+fn five(k: usize, pose: [f64; 4]) -> Vec<f64> {
+    [&pose[..], &[value(k)]].concat()
+}
+
+const HEAD: &str = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n";
+
+/// The readings of a file of these bytes.
+fn load(bytes: &[u8], name: &str, words: &str) -> Result<Readings, gonio::Error> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    let conventions = conventions(words);
+    load_readings(
+        &path,
+        &Assume {
+            conventions,
+            ..Assume::default()
+        },
+    )
+}
+
+/// Asserts that readings are those of [`value`] at the poses, whatever their order.
+#[track_caller]
+fn assert_same(readings: &Readings, slack: f64, form: &str) {
+    let m = &readings.measurement;
+    assert_eq!(
+        (m.readings(), m.outcomes.len()),
+        (POSES.len(), POSES.len()),
+        "{form}"
+    );
+    for (k, [a, b, c, d]) in POSES
+        .iter()
+        .map(|pose| pose.map(f64::to_radians))
+        .enumerate()
+    {
+        let pair = gonio::geometry::DirectionPair::from_spherical(a, b, c, d);
+        let poses = m.schedule.poses.iter();
+        let at = poses.map(|pose| chord(&pose.pair, &pair)).enumerate();
+        let (at, off) = at.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        assert!(off < 1e-7, "{form}: {off}");
+        near(m.value(at).unwrap()[0], value(k), slack, (form, k));
+    }
+}
+
+#[test]
+fn files_are_read_as_programs_save_them() {
+    let plain = HEAD.to_owned() + &rows(",", false, five);
+    let utf_16 =
+        |text: &str| -> Vec<u8> { text.encode_utf16().flat_map(u16::to_le_bytes).collect() };
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    gzip.write_all(plain.as_bytes()).unwrap();
+    let semicolons = HEAD.replace(',', ";") + &rows(";", true, five);
+    let radians = |k: usize, pose: [f64; 4]| [&pose.map(f64::to_radians)[..], &[value(k)]].concat();
+    let vectors = |k: usize, pose: [f64; 4]| {
+        let unit = |theta: f64, phi: f64| {
+            let ((s, c), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
+            [s * cp, s * sp, c]
+        };
+        [
+            &unit(pose[0], pose[1])[..],
+            &unit(pose[2], pose[3]),
+            &[value(k)],
+        ]
+        .concat()
+    };
+    let counts = |k: usize, pose: [f64; 4]| {
+        let signal = value(k) * pose[2].to_radians().cos() * 2000.0;
+        [&pose[..], &[signal + 7.0, 7.0, 2000.0]].concat()
+    };
+    let polarised =
+        |k: usize, pose: [f64; 4]| [&pose[..], &[1.5 * value(k), 0.5 * value(k)]].concat();
+    let forms: Vec<(&str, Vec<u8>, &str)> = vec![
+        ("plain", plain.clone().into(), ""),
+        ("gzip", gzip.finish().unwrap(), ""),
+        ("UTF-16", utf_16(&format!("\u{feff}{semicolons}")), ""),
+        ("UTF-16 without a mark", utf_16(&plain), ""),
+        ("UTF-16, big end first", plain.encode_utf16().flat_map(u16::to_be_bytes).collect(), ""),
+        ("a code page", [&b"# at 20 \xb0C\n"[..], plain.as_bytes()].concat(), ""),
+        ("CR", plain.replace('\n', "\r").into(), ""),
+        ("CRLF", plain.replace('\n', "\r\n").into(), ""),
+        ("sep=", format!("sep=;\n{semicolons}").into(), ""),
+        ("tabs", (HEAD.replace(',', "\t") + &rows("\t", true, five)).into(), ""),
+        ("blanks", (HEAD.replace(',', "  ") + &rows("   ", true, five)).into(), ""),
+        ("MATLAB", format!("% run 4\n{plain}").into(), ""),
+        ("savetxt", format!("# {plain}").into(), ""),
+        ("a preamble", format!("Goniometer 7\n\nDate: 1.2.2026, 10:00\n{plain}").into(), ""),
+        ("names again", format!("{plain}\n{HEAD}").into(), ""),
+        ("capitals", plain.replace("theta_i_deg", " Theta_I_deg ").replace("value", "Value").into(), ""),
+        ("units in brackets", plain.replace("_deg", " [°]").replace("value", "value (1/sr)").into(), ""),
+        ("a line of units", plain.replace("_deg", "").replacen('\n', "\ndeg,deg,deg,deg,1/sr\n", 1).into(), ""),
+        ("degrees by their numbers", plain.replace("_deg", "").into(), ""),
+        ("radians", (HEAD.replace("_deg", "_rad") + &rows(",", false, radians)).into(), ""),
+        ("exponents of Fortran", plain.replace("0.125", "1.25D-01").into(), ""),
+        ("columns by number", rows(" ", false, five).into(), "columns=theta_i=1,phi_i=2,theta_o=3,phi_o=4,value=5"),
+        ("beyond 90°", format!("{plain}10,0,120,0,9\n170,0,20,0,9\n").into(), ""),
+        (
+            "unit vectors",
+            ("omega_i_x,omega_i_y,omega_i_z,omega_o_x,omega_o_y,omega_o_z,value\n".to_owned()
+                + &rows(",", false, vectors))
+                .into(),
+            "",
+        ),
+        (
+            "counts",
+            (HEAD.replace("value", "signal,dark,reference") + &rows(",", false, counts)).into(),
+            "",
+        ),
+        (
+            "polarised",
+            (HEAD.replace("value", "value_s,value_p") + &rows(",", false, polarised)).into(),
+            "",
+        ),
+        (
+            "sheets",
+            b"theta_i;10\nphi_i;0\n;0;180;90\n0;0,125;0,125;0,125\n20;;0,375;0,625\n45;;0,875\n\
+              theta_i;50\n;0;180;90\n20;;1,125;1,375\n45;;1,625\n"
+                .to_vec(),
+            "",
+        ),
+        (
+            "FRED",
+            b"type bsdf_data\nformat angles=deg bsdf=value scale=0.5\n10 0\n0 180 .25\n20 0 .75\n20 270 1.25\n45 0 1.75\n\
+              50 0\n20 0 2.25\n20 270 2.75\n45 0 3.25\n"
+                .to_vec(),
+            "",
+        ),
+        ("BiRD", bird().to_string().into(), ""),
+    ];
+    for (form, bytes, words) in forms {
+        // Text is told by what is in it, also under the names of tables.
+        for name in ["m.csv", "m.txt", "m.bsdf"] {
+            let readings =
+                load(&bytes, name, words).unwrap_or_else(|e| panic!("{form}: {}", chain(&e)));
+            let slack = if form == "FRED" || form == "counts" {
+                1e-12
+            } else {
+                1e-15
+            };
+            // A sheet has cells that are empty.
+            match form {
+                "sheets" => assert_eq!(readings.measurement.readings(), POSES.len(), "{form}"),
+                _ => assert_same(&readings, slack, form),
+            }
+        }
+    }
+    let beyond = load(format!("{plain}10,0,120,0,9\n").as_bytes(), "m.csv", "").unwrap();
+    assert_eq!(
+        beyond.notes,
+        ["1 row with light or sensor behind the sample: passed over"]
+    );
+}
+
+#[test]
+fn wavelengths_are_in_any_unit() {
+    for (head, factor) in [
+        ("wavelength_nm", 1.0),
+        ("wavelength_um", 1e-3),
+        ("wavelength [µm]", 1e-3),
+        ("wavelength_m", 1e-9),
+        // Told by the numbers.
+        ("Wavelength", 1.0),
+        ("wavelength", 1e-3),
+        ("wavelength", 1e-9),
+    ] {
+        let mut text = HEAD.replace("value", &format!("{head},value"));
+        for nm in [450.0, 555.5, 650.0] {
+            text += &rows(",", false, |k, pose| {
+                [&pose[..], &[nm * factor, value(k) * nm]].concat()
+            });
+        }
+        let m = super::read(&text, "").measurement;
+        assert_eq!(
+            m.channels.wavelengths().unwrap().nm(),
+            [450.0, 555.5, 650.0],
+            "{head}"
+        );
+        assert_eq!(
+            m.value(0).unwrap(),
+            [450.0, 555.5, 650.0].map(|nm| nm * value(0)),
+            "{head}"
+        );
+    }
+    for (labels, words) in [
+        (["450nm", "555.5 nm", "650nm"], ""),
+        (["R450", "R555.5", "R650"], "columns=value_*nm=R*"),
+    ] {
+        let text = HEAD.replace("value", &labels.join(","))
+            + &rows(",", false, |k, pose| {
+                [&pose[..], &[1.0, 2.0, 3.0].map(|x| x * value(k))].concat()
+            });
+        let m = super::read(&text, words).measurement;
+        assert_eq!(
+            m.channels.wavelengths().unwrap().nm(),
+            [450.0, 555.5, 650.0]
+        );
+        assert_eq!(m.value(1).unwrap(), [1.0, 2.0, 3.0].map(|x| x * value(1)));
+    }
+}
+
+#[test]
+fn what_others_may_mean_is_guessed_and_not_taken() {
+    let row = "10,0,20,180,.5,.1\n";
+    for [head, guess] in table(
+        r#"
+        Einfallswinkel [°],Azimut ein [°],Ausfallswinkel [°],Azimut aus [°],BRDF,lamp | --columns theta_i_deg=1,phi_i_deg=2,theta_o_deg=3,phi_o_deg=4,value=BRDF
+        thetaIn,phiIn,thetaOut,phiOut,brdf,sigma | --columns theta_i=thetaIn,phi_i=phiIn,theta_o=thetaOut,phi_o=phiOut,value=brdf,uncertainty=sigma --angles deg
+        AOI,azimuth_source,scatter_angle,azimuth_detector,BSDF,x | --columns theta_i=AOI,phi_i=azimuth_source,theta_o=scatter_angle,phi_o=azimuth_detector,value=BSDF --angles deg
+        theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value,u_percent | --columns uncertainty=u_percent --uncertainties percent"#,
+    ) {
+        let text = format!("{head}\n{row}");
+        let e = try_read(&text, Conventions::default()).err().expect(head);
+        says(&chain(&e), &format!("a guess: {guess}"));
+    }
+    let bare = try_read(row, Conventions::default()).err().unwrap();
+    says(
+        &chain(&bare),
+        "a guess: --columns theta_i=1,phi_i=2,theta_o=3,phi_o=4,value=5",
+    );
+}
+
+/// The readings as the BiRD format has them, each in s and p polarised light.
+fn bird() -> Value {
+    let twice = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        (0..2 * POSES.len()).map(|i| of(i % POSES.len())).collect()
+    };
+    let angle = |d: usize| json!({ "unit": "deg", "values": twice(&|k| POSES[k][d]) });
+    let of = |k: usize| if k < POSES.len() { 1.5 } else { 0.5 };
+    let values: Vec<f64> = (0..2 * POSES.len())
+        .map(|i| of(i) * value(i % POSES.len()))
+        .collect();
+    let states: Vec<&str> = (0..2 * POSES.len())
+        .map(|i| if i < POSES.len() { "s" } else { "p" })
+        .collect();
+    json!({
+        "metadata": { "sample": { "name": "tile" }, "environment": "NA", "instrumentation": { "name": "rig" } },
+        "data": {
+            "theta_i": angle(0), "phi_i": angle(1), "theta_r": angle(2), "phi_r": angle(3),
+            "polarization_i": { "notation": "sp", "values": states },
+            "BRDF": { "unit": "sr^-1", "values": values, "comments": "of a tile" },
+            "uBRDF": { "unit": "%", "values": vec![2.0; 2 * POSES.len()] },
+        },
+    })
+}
+
+#[test]
+fn files_of_national_laboratories_go_through_ours_and_come_back() {
+    let text = bird().to_string();
+    let both = super::read(&text, "");
+    assert_eq!(both.about.material.as_deref(), Some("tile"));
+    let details = both.measurement.details.as_ref().unwrap();
+    for (i, u) in details.type_b.iter().enumerate() {
+        near(*u, 0.02 * both.measurement.values[i], 1e-12, i);
+    }
+    for (words, factor) in [
+        ("polarisation=s", 1.5),
+        ("polarisation=p", 0.5),
+        ("coverage-factor=2", 1.0),
+    ] {
+        let one = super::read(&text, words).measurement;
+        near(
+            one.value(0).unwrap()[0] / both.measurement.value(0).unwrap()[0],
+            factor,
+            1e-12,
+            words,
+        );
+        let u = one.details.unwrap().type_b[0] / one.values[0];
+        near(u, if factor == 1.0 { 0.01 } else { 0.02 }, 1e-12, words);
+    }
+    let written = |readings: &Readings, name: &str| {
+        let write = of_name(name.as_ref()).unwrap().write_readings.unwrap();
+        let mut out = Vec::new();
+        write(
+            &readings.measurement,
+            &readings.about,
+            Sequence::Generated,
+            &mut out,
+        )
+        .unwrap();
+        String::from_utf8(out).unwrap()
+    };
+    let ours = super::read(&written(&both, "m.csv"), "");
+    let back: Value = serde_json::from_str(&written(&ours, "m.brdf")).unwrap();
+    assert_eq!(back["metadata"], bird()["metadata"]);
+    assert_eq!(back["data"]["BRDF"]["comments"], "of a tile");
+    let again = super::read(&back.to_string(), "");
+    for i in 0..POSES.len() {
+        assert_eq!(again.measurement.values[i], both.measurement.values[i]);
+        let [a, b] = [&again, &both].map(|r| r.measurement.details.as_ref().unwrap().type_b[i]);
+        near(a, b, 1e-15, i);
+    }
+    for (pointer, value, part) in [
+        (
+            "/data/theta_r/values",
+            json!([1.0]),
+            "data.theta_r has 1 values; allowed: 14, as data.BRDF",
+        ),
+        (
+            "/data/phi_r/values/3",
+            json!("x"),
+            "data.phi_r: invalid type: string \"x\"",
+        ),
+        (
+            "/data/theta_i/values/2",
+            json!(200.0),
+            "reading 3: theta_i [deg] = 200",
+        ),
+        (
+            "/data/polarization_i/values/2",
+            json!([1, 0, 0, 1]),
+            "data.polarization_i, reading 3: [1.0, 0.0, 0.0, 1.0]; allowed: s, p, u",
+        ),
+        ("/data/BRDF", json!({}), "data.BRDF: missing field `unit`"),
+    ] {
+        let mut file = bird();
+        *file.pointer_mut(pointer).unwrap() = value;
+        let e = try_read(&file.to_string(), Conventions::default())
+            .err()
+            .expect(pointer);
+        says(&chain(&e), part);
+    }
+    let cut = &text[..text.len() / 2];
+    says(
+        &chain(&try_read(cut, Conventions::default()).err().unwrap()),
+        "this is no JSON",
+    );
+}
