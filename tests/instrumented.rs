@@ -284,3 +284,23 @@ fn coverage_is_of_the_poses_and_leaves_no_pair_out() {
         }
     }
 }
+
+/// Of more readings than it compares, kriging follows the apertures too: errors fall on.
+#[test]
+#[ignore = "thorough: more than 2000 readings"]
+fn kriging_follows_apertures_of_any_number_of_readings() {
+    let rows = run("budgets = [300, 2010]
+        measures = [\"cosine\"]
+        sample_set = [{ kind = \"sobol\" }]
+        reconstruction = [{ kind = \"kriging\" }]
+        parametrization = [{ kind = \"half-difference\", warp = { theta_h = \"square-root\" } }]
+        material = [{ kind = \"ggx\", alpha = 0.1 }]
+        instrument = [{ preset = \"cornell\", limits = false, noise = false }]
+        metrics = { tolerance = 0.1 }
+        output = { repeat_seconds = 0.0 }");
+    let error = |budget| {
+        let row = rows.iter().find(|row| row.budget == budget);
+        row.unwrap().value("nrmse").unwrap()
+    };
+    assert!(error(2010) < error(300), "{} {}", error(300), error(2010));
+}

@@ -19,8 +19,8 @@ materials of formulas. Each choice measures and reconstructs them all, so that i
   gonio advise MERL --budget 64 --prior prior.gonio
   gonio advise MERL --minutes 10 --instrument rosi
 
-Planners are asked in half/difference coordinates. `below` is what a further material is below nine times of ten,
-if it is like these and the choice had not been the best on them. Behind each of the three best stand the commands
+Planners are asked in half/difference coordinates. 90 % of further materials are below `below`,
+if they are like these and the choice had not been the best on them. Behind each of the three best stand the commands
 that make its schedule; if the best choose poses from readings, the third does not. What is compared, as a config to
 change and to run: `gonio init advise`.")]
 pub(super) struct Advise {
@@ -108,7 +108,7 @@ fn text(asked: &AdviceSpec, advice: &[Advice], of: &str) -> String {
         .flat_map(|a| &a.nrmse)
         .any(|s| s.below.is_some());
     let bounds = match bounds {
-        true => ", and what a further one is below nine times of ten",
+        true => ", `below`: 90 % of further materials are below",
         false => "",
     };
     let mut out = format!(

@@ -1,33 +1,75 @@
-//! The bar on stderr, with the time that is left.
+//! Progress on stderr, with the time that is left: a bar on a terminal, else a line every ten seconds.
 
-use super::is_quiet;
+use super::{is_quiet, say};
 use crate::brdf::{Brdf, ObservedBrdf, Presence};
 use crate::experiment::Event;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::Write;
 use std::io::{IsTerminal, stderr};
-use std::time::Duration;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
 
-/// A progress bar; none if stderr is no terminal, or with `--quiet`. It is gone when it is dropped.
+/// Time between two lines.
+const EVERY: Duration = Duration::from_secs(10);
+
+/// The progress of some work; silent with `--quiet`. A bar is gone when this is dropped.
 pub(super) struct Progress {
     bar: ProgressBar,
     /// Work that is done, of which the bar shows whole units.
     done: f64,
+    /// When the last line was printed, where there is no terminal.
+    last_line: Option<Mutex<Instant>>,
 }
 
 impl Progress {
     /// A bar of work that is not known yet.
     pub(super) fn new() -> Self {
         let bar = ProgressBar::new(0);
-        if is_quiet() || !stderr().is_terminal() {
+        let is_terminal = stderr().is_terminal();
+        if is_quiet() || !is_terminal {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         } else {
-            let style =
-                ProgressStyle::with_template("{bar:24} {percent:>3}%  {eta} left  {wide_msg}");
+            let style = ProgressStyle::with_template("{bar:24} {percent:>3}%{left}  {wide_msg}");
             // The template is a constant; the default style is what is left if it were wrong.
-            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+            bar.set_style(
+                style.with_key("left", |state: &ProgressState, out: &mut dyn Write| {
+                    // Before anything is done the time that is left is not known, and a bar has no errors to report.
+                    if state.pos() > 0 {
+                        let _ = write!(out, "  {} s left", state.eta().as_secs());
+                    }
+                }),
+            );
             bar.enable_steady_tick(Duration::from_millis(200));
         }
-        Self { bar, done: 0.0 }
+        let lines = !is_quiet() && !is_terminal;
+        Self {
+            bar,
+            done: 0.0,
+            last_line: lines.then(|| Mutex::new(Instant::now())),
+        }
+    }
+
+    /// Prints a line if it is time for one.
+    fn line(&self) {
+        let Some(Ok(mut last)) = self.last_line.as_ref().map(Mutex::try_lock) else {
+            return;
+        };
+        if last.elapsed() < EVERY {
+            return;
+        }
+        *last = Instant::now();
+        let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        if done == 0 || all == 0 {
+            return;
+        }
+        let share = done as f64 / all as f64;
+        let left = self.bar.elapsed().as_secs_f64() * (1.0 - share).max(0.0) / share;
+        say(&format!(
+            "gonio: {:.0} %, {left:.0} s left  {}",
+            100.0 * share,
+            self.bar.message()
+        ));
     }
 
     /// A bar of some work, and what it is.
@@ -40,8 +82,11 @@ impl Progress {
 
     /// A bar that is not shown, which counts.
     pub(super) fn hidden() -> Self {
-        let bar = ProgressBar::hidden();
-        Self { bar, done: 0.0 }
+        Self {
+            bar: ProgressBar::hidden(),
+            done: 0.0,
+            last_line: None,
+        }
     }
 
     /// The work that was counted.
@@ -56,7 +101,7 @@ impl Progress {
 
     /// Shows what is done now.
     pub(super) fn doing(&self, what: impl FnOnce() -> String) {
-        if !self.bar.is_hidden() {
+        if !self.bar.is_hidden() || self.last_line.is_some() {
             self.bar.set_message(what());
         }
     }
@@ -65,11 +110,13 @@ impl Progress {
     pub(super) fn advance(&mut self, work: f64) {
         self.done += work;
         self.bar.set_position(self.done as u64);
+        self.line();
     }
 
     /// Adds some work that is done, from any thread.
     pub(super) fn count(&self, work: u64) {
         self.bar.inc(work);
+        self.line();
     }
 
     /// A BRDF whose pairs are the work of whatever is made of it.

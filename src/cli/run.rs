@@ -13,7 +13,7 @@ use crate::experiment::{
     AnyPlan, ByProduct, Counts, Event, Experiment, Extent, Failure, Known, Observer, Record,
     RowKey, Shard, Source, Stage, Summary, Tuned, Work, material_key,
 };
-use crate::report::{Machine, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
+use crate::report::{Machine, MadeFrom, Manifest, Outcome, REPORT, RunFolder, read_rows};
 use clap::Args;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -236,11 +236,13 @@ impl Run {
             let jobs = jobs(plan, self.shard);
             return Err(Error::JobsFailed { failed, jobs, path });
         }
-        note(&format!(
-            "\n{} in {}",
-            count_are(rows, "row"),
-            path.display()
-        ));
+        let report = path.join(REPORT);
+        let report = match report.exists() {
+            true => format!("; report: {}", report.display()),
+            false => String::new(),
+        };
+        let rows = count_are(rows, "row");
+        note(&format!("\n{rows} in {}{report}", path.display()));
         Ok(())
     }
 

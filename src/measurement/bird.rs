@@ -310,12 +310,7 @@ fn long_form(
         };
         push(row, value);
     }
-    let what = match which {
-        Polarisation::Mean => "the mean of s and p polarised light (--polarisation s or p)",
-        Polarisation::S => "s polarised light",
-        Polarisation::P => "p polarised light",
-    };
-    let note = Some(format!("values are those of {what}"));
+    let note = Some(which.note());
     Ok(Long { text, unit, note })
 }
 

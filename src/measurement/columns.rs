@@ -45,12 +45,7 @@ pub(super) fn derive(
     if let Some(both) = both.collect::<Option<Vec<usize>>>() {
         let which = conventions.polarisation.unwrap_or(Polarisation::Mean);
         table.combine(&both, VALUE, |v| which.of([v[0], v[1]]));
-        let what = match which {
-            Polarisation::Mean => "the mean of s and p polarised light (--polarisation s or p)",
-            Polarisation::S => "s polarised light",
-            Polarisation::P => "p polarised light",
-        };
-        table.notes.push(format!("values are those of {what}"));
+        table.notes.push(which.note());
     } else if conventions.polarisation.is_some() {
         let message = "--polarisation: there are no columns value_s and value_p";
         return Err(FileError::on_line(&table.name, table.head, message));

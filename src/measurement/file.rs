@@ -341,10 +341,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         })
         .collect();
     if !columns.is_empty() {
-        notes.push(format!(
-            "columns that were passed over: {}",
-            columns.join(", ")
-        ));
+        notes.push(format!("ignored columns: {}", columns.join(", ")));
     }
     let replaced = table.lines.len() - used.len();
     #[rustfmt::skip]

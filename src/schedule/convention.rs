@@ -147,6 +147,16 @@ choices! {
 }
 
 impl Polarisation {
+    /// The sentence about what is read.
+    pub(crate) fn note(self) -> String {
+        let what = match self {
+            Self::Mean => "the mean of s and p polarised light (--polarisation s or p)",
+            Self::S => "s polarised light",
+            Self::P => "p polarised light",
+        };
+        format!("values are those of {what}")
+    }
+
     /// The value that is read of those of s and p.
     pub(crate) fn of(self, [s, p]: [f64; 2]) -> f64 {
         match self {

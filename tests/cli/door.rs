@@ -281,11 +281,31 @@ fn what_readings_do_not_say_is_not_printed_as_a_number() {
 }
 
 #[test]
-fn what_is_no_config_is_not_read_as_one() {
+fn files_and_kinds_stand_in_place_of_a_config() {
     let bench = Bench::new();
-    for (file, format) in [("one.csv", "csv"), ("cloth.bin", "utia")] {
-        bench.write(file, "");
-        let part = format!("{file}: a file of format {format} is no config; allowed: a config");
-        bench.refuses(format!("tabulate {file} -o x.binary"), 2, &part);
+    bench.does(
+        "0 | schedule lambert --set albedo=0.5 --parametrization hybrid --budget 40 -o s.csv
+         0 | measure s.csv --config lambert --set albedo=0.5 -o r.brdf
+         0 | tabulate lambert --set albedo=0.5 -o t.zbsdf",
+    );
+    // What is in a file says what it is.
+    fs::rename(bench.path("t.zbsdf"), bench.path("t.bsdf")).unwrap();
+    fs::rename(bench.path("r.brdf"), bench.path("r.txt")).unwrap();
+    for file in ["t.bsdf", "r.txt"] {
+        bench.good(format!(
+            "schedule {file} --parametrization hybrid --budget 20 -o s-{file}.csv"
+        ));
+        bench.good(format!("measure s.csv --config {file} -o m-{file}.csv"));
+        let told = bench.good(format!(
+            "run {file} --set budgets=[40] --set metrics.tolerance=0.5 -o run-{file}"
+        ));
+        says(&told, "hybrid");
     }
+    bench.write("one.csv", "");
+    bench.write("cloth.bin", "");
+    bench.does(
+        "3 | tabulate one.csv -o x.binary | one.csv … no line that names the columns
+         3 | tabulate cloth.bin -o x.binary | cloth.bin
+         2 | tabulate lamberd -o x.binary | cannot read this config",
+    );
 }

@@ -60,7 +60,7 @@ fn a_laboratory_s_table_is_read_as_its_options_say() {
     assert_eq!(bench.ends(ours, 0), "ours.bin\n");
     let of_lab = format!("{command} {truth} -o lab.bin");
     assert_eq!(bench.ends(&of_lab, 0), "lab.bin\n");
-    let passed = "columns that were passed over: lamp\n";
+    let passed = "ignored columns: lamp\n";
     bench.tells(format!("{of_lab} --force"), passed);
     let [ours, of_lab] = ["ours.bin", "lab.bin"].map(|name| numbers(&bench.read_bytes(name)));
     assert!(ours.len() == 3 * 288 * 288 && ours.iter().any(|v| *v > 1.0));

@@ -275,7 +275,7 @@ fn wavelengths_by_row_are_those_by_column() {
     let back = read(&text, &format!("columns={columns}"));
     assert_eq!(back.measurement.values, [1.0, 2.0]);
     assert_eq!(back.measurement.details.unwrap().type_b, [0.1, 0.2]);
-    assert_eq!(back.notes, ["columns that were passed over: lamp"]);
+    assert_eq!(back.notes, ["ignored columns: lamp"]);
 }
 
 #[test]

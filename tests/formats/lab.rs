@@ -61,7 +61,7 @@ fn an_unknown_column_gets_a_short_answer() {
     );
     // As it says.
     let notes = super::read(&text, "columns=theta_i_deg=theta_i_deg").notes;
-    assert_eq!(notes, ["columns that were passed over: lamp"]);
+    assert_eq!(notes, ["ignored columns: lamp"]);
     let misspelt = strict(&text.replace("theta_o_deg", "tetha_o_deg"));
     let sentence = super::chain(&misspelt.err().unwrap());
     assert!(
@@ -93,7 +93,7 @@ fn tables_of_spreadsheets_are_read() {
     assert_eq!(readings.values, [0.25]);
     // A separator at the end of every line.
     let notes = read(&(HEAD.replace('\n', ",\n") + "10,0,20,180,1,\n")).notes;
-    assert_eq!(notes, ["columns that were passed over: one without a name"]);
+    assert_eq!(notes, ["ignored columns: one without a name"]);
 }
 
 #[test]

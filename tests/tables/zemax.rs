@@ -109,13 +109,61 @@ fn angles_are_about_the_mirror_direction() {
         Measured\n | Measured\nWhat | line 3: WhatSymmetry: allowed is Symmetry
         BRDF | BTDF | line 5: BTDF: allowed are BRDF
         30 60 | 60 30 | line 9: 30: allowed are degrees from 0 to 90
-        SampleRotation  1\n0 | SampleRotation  2\n0 90 | SampleRotation: allowed is one
+        SampleRotation  1\n0 | SampleRotation  2\n0 90 | the text ends before the last value
         1 4 5 | 1 4 x | line 19: x: allowed is a number of at most 1e150
         DataEnd | 17 DataEnd | 17: allowed is DataEnd
         16 17\nDataEnd\n | 16 17\nDataEnd\n# more\nTIS 0.2\n | TIS: allowed is nothing behind the last DataEnd
         16 17\nDataEnd\n | 16 | the text ends before the last value",
         |text| Zemax::read(text, Channels::Luminance),
     );
+}
+
+/// Blocks of several rotations of the sample: at each the light has another azimuth on it.
+#[test]
+fn rotations_of_the_sample_are_azimuths_of_the_light() {
+    let block = |x: f64| {
+        format!(
+            "TIS 0.1\n{x} {} {}\n{x} {} {}\n",
+            x + 1.0,
+            x + 2.0,
+            x + 3.0,
+            x + 4.0
+        )
+    };
+    let text = |rotations: &str, values: &[f64]| {
+        let blocks: String = values.iter().map(|x| block(*x)).collect();
+        format!(
+            "Source Measured\nSymmetry PlaneSymmetrical\nSpectralContent Monochrome\nScatterType BRDF\n\
+             SampleRotation {}\n{rotations}\nAngleOfIncidence 1\n30\nScatterAzimuth 2\n0 180\nScatterRadial 3\n0 10 20\n\
+             Monochrome\nDataBegin\n{blocks}DataEnd\n",
+            values.len()
+        )
+    };
+    let table = |rotations: &str, values: &[f64]| {
+        Zemax::read(&text(rotations, values), Channels::Luminance).unwrap()
+    };
+    let at = |table: &Zemax, phi: f64, o: f64| {
+        let [i, o, phi] = [30.0, o, phi].map(f64::to_radians);
+        table.luminance(&DirectionPair::from_spherical(i, phi, o, phi + PI))
+    };
+    let whole = table("0 90 180 270", &[10.0, 20.0, 30.0, 40.0]);
+    assert!(!whole.symmetry().isotropic);
+    // The sample was turned by 90°: the light comes from -90° of it. Between rotations and over the end of the circle values are linear.
+    for (phi, want) in [
+        (0.0, 10.0),
+        (-90.0, 20.0),
+        (180.0, 30.0),
+        (90.0, 40.0),
+        (-45.0, 15.0),
+        (45.0, 25.0),
+    ] {
+        near(at(&whole, phi, 30.0).unwrap(), want, 1e-9, phi);
+        near(at(&whole, phi, 20.0).unwrap(), want + 1.0, 1e-9, phi);
+        near(at(&whole, phi, 40.0).unwrap(), want + 3.0, 1e-9, phi);
+    }
+    let part = table("0 45 90", &[10.0, 20.0, 30.0]);
+    assert_eq!(at(&part, 10.0, 30.0), None);
+    near(at(&part, -22.5, 30.0).unwrap(), 15.0, 1e-9, "inside");
 }
 
 /// A table of one light and one azimuth by hand, of thirty angles from the mirror direction.

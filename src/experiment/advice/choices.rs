@@ -23,7 +23,7 @@ const BELOW: f64 = 0.9;
 pub struct Spread {
     /// The geometric mean.
     pub mean: f64,
-    /// What a further material is below nine times of ten; `None` if too few were tried.
+    /// Error that 90 % of further materials are below; `None` if too few were tried.
     pub below: Option<f64>,
 }
 

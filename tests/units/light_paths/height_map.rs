@@ -207,7 +207,7 @@ fn a_file_that_is_no_map_is_told_why() {
         (with(f32::NAN), "column 1, row 2 (counted from 1) is NaN"),
         (with(f32::NEG_INFINITY), "is -inf; allowed: finite"),
         (with(1e38), "e37 cells; allowed: less than 2e5"),
-        (b"1,2\n3,\xff".to_vec(), "of CSV line 2 is no UTF-8"),
+        (b"1,2\n3,\xff".to_vec(), "line 2: cell 2 is \"ÿ\""),
         (
             b"\0\0\0\0".to_vec(),
             "neither OpenEXR nor PNG, and of CSV line 1 has a zero byte",

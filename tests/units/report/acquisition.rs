@@ -208,8 +208,8 @@ fn the_verdict_is_what_was_found() {
     for [materials, ratio, truth, parts] in table(
         "12 | 0.8 | theta_h | better on 12 of 12 materials, worse on 0
          12 | 1 | neither | there is no difference between unwarped hybrid and unwarped half-difference … within the band of 1.0 %
-         4 | 1.5 | neither | undecided, as 4 materials are too few to tell
-         1 | 1.5 | neither | undecided, as 1 material is too few to tell
+         4 | 1.5 | neither | 4 materials cannot show that others follow
+         1 | 1.5 | neither | 1 material cannot show that others follow
          1 | 1.5 | neither | mean over 1 material,",
     ) {
         let rows = rows(materials.parse().unwrap(), ratio.parse().unwrap(), truth);

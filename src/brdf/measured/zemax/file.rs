@@ -199,9 +199,7 @@ pub(crate) fn head(text: &str) -> Result<Head<'_>, TableError> {
     words.expect("ScatterType")?;
     words.one_of("SampleRotation", &["BRDF"])?;
     words.expect("SampleRotation")?;
-    if words.angles("the list of SampleRotation", 360.0)?.len() > 1 {
-        return Err(words.refuse("SampleRotation", "is one, of an isotropic material"));
-    }
+    let rotation = words.angles("the list of SampleRotation", 360.0)?;
     words.expect("AngleOfIncidence")?;
     let theta_i = words.angles("the list of AngleOfIncidence", 90.0)?;
     words.expect("ScatterAzimuth")?;
@@ -211,6 +209,7 @@ pub(crate) fn head(text: &str) -> Result<Head<'_>, TableError> {
     let radial = words.angles("the list of ScatterRadial", 180.0)?;
     Ok(Head {
         angles: Angles {
+            rotation,
             theta_i,
             azimuth,
             radial,
@@ -228,7 +227,7 @@ impl Head<'_> {
         words.expect(name)?;
         words.expect("DataBegin")?;
         let mut values = Vec::new();
-        for _ in &self.angles.theta_i {
+        for _ in 0..self.angles.rotation.len() * self.angles.theta_i.len() {
             words.expect("TIS")?;
             words.next("the value of TIS")?;
             for _ in 0..self.angles.azimuth.len() * self.angles.radial.len() {

@@ -33,6 +33,7 @@ fn angles([theta_i, azimuth, radial]: Level, mirrored: bool) -> Angles {
     };
     let turn = if mirrored { 1 } else { 2 };
     Angles {
+        rotation: vec![0.0],
         theta_i: list(theta_i, &|x| LAST_DEG * x),
         azimuth: list(turn * azimuth, &|x| 180.0 * turn as f64 * x),
         radial: list(radial, &|x| FARTHEST_DEG * x * x),

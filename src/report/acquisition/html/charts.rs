@@ -184,7 +184,8 @@ pub(super) fn calibrated(findings: &Findings, looks: &Looks) -> Vec<Markup> {
         let axes = [READINGS.label, "true over expected error"].map(Axis::log);
         let panel = Panel::new(title, axes, series);
         let label = format!("{metric} over what was expected, {measure} pairs, against readings");
-        let caption = "Lines: the median over materials. Dots: what a further one is below nine times of ten.";
+        let caption =
+            "Lines: the median over materials. Dots: 90 % of further materials are below.";
         charts.extend(curve(&panel, &label, caption));
     }
     charts

@@ -71,10 +71,9 @@ impl<'a> Contest<'a> {
                 100.0 * (cell.band - 1.0)
             ),
             Verdict::Undecided if least_p(cell.n, tests.count()) >= SIGNIFICANCE => format!(
-                "{x} errs {ratio} as much as {y} at {at}; undecided{}, as {n} {} too few to tell: {counts}",
+                "at {at} the error of {x} is {ratio} that of {y} ({counts}{}); {n} cannot show that others follow",
                 cell.p
-                    .map_or(String::new(), |p| format!(" (p {})", p_text(Some(p)))),
-                if cell.n == 1 { "is" } else { "are" }
+                    .map_or(String::new(), |p| format!(", p {}", p_text(Some(p)))),
             ),
             Verdict::Undecided => format!(
                 "it is undecided whether {x} or {y} errs less at {at} (p {}): {x} errs {ratio} as much, {counts}",
@@ -126,7 +125,7 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Markup {
             }
             @if let Some(chart) = chart { (chart) }
         }
-        h3 { "What may be unfair about it" }
+        h3 { "Caveats" }
         @for truth in &findings.truths { (fairness(findings, truth, pair, a)) }
     }
 }
