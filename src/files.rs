@@ -57,6 +57,11 @@ const PART_OF_TEXT: u64 = 1 << 20;
 /// Paths of the streams of a process: the shell's `<(…)` and `/dev/stdin`.
 const STREAMS: [&str; 3] = ["/dev/stdin", "/dev/fd", "/proc/self/fd"];
 
+/// True of a stream that the process was given.
+pub(crate) fn is_stream(path: &Path) -> bool {
+    STREAMS.iter().any(|stream| path.starts_with(stream))
+}
+
 /// Files that were read, and files that are there and will be replaced, by where they are on the disk.
 static USED: Mutex<[BTreeSet<PathBuf>; 2]> = Mutex::new([BTreeSet::new(), BTreeSet::new()]);
 
@@ -138,8 +143,7 @@ pub fn read_foreign_text(path: &Path, limit: u64) -> io::Result<String> {
 
 /// The bytes of a text, or of what holds one.
 fn bytes_of_text(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let is_stream = STREAMS.iter().any(|stream| path.starts_with(stream));
-    let file = match is_stream {
+    let file = match is_stream(path) {
         true => File::open(path)?,
         false => open_or(path, "a file, or /dev/stdin")?,
     };

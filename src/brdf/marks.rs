@@ -16,9 +16,9 @@ pub(crate) const FEWEST_DOUBTED: usize = 30;
 const FAR_FROM_ZERO: f64 = 0.05;
 
 /// Texts that stand for no reading, in small letters.
-const TEXTS: [&str; 17] = [
-    "nan", "n.a.", "n.a", "n/a", "na", "#n/a", "#na", "-", "--", "none", "null", "overflow",
-    "overload", "ovl", "1.#ind", "-1.#ind", "1.#qnan",
+const TEXTS: [&str; 18] = [
+    "nan", "-nan", "n.a.", "n.a", "n/a", "na", "#n/a", "#na", "-", "--", "none", "null",
+    "overflow", "overload", "ovl", "1.#ind", "-1.#ind", "1.#qnan",
 ];
 
 /// True of a text in place of a number that stands for no reading.
@@ -34,6 +34,11 @@ pub(crate) fn is_mark_number(value: f64) -> bool {
 /// True of a number in double or single precision.
 pub(crate) fn is(value: f64, number: f64) -> bool {
     value == number || value == f64::from(number as f32)
+}
+
+/// True of one of some marks, in double or single precision.
+pub(crate) fn is_among(value: f64, marks: &[f64]) -> bool {
+    marks.iter().any(|mark| is(value, *mark))
 }
 
 /// Those of [`NUMBERS`] among values that stand for no reading, and another one that does.

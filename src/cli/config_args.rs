@@ -3,6 +3,7 @@
 use super::{detail, set_all};
 use crate::error::Error;
 use crate::experiment::{Source, is_config_key, keys_of_file, materials};
+use crate::files::is_stream;
 use crate::formats::{self, MERL};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -44,7 +45,7 @@ impl ConfigArgs {
     pub(super) fn source(&self) -> Result<Source, Error> {
         detail(|| format!("gonio: reads {}", self.config.display()));
         let path = &self.config;
-        let of_config = path.extension().is_some_and(|e| e == "toml");
+        let of_config = path.extension().is_some_and(|e| e == "toml") || is_stream(path);
         if formats::of_name(path) == Some(MERL) || path.is_dir() {
             return self.apply(of_tables(path)?);
         }

@@ -14,14 +14,12 @@
 //! Values are f_r in sr⁻¹ in R, G, B, in X, Y, Z (which are read as R, G, B of which grey has X = Y = Z), at
 //! wavelengths, or in one column of any other name.
 
-use super::scattered::{Rows, numbers, refuse_columns};
+use super::scattered::{Rows, numbers, refuse_columns, rgb_of};
 use super::{About, Measurement, Readings};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::{excerpt, printable};
 use crate::geometry::Direction;
-use crate::numeric::XYZ;
 use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, FileError, Quantity, Sequence};
-use glam::DVec3;
 use std::f64::consts::PI;
 use std::io::{self, Write};
 
@@ -201,9 +199,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
             *value = cells[*at];
         }
         if columns.is_xyz {
-            values = (XYZ.inverse() * DVec3::from_slice(&values))
-                .to_array()
-                .into();
+            values = rgb_of(&values, conventions.no_reading);
         }
         rows.push(line, [light, view], quantity, &values, &[])?;
     }

@@ -11,7 +11,7 @@
 use super::file::read_measurement;
 use super::scattered::refuse_columns;
 use super::{About, Measurement, Readings};
-use crate::error::excerpt;
+use crate::error::{count, excerpt};
 use crate::schedule::{Assume, Conventions, FileError, Polarisation, Sequence, UncertaintyUnit};
 use rustc_hash::FxHashMap;
 use serde::Deserialize;
@@ -21,6 +21,9 @@ use std::io::{self, Write};
 
 /// Where the schema is.
 const SCHEMA: &str = "https://raw.githubusercontent.com/BiRD-project/BiRD_view/master/BRDF_JSON_schema/brdf_json_schema_v1.0.json";
+
+/// Units of f_r.
+const OF_SR: [&str; 2] = ["1/sr", "sr^-1"];
 
 /// Angles there and their names here.
 const ANGLES: [(&str, &str); 4] = [
@@ -94,14 +97,15 @@ pub(crate) fn is_bird(text: &str) -> bool {
         .take(1 << 10)
         .filter(|c| !c.is_whitespace())
         .collect();
-    ["{\"metadata\":{", "{\"data\":{"]
-        .iter()
-        .any(|begin| head.starts_with(begin))
+    let has = |key: &str| head.contains(&format!("\"{key}\":{{"));
+    head.starts_with('{') && (has("metadata") || has("data"))
 }
 
 /// The readings as a table of ours, and the unit of their uncertainties.
 struct Long {
     text: String,
+    /// Poses in one polarisation whose other is not there.
+    single: usize,
     unit: UncertaintyUnit,
     note: Option<String>,
 }
@@ -138,6 +142,21 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
         None => e,
     })?;
     readings.notes.extend(long.note);
+    for warning in &mut readings.warnings {
+        *warning = of_readings(warning);
+    }
+    if long.single > 0 {
+        let what = "in s or in p polarised light alone: no reading";
+        let sentence = format!("{} {what}", count(long.single, "pose"));
+        readings.warnings.push(sentence);
+        readings.lost += long.single;
+        if readings.measurement.readings() == 0 {
+            let message = "no pose has a reading in the polarisation that is asked for";
+            return Err(refuse(message.into()));
+        }
+    }
+    // It was read to its end.
+    readings.intact = true;
     for place in &mut readings.measurement.places {
         place.line = 0;
     }
@@ -167,6 +186,18 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
         .collect();
     readings.about.foreign_header = Some(json!({ "metadata": metadata, "data": data }));
     Ok(readings)
+}
+
+/// A sentence about a line of the table as one about a reading of the arrays.
+fn of_readings(sentence: &str) -> String {
+    let Some((before, after)) = sentence.split_once("line ") else {
+        return sentence.into();
+    };
+    let digits = after.bytes().take_while(u8::is_ascii_digit).count();
+    match after[..digits].parse::<usize>() {
+        Ok(line) => format!("{before}reading {}{}", line - 1, &after[digits..]),
+        Err(_) => sentence.into(),
+    }
 }
 
 /// A variable, or why it cannot be read.
@@ -212,6 +243,11 @@ fn long_form(
             break;
         }
     }
+    if !OF_SR.contains(&brdf.unit.as_str()) {
+        let unit = excerpt(&brdf.unit);
+        let allowed = OF_SR.join(", ");
+        return Err(format!("data.BRDF.unit = {unit}: allowed are {allowed}"));
+    }
     let (uncertainties, unit) = match (variable::<Variable>(data, "uBRDF")?, &brdf.uncertainty) {
         (Some(v), _) if v.values.len() != n => {
             let found = v.values.len();
@@ -221,11 +257,17 @@ fn long_form(
         }
         (Some(v), _) => (Some(v.values), v.unit),
         (None, Some(one)) => (Some(vec![one.value; n]), one.unit.clone()),
-        (None, None) => (None, String::new()),
+        (None, None) => (None, OF_SR[0].to_owned()),
     };
     let unit = match unit.as_str() {
         "%" => UncertaintyUnit::Percent,
-        _ => UncertaintyUnit::Value,
+        unit if OF_SR.contains(&unit) => UncertaintyUnit::Value,
+        unit => {
+            let (unit, allowed) = (excerpt(unit), OF_SR.join(", "));
+            return Err(format!(
+                "unit of uncertainties = {unit}: allowed are {allowed} and %"
+            ));
+        }
     };
     let light = states(data, "polarization_i", n)?;
     if let Some(sensor) = states(data, "polarization_r", n)?
@@ -262,16 +304,20 @@ fn long_form(
         [brdf.values[row], u]
     };
     let Some(light) = light.filter(|all| all.iter().any(|state| *state != Polarised::Not)) else {
+        if polarisation.is_some() {
+            return Err("--polarisation: there are no readings in s and p polarised light".into());
+        }
         (0..n).for_each(|row| push(row, Some(reading(row))));
         return Ok(Long {
             text,
+            single: 0,
             unit,
             note: None,
         });
     };
     // Readings of one pose and wavelength in s and p polarised light are one, in the order of the first of them.
     let mut both: Vec<(usize, [Option<[f64; 2]>; 2])> = Vec::new();
-    let mut places: FxHashMap<Vec<u64>, usize> = FxHashMap::default();
+    let mut places: FxHashMap<Vec<u64>, Vec<usize>> = FxHashMap::default();
     for (row, state) in light.iter().enumerate() {
         if *state == Polarised::Not {
             both.push((row, [Some(reading(row)); 2]));
@@ -279,11 +325,12 @@ fn long_form(
         }
         let which = usize::from(*state == Polarised::P);
         let key: Vec<u64> = columns.iter().map(|column| column[row].to_bits()).collect();
-        let known = places.get(&key).filter(|at| both[**at].1[which].is_none());
-        match known {
+        // Repeats are taken in their order.
+        let known = places.entry(key).or_default();
+        match known.iter().find(|at| both[**at].1[which].is_none()) {
             Some(&at) => both[at].1[which] = Some(reading(row)),
             None => {
-                places.insert(key, both.len());
+                known.push(both.len());
                 let mut new = [None; 2];
                 new[which] = Some(reading(row));
                 both.push((row, new));
@@ -291,6 +338,7 @@ fn long_form(
         }
     }
     let which = polarisation.unwrap_or(Polarisation::Mean);
+    let mut single = 0;
     for (row, [s, p]) in both {
         // What both share is as large in their mean. In percent it is that of the mean of the values.
         let mean = |[s, p]: [[f64; 2]; 2]| {
@@ -308,10 +356,16 @@ fn long_form(
             Polarisation::P => p,
             Polarisation::Mean => s.zip(p).map(|(s, p)| mean([s, p])),
         };
+        single += usize::from(value.is_none());
         push(row, value);
     }
     let note = Some(which.note());
-    Ok(Long { text, unit, note })
+    Ok(Long {
+        text,
+        single,
+        unit,
+        note,
+    })
 }
 
 /// The states of polarisation under a key.

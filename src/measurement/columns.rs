@@ -1,7 +1,7 @@
 //! Columns of values and uncertainties: their names, and what their cells say.
 
 use super::reading_of;
-use crate::brdf::marks::{Marks, is_mark_number, marks_among};
+use crate::brdf::marks::{Marks, is_among, is_mark_number, marks_among};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::DirectionPair;
@@ -41,14 +41,50 @@ pub(super) fn derive(
     table: &mut Table,
     conventions: &Conventions,
 ) -> Result<Option<Quantity>, FileError> {
-    let both = POLARISED.iter().map(|name| table.column(name));
-    if let Some(both) = both.collect::<Option<Vec<usize>>>() {
-        let which = conventions.polarisation.unwrap_or(Polarisation::Mean);
-        table.combine(&both, VALUE, |v| which.of([v[0], v[1]]));
+    // What is a value already is read, unless one polarisation is asked for.
+    let there: Vec<usize> = (0..table.columns.len())
+        .filter(|&d| {
+            [VALUE, VALUE_COS]
+                .iter()
+                .any(|family| is_of(&table.columns[d], family))
+        })
+        .collect();
+    let raw = POLARISED
+        .iter()
+        .chain(&COUNTS)
+        .filter_map(|name| table.column(name));
+    let raw: Vec<usize> = raw.collect();
+    let both: Option<Vec<usize>> = POLARISED.iter().map(|name| table.column(name)).collect();
+    let which = conventions.polarisation;
+    if !there.is_empty() && (both.is_none() || which.is_none()) {
+        raw.into_iter().for_each(|column| table.pass_over(column));
+        return match which {
+            None => Ok(None),
+            Some(_) => Err(not_polarised(table)),
+        };
+    }
+    there.into_iter().for_each(|column| table.pass_over(column));
+    let other = conventions.no_reading;
+    if let Some(both) = both {
+        let which = which.unwrap_or(Polarisation::Mean);
+        match which {
+            Polarisation::Mean => table.combine(&both, VALUE, other, |v| 0.5 * (v[0] + v[1])),
+            one => {
+                let [s, p] = [both[0], both[1]];
+                let [read, passed] = if one == Polarisation::S {
+                    [s, p]
+                } else {
+                    [p, s]
+                };
+                table.pass_over(passed);
+                table.combine(&[read], VALUE, other, |v| v[0]);
+            }
+        }
         table.notes.push(which.note());
-    } else if conventions.polarisation.is_some() {
-        let message = "--polarisation: there are no columns value_s and value_p";
-        return Err(FileError::on_line(&table.name, table.head, message));
+        return Ok(None);
+    }
+    if which.is_some() {
+        return Err(not_polarised(table));
     }
     let [signal, dark, reference] = COUNTS.map(|name| table.column(name));
     let Some(signal) = signal else {
@@ -60,8 +96,10 @@ pub(super) fn derive(
     };
     let mut of = vec![signal, reference];
     of.extend(dark);
-    table.combine(&of, VALUE, |n| {
-        (n[0] - n.get(2).copied().unwrap_or(0.0)) / n[1]
+    // Without light there is no reading.
+    table.combine(&of, VALUE, other, |n| match n[1] == 0.0 {
+        true => f64::NAN,
+        false => (n[0] - n.get(2).copied().unwrap_or(0.0)) / n[1],
     });
     let what = "values are (signal - dark) / reference, and f_r is that over cos theta_o";
     table.notes.push(match conventions.quantity {
@@ -69,6 +107,12 @@ pub(super) fn derive(
         Some(_) => "values are (signal - dark) / reference".into(),
     });
     Ok(Some(Quantity::BrdfCosine))
+}
+
+/// The error of a table without columns of both polarisations.
+fn not_polarised(table: &Table) -> FileError {
+    let message = "--polarisation: there are no columns value_s and value_p";
+    FileError::on_line(&table.name, table.head, message)
 }
 
 /// Names of the columns of a family.
@@ -287,7 +331,7 @@ impl ValueColumns {
             }
         };
         for &column in self.values.iter().filter(|_| !found.is_empty()) {
-            clear(column, &|value| found.contains(value));
+            clear(column, &|value| is_among(*value, &found));
         }
         // No uncertainty is below 0.
         for &column in self.uncertainties.iter().flatten().flatten() {

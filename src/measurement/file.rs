@@ -34,7 +34,7 @@ use super::{
     About, Flags, Measurement, Negative, Outcome, Place, Readings, WIDEST_DEG, retro_peak,
 };
 use crate::error::{count, count_are, excerpt};
-use crate::schedule::arms::{Outside, take_incomplete, take_outside};
+use crate::schedule::arms::{Outside, take_incomplete, take_outside, unread_angles};
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Again, Rows, known_columns};
 use crate::schedule::table::{Cell, Column, Part, Sheet, Table, WORDS};
@@ -334,7 +334,13 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     };
     let (measurement, folded) = measurement.merged();
     let mut notes = std::mem::take(&mut table.notes);
+    // Ours have coordinates that are called as an angle is.
+    let unread = match is_ours {
+        true => Vec::new(),
+        false => unread_angles(&table),
+    };
     let columns: Vec<&str> = (table.passed_over().into_iter())
+        .chain(unread.iter().map(String::as_str))
         .map(|name| match name {
             "" => "one without a name",
             name => name,
@@ -389,7 +395,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     if outside.lights > 0 && !conventions.elevation {
         warnings.extend(seem_elevations(&measurement, outside.lights));
     }
-    if !intact && conventions.uncertainties.is_none() {
+    if !intact && detailed && conventions.uncertainties.is_none() {
         warnings.extend(seem_percent(&measurement));
     }
     Ok(Readings {

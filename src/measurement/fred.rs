@@ -14,6 +14,7 @@
 use super::Readings;
 use super::scattered::{Rows, numbers, refuse_columns};
 use crate::brdf::Channels;
+use crate::brdf::marks::is_mark_number;
 use crate::error::excerpt;
 use crate::geometry::Direction;
 use crate::schedule::{AngleUnit, Assume, Azimuth, FileError, Quantity};
@@ -84,7 +85,10 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
             let [theta, phi] = angles.map(f64::to_radians);
             Direction::from_spherical(theta, phi).vector()
         });
-        rows.push(line, directions, quantity, &[value * scale], &[])?;
+        // What stands for no reading has no scale.
+        let is_mark = is_mark_number(value) || assume.conventions.no_reading == Some(value);
+        let value = if is_mark { value } else { value * scale };
+        rows.push(line, directions, quantity, &[value], &[])?;
     }
     rows.readings(Channels::Luminance, assume, turns, true)
 }

@@ -19,7 +19,7 @@
 //! passed over. A value is f_r in sr⁻¹ (`BRDF`, `BSDF`), or times cos theta of the row (`DSF`); with `CIE-XYZ` there are
 //! three, which are read as R, G, B of which grey has X = Y = Z. Rows below the horizon are of light that was transmitted.
 
-use super::scattered::{Rows, numbers, refuse_columns};
+use super::scattered::{Rows, numbers, refuse_columns, rgb_of};
 use super::{About, Measurement, Readings};
 use crate::brdf::Channels;
 use crate::error::{excerpt, printable};
@@ -197,7 +197,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
             Direction::from_spherical(theta, phi).vector()
         });
         let values = match &cells[2..] {
-            xyz @ [_, _, _] => (XYZ.inverse() * DVec3::from_slice(xyz)).to_array().to_vec(),
+            xyz @ [_, _, _] => rgb_of(xyz, conventions.no_reading),
             values => values.to_vec(),
         };
         rows.push(line, [light, view], quantity, &values, &[])?;

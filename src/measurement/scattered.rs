@@ -4,10 +4,10 @@ use super::{
     About, Details, Measurement, Negative, Outcome, Place, Readings, reading_of, retro_peak,
 };
 use crate::brdf::Channels;
-use crate::brdf::marks::{Marks, marks_among};
+use crate::brdf::marks::{Marks, is_among, is_mark_number, marks_among};
 use crate::error::{count, excerpt};
 use crate::geometry::{Direction, DirectionPair};
-use crate::numeric::GRAZING_COS;
+use crate::numeric::{GRAZING_COS, XYZ};
 use crate::schedule::import::form;
 use crate::schedule::table::{Table, number};
 use crate::schedule::{Assume, Conventions, FileError, Quantity, Schedule};
@@ -138,9 +138,9 @@ impl<'a> Rows<'a> {
         let other = assume.conventions.no_reading;
         let found = marks_among(self.raw.iter().copied(), other);
         let mut marks = Marks::default();
-        let seen = self.raw.iter().filter(|v| found.contains(v));
+        let seen = self.raw.iter().filter(|v| is_among(**v, &found));
         seen.for_each(|mark| marks.see(&mark.to_string()));
-        let outcome = |raw: &[f64]| match raw.iter().any(|v| found.contains(v)) {
+        let outcome = |raw: &[f64]| match raw.iter().any(|v| is_among(*v, &found)) {
             true => Outcome::NoData,
             false => Outcome::Reading,
         };
@@ -184,6 +184,15 @@ impl<'a> Rows<'a> {
             unread: self.unread,
             intact: false,
         })
+    }
+}
+
+/// R, G, B of which grey has X = Y = Z, of X, Y, Z; what stands for no reading stays.
+pub(super) fn rgb_of(xyz: &[f64], no_reading: Option<f64>) -> Vec<f64> {
+    let is_mark = |v: &&f64| is_mark_number(**v) || no_reading == Some(**v);
+    match xyz.iter().find(is_mark) {
+        Some(mark) => vec![*mark; 3],
+        None => (XYZ.inverse() * DVec3::from_slice(xyz)).to_array().to_vec(),
     }
 }
 

@@ -83,7 +83,9 @@ pub(crate) fn take_incomplete(table: &mut Table, further: &[&str]) -> usize {
     let angles = ["theta_i", "phi_i", "theta_o", "phi_o", "delta_phi"];
     let angles = angles.iter().filter_map(|name| Angles::find(table, name));
     let further = further.iter().filter_map(|name| table.column(name));
-    let needed: Vec<usize> = angles.map(|a| a.column).chain(further).collect();
+    let vectors = vectors(table).into_iter().flatten().flatten();
+    let needed = angles.map(|a| a.column).chain(further).chain(vectors);
+    let needed: Vec<usize> = needed.collect();
     table.retain(|table, row| {
         needed
             .iter()
@@ -107,7 +109,14 @@ pub(crate) struct Outside {
 /// reason: [`read_pairs`] refuses these.
 pub(crate) fn take_outside(table: &mut Table, conventions: &Conventions) -> Outside {
     let polar = ["theta_i", "theta_o"].map(|name| Angles::find(table, name));
+    let vectors = vectors(table);
     let theta = |table: &Table, row: usize| {
+        if let Some(vectors) = vectors {
+            return vectors.map(|of| {
+                let v = of.map(|d| table.number(row, d).unwrap_or(f64::NAN));
+                Some((v[2] / DVec3::from_array(v).length()).acos().to_degrees())
+            });
+        }
         polar.each_ref().map(|angles| {
             let angles = angles.as_ref()?;
             let degrees = angles.unit.degrees(table.number(row, angles.column)?);
@@ -228,28 +237,52 @@ pub(super) fn read_pairs(table: &Table, conventions: &Conventions) -> Result<Pai
     })
 }
 
+/// The columns of unit vectors towards light and sensor, if all are there.
+fn vectors(table: &Table) -> Option<[[usize; 3]; 2]> {
+    let columns = names::VECTORS.map(|names| names.map(|name| table.column(name)));
+    match columns {
+        [[Some(a), Some(b), Some(c)], [Some(d), Some(e), Some(f)]] => Some([[a, b, c], [d, e, f]]),
+        _ => None,
+    }
+}
+
+/// Labels of columns of angles that are not read, as others say the same.
+pub(crate) fn unread_angles(table: &Table) -> Vec<String> {
+    let column = |name: &str, unit: &str| table.column(&format!("{name}_{unit}"));
+    let all = names::ANGLES.iter().filter_map(|name| {
+        let [deg, rad] = ["deg", "rad"].map(|unit| column(name, unit));
+        match (vectors(table), deg, rad) {
+            (Some(_), one, other) => one.or(other),
+            (None, Some(_), Some(rad)) => Some(rad),
+            (None, one, other) => {
+                let is_read = *name != "delta_phi" || Angles::find(table, "phi_o").is_none();
+                one.or(other).filter(|_| !is_read)
+            }
+        }
+    });
+    all.map(|d| table.label(d).into_owned()).collect()
+}
+
 /// Tolerance of the length of a unit vector: a few printed digits.
 const LENGTH_SLACK: f64 = 1e-2;
 
 /// The directions of every row of a table with unit vectors towards light and sensor in place of angles.
 fn pairs_of_vectors(table: &Table) -> Result<Option<Vec<DirectionPair>>, FileError> {
-    let columns = names::VECTORS.map(|names| names.map(|name| table.column(name)));
-    let [[Some(_), Some(_), Some(_)], [Some(_), Some(_), Some(_)]] = columns else {
+    let Some([light, sensor]) = vectors(table) else {
         return Ok(None);
     };
-    let vector = |row: usize, of: [Option<usize>; 3]| {
-        let number = |d: Option<usize>| d.and_then(|d| table.number(row, d)).unwrap_or(f64::NAN);
+    let vector = |row: usize, of: [usize; 3]| {
+        let number = |d: usize| table.number(row, d).unwrap_or(f64::NAN);
         let v = DVec3::from_array(of.map(number));
         let is_unit = (v.length() - 1.0).abs() <= LENGTH_SLACK && v.z > GRAZING_COS;
         let direction = Direction::try_new(v).filter(|_| is_unit);
         direction.ok_or_else(|| {
-            let labels = of.iter().flatten().map(|&d| table.label(d).into_owned());
+            let labels = of.iter().map(|&d| table.label(d).into_owned());
             let labels = labels.collect::<Vec<_>>().join(", ");
             let message = format!("{labels} = {v}: allowed is a unit vector above the horizon");
             table.row_error(row, message)
         })
     };
-    let [light, sensor] = columns;
     let pair = |row| {
         Ok(DirectionPair::new(
             vector(row, light)?,

@@ -156,15 +156,6 @@ impl Polarisation {
         };
         format!("values are those of {what}")
     }
-
-    /// The value that is read of those of s and p.
-    pub(crate) fn of(self, [s, p]: [f64; 2]) -> f64 {
-        match self {
-            Self::Mean => 0.5 * (s + p),
-            Self::S => s,
-            Self::P => p,
-        }
-    }
 }
 
 choices! {
@@ -309,7 +300,13 @@ impl Conventions {
     /// The place of the column that `theirs` is: its label, or its number from 1.
     fn place(theirs: &str, labels: &[String]) -> Option<usize> {
         let by_label = labels.iter().position(|label| label == theirs);
-        by_label.or_else(|| {
+        // A unit may stand behind a name, or below it.
+        let by_name = || {
+            labels
+                .iter()
+                .position(|label| names::split(label).0 == theirs)
+        };
+        by_label.or_else(by_name).or_else(|| {
             let number: usize = theirs.parse().ok()?;
             number.checked_sub(1).filter(|i| *i < labels.len())
         })
@@ -318,7 +315,17 @@ impl Conventions {
     /// True of a label that `--columns` names.
     pub(crate) fn names(&self, label: &str) -> bool {
         let mut all = self.columns.iter();
-        all.any(|(_, theirs)| theirs == label || filling(theirs, label).is_some())
+        all.any(|(_, theirs)| {
+            let is_number = theirs.parse::<f64>().is_ok();
+            let bare = names::split(label).0;
+            !is_number && (theirs == label || theirs == bare) || filling(theirs, label).is_some()
+        })
+    }
+
+    /// True if `--columns` calls columns by their numbers alone.
+    pub(crate) fn are_numbers(&self) -> bool {
+        let is_number = |(_, theirs): &(String, String)| theirs.parse::<usize>().is_ok();
+        !self.columns.is_empty() && self.columns.iter().all(is_number)
     }
 
     /// The columns that `--columns` names: our names and their places, one for each label that is like a pattern.

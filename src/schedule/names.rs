@@ -1,7 +1,5 @@
 //! Names of columns: ours as people write them, and guesses of what others mean.
 
-use crate::error::excerpt;
-
 /// Angles of a pose, as the names of their columns begin.
 pub(crate) const ANGLES: [&str; 5] = ["theta_i", "phi_i", "theta_o", "phi_o", "delta_phi"];
 
@@ -79,7 +77,7 @@ pub(crate) fn is_unit(text: &str) -> bool {
 }
 
 /// A name and its unit, in brackets, behind a slash or behind a blank.
-fn split(label: &str) -> (&str, Option<&'static str>) {
+pub(crate) fn split(label: &str) -> (&str, Option<&'static str>) {
     let label = label.trim();
     let at = label.rfind(['[', '(']).or_else(|| label.rfind(" / "));
     match at {
@@ -130,7 +128,7 @@ pub(crate) fn ours(label: &str) -> Option<Named> {
         let rest = rest.trim_start_matches('_');
         let unit = match (rest, unit) {
             ("", unit) => unit,
-            (rest, None) => Some(unit_of(rest)?),
+            (rest, unit) if unit.is_none() || unit == unit_of(rest) => Some(unit_of(rest)?),
             _ => return None,
         };
         return match unit {
@@ -138,7 +136,7 @@ pub(crate) fn ours(label: &str) -> Option<Named> {
             None => named("wavelength".into(), 1.0),
         };
     }
-    if unit.is_none()
+    if matches!(unit, None | Some("1/sr"))
         && let Some(nm) = wavelength(&lower)
     {
         return named(format!("value_{nm}nm"), 1.0);
@@ -151,7 +149,7 @@ pub(crate) fn ours(label: &str) -> Option<Named> {
     };
     match (OF_SR.iter().find_map(of_family), unit) {
         (Some(name), None | Some("1/sr")) => named(name, 1.0),
-        (None, None) if is_further(&lower) => named(lower, 1.0),
+        (None, None | Some("1")) if is_further(&lower) => named(lower, 1.0),
         _ => None,
     }
 }
@@ -203,17 +201,14 @@ const SIDES: [(&[&str], &[&str]); 2] = [
 ];
 
 /// Words in the labels of values, the surest first, and of uncertainties.
-const VALUES: [&str; 8] = [
-    "brdf",
-    "bsdf",
-    "f_r",
-    "fr",
-    "value",
-    "reflectance",
-    "radiance",
-    "intens",
-];
-const UNCERTAIN: [&str; 5] = ["unc", "sigma", "std", "err", "u_"];
+const VALUES: [&str; 6] = ["brdf", "bsdf", "value", "reflectance", "radiance", "intens"];
+const UNCERTAIN: [&str; 6] = ["unc", "sigma", "std", "err", "u_", "irradiance"];
+
+/// Short names of values.
+const SHORT: [&str; 3] = ["f_r", "fr", "f"];
+
+/// Letters from which on a label is called by its number.
+const LONG: usize = 40;
 
 /// The angle that a label in small letters may be of.
 fn angle_of(label: &str) -> Option<&'static str> {
@@ -235,6 +230,25 @@ fn angle_of(label: &str) -> Option<&'static str> {
             .position(|(_, all)| all.contains(&rest.as_str()))
     });
     Some([["theta_i", "theta_o"], ["phi_i", "phi_o"]][kind][side?])
+}
+
+/// What stands before and behind the wavelength in the label of a value, if another label differs from it by its number alone.
+fn spectral(labels: &[String], value: usize) -> Option<[String; 2]> {
+    let is_digit = |c: char| c.is_ascii_digit();
+    let parts = |label: &str| {
+        let from = label.find(is_digit)?;
+        let length = label[from..]
+            .find(|c| !is_digit(c))
+            .unwrap_or(label.len() - from);
+        let nm: u32 = label[from..from + length].parse().ok()?;
+        let around = [label[..from].to_owned(), label[from + length..].to_owned()];
+        (100..=20_000).contains(&nm).then_some(around)
+    };
+    let own = parts(&labels[value])?;
+    let alike = labels
+        .iter()
+        .filter(|label| parts(label).as_ref() == Some(&own));
+    (alike.count() > 1).then_some(own)
 }
 
 /// The `--columns` that may be meant where names are not known: those of the angles and of a value, by words in the labels. `None` if
@@ -265,7 +279,8 @@ pub(crate) fn guess(labels: &[String]) -> Option<String> {
             continue;
         };
         if given.iter().all(|(name, _)| !name.starts_with(angle)) {
-            let unit = ends.map(|end| &end[1..]).or(*unit);
+            let of_angle = unit.filter(|unit| ["deg", "rad"].contains(unit));
+            let unit = ends.map(|end| &end[1..]).or(of_angle);
             let unit = unit.map_or(String::new(), |unit| format!("_{unit}"));
             given.push((format!("{angle}{unit}"), i));
         }
@@ -275,7 +290,18 @@ pub(crate) fn guess(labels: &[String]) -> Option<String> {
     let value = VALUES.iter().find_map(|word| {
         (0..labels.len()).find(|&i| free(&given, i) && has(i, &[word]) && !has(i, &UNCERTAIN))
     });
-    given.push(("value".into(), value?));
+    let short = || (0..labels.len()).find(|&i| SHORT.contains(&parts[i].0.as_str()));
+    let value = value.or_else(short)?;
+    // An azimuth without a side is that of the sensor from the light's.
+    let is_azimuth = |i: usize| AZIMUTH.iter().any(|word| parts[i].0.contains(word));
+    let mut azimuths = (0..labels.len()).filter(|&i| i != value && is_azimuth(i));
+    if let (Some(one), None) = (azimuths.next(), azimuths.next())
+        && free(&given, one)
+    {
+        given.push(("phi_o".into(), one));
+    }
+    let of_wavelengths = spectral(labels, value);
+    given.push(("value".into(), value));
     let uncertain = (0..labels.len()).find(|&i| free(&given, i) && has(i, &UNCERTAIN));
     given.extend(uncertain.map(|i| ("uncertainty".to_owned(), i)));
     let there = |role: &str| given.iter().any(|(name, _)| name.starts_with(role));
@@ -289,19 +315,24 @@ pub(crate) fn guess(labels: &[String]) -> Option<String> {
     }
     given.sort_by_key(|(_, i)| *i);
     let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '-');
-    let pairs = given
-        .iter()
-        .map(|(name, i)| match labels[*i].chars().all(is_plain) {
-            true => format!("{name}={}", excerpt(&labels[*i])),
-            // A number needs no quotes.
-            false => format!("{name}={}", i + 1),
-        });
+    let is_short = |label: &str| label.len() <= LONG && label.chars().all(is_plain);
+    let pairs = given.iter().map(|(name, i)| match &of_wavelengths {
+        Some([before, after]) if name == "value" => {
+            format!("'value_*nm={before}*{after}'")
+        }
+        _ if is_short(&labels[*i]) => format!("{name}={}", labels[*i]),
+        // A number needs no quotes.
+        _ => format!("{name}={}", i + 1),
+    });
     let mut guess = format!("--columns {}", pairs.collect::<Vec<_>>().join(","));
     if given
         .iter()
         .any(|(name, _)| ANGLES.contains(&name.as_str()))
     {
         guess += " --angles deg";
+    }
+    if parts[value].1 == Some("%") {
+        guess += " --quantity percent";
     }
     if uncertain.is_some_and(|i| parts[i].1 == Some("%") || has(i, &["percent"])) {
         guess += " --uncertainties percent";

@@ -148,8 +148,8 @@ fn files_are_read_as_programs_save_them() {
         ),
         (
             "sheets",
-            b"theta_i;10\nphi_i;0\n;0;180;90\n0;0,125;0,125;0,125\n20;;0,375;0,625\n45;;0,875\n\
-              theta_i;50\n;0;180;90\n20;;1,125;1,375\n45;;1,625\n"
+            b"theta_i;10\nphi_i;0\n;0;180;90\n0;0,125;0,125;0,125\n20;;0,375;0,625\n45;;0,875;\n\
+              theta_i;50\n;0;180;90\n20;;1,125;1,375\n45;;1,625;\n"
                 .to_vec(),
             "",
         ),
@@ -358,5 +358,95 @@ fn files_of_national_laboratories_go_through_ours_and_come_back() {
     says(
         &chain(&try_read(cut, Conventions::default()).err().unwrap()),
         "this is no JSON",
+    );
+}
+
+#[test]
+fn unusual_files_are_read_as_they_are_meant() {
+    let first = |text: &str, words: &str| {
+        let readings = super::read(text, words);
+        let (m, mut told) = (readings.measurement, readings.notes);
+        told.extend(readings.warnings);
+        let values: Vec<f64> = (0..m.outcomes.len())
+            .filter_map(|i| Some(m.value(i)?[0]))
+            .collect();
+        (values, told.join("; "))
+    };
+    for [text, words, values, part] in table(
+        r#"
+        T,value,value_s,value_p\n30,0,30,180,1.5,3,1 |  | 1.5 | ignored columns: value_s, value_p
+        T,value,value_s,value_p\n30,0,30,180,1.5,3,1 | polarisation=s | 3 | ignored columns: value, value_p
+        T,value,signal,reference\n30,0,60,180,1.5,700,1000 |  | 1.5 | ignored columns: signal, reference
+        T,signal,dark,reference\n30,0,60,180,250,-1,2000\n30,0,60,90,500,-2,2008 |  | 0.251 0.5 | (signal - dark) / reference
+        T,signal,reference\n30,0,60,180,250,2000\n30,0,60,90,500,0 |  | 0.25 | (signal - dark)
+        T,value_s,value_p\n30,0,30,180,0.5,0.25\n30,0,30,90,-999,0.5 |  | 0.375 | -999 in 1 cell
+        T,value\n30,0,30,180,.5\n30,0,30,90,1.000000015047466219e+30 |  | 0.5 | taken for no reading
+        T,value\n30,0,30,180,.5\n30,0,30,90,-nan |  | 0.5 | taken for no reading: -nan in 1 cell
+        30,0,20,180,1.5,12:01:33\n30,0,5,180,.5,12:01:35 | columns=theta_i=1,phi_i=2,theta_o=3,phi_o=4,value=5 | 0.5 1.5 | ignored columns: 6
+        in,out,az,R,u\ndeg,deg,deg,%,%\n30,20,180,1.5,2 | columns=theta_i=in,theta_o=out,phi_o=az,value=R | 1.5 | ignored columns: u
+        theta_i,phi_i,theta_o,phi_o,signal,reference\ndeg,deg,deg,deg,counts,counts\n30,0,60,0,250,2000\ntheta_i,phi_i,theta_o,phi_o,signal,reference\ndeg,deg,deg,deg,counts,counts\n30,0,60,90,500,2000 |  | 0.25 0.5 | (signal - dark)
+        Wavelength,550 nm\n12,5,2024\nT,value\n30,0,30,180,.5 |  | 0.5 |
+        T,std,std,value\n30,0,30,180,1,2,.5 | columns=value=value | 0.5 | ignored columns: std, std
+        T,theta_i_rad,value\n30,0,30,180,.2,.5 |  | 0.5 | ignored columns: theta_i_rad
+        omega_i_x,omega_i_y,omega_i_z,omega_o_x,omega_o_y,omega_o_z,value\n0,0,1,0,.6,.8,.5\n0,0,1,0,.6,-.8,.5\n0,0,1,,.6,.8,.5 |  | 0.5 | 1 row with light or sensor behind the sample
+        sep=;\ntheta_i;15\n;0;90;180\n10;.5;.25;1 |  | 0.25 0.5 1 |
+        type bsdf_data\nformat angles=deg bsdf=value scale=2\n30 0\n50 0 9999\n40 0 .25 |  | 0.5 | 9999 in 1 cell"#,
+    ) {
+        let text = text
+            .replace("T,", &format!("{},", super::ANGLES))
+            .replace("\\n", "\n")
+            + "\n";
+        let (mut found, told) = first(&text, words);
+        found.sort_by(f64::total_cmp);
+        let want: Vec<f64> = values.split(' ').map(|v| v.parse().unwrap()).collect();
+        assert_eq!(found.len(), want.len(), "{text}{told}");
+        found
+            .iter()
+            .zip(&want)
+            .for_each(|(a, b)| near(*a, *b, 1e-12, &text));
+        says(&told, part);
+    }
+    for [text, part] in table(
+        r#"
+        theta_i;15\nwavelength_nm;450\n;0;90;180\n10;.1;.1;.1 | :2: this is no line of a sheet
+        theta_i;15\n;0;90;180\n10;.1;.2;.3\nmean;.1;.2;.3 | :4: this is no line of a sheet
+        theta_i;15\n;0;90;180\n10;.1;.2 | 2 values where there are 3 azimuths; --partial reads up to the cut
+        theta_i;15\nphi_i [rad];1.5\n;0;90;180\n10;.1;.2;.3 | its unit is not that of the angle before"#,
+    ) {
+        let text = text.replace("\\n", "\n") + "\n";
+        let e = try_read(&text, Conventions::default()).err().expect(part);
+        says(&chain(&e), part);
+    }
+    for (pointer, value, part) in [
+        (
+            "/data/BRDF/unit",
+            json!("%"),
+            "data.BRDF.unit = %: allowed are 1/sr, sr^-1",
+        ),
+        (
+            "/data/uBRDF/unit",
+            json!("1"),
+            "unit of uncertainties = 1: allowed are 1/sr, sr^-1 and %",
+        ),
+        (
+            "/data/polarization_i/values",
+            json!(vec!["s"; 2 * POSES.len()]),
+            "no pose has a reading",
+        ),
+    ] {
+        let mut file = bird();
+        *file.pointer_mut(pointer).unwrap() = value;
+        let e = try_read(&file.to_string(), Conventions::default())
+            .err()
+            .expect(pointer);
+        says(&chain(&e), part);
+    }
+    let mut single = bird();
+    single["data"]["polarization_i"]["values"][POSES.len()] = json!("u");
+    let read = super::read(&single.to_string(), "");
+    assert_eq!(read.lost, 1);
+    says(
+        &read.warnings.join("; "),
+        "1 pose in s or in p polarised light alone: no reading",
     );
 }

@@ -6,6 +6,7 @@
 
 use super::cells::Cells;
 use crate::brdf::marks::is_mark;
+use crate::schedule::convention::Conventions;
 use crate::schedule::names;
 
 /// Lines among which names and first numbers are looked for.
@@ -15,7 +16,7 @@ const LOOKED_AT: usize = 200;
 const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
 
 /// The first line of a table of a spreadsheet may name what stands between its cells.
-const SEPARATOR: &str = "sep=";
+pub(super) const SEPARATOR: &str = "sep=";
 
 /// The head of a table.
 #[derive(Debug)]
@@ -68,61 +69,77 @@ fn cells(line: &str, separator: u8) -> Option<Vec<String>> {
     )
 }
 
-/// True of cells that are numbers, or stand for none.
-fn are_numbers(cells: &[String], separator: u8) -> bool {
+/// True of cells that are numbers, or stand for none; of columns that are `numbered` by the user others may be text.
+fn are_numbers(cells: &[String], separator: u8, numbered: bool) -> bool {
     let number = |cell: &String| number(cell, separator != b',').is_some();
     let known = cells.iter().filter(|c| number(c)).count();
-    let others = |cell: &String| cell.is_empty() || is_mark(cell) || number(cell);
+    let others = |cell: &String| numbered || cell.is_empty() || is_mark(cell) || number(cell);
     known >= 3 && cells.iter().all(others)
 }
 
 impl Head {
-    /// Finds the head of a text; `is_named` is true of a label that is named by `--columns`. `None` of a text without a line.
-    pub(super) fn find(text: &str, is_named: impl Fn(&str) -> bool) -> Option<Self> {
-        let mut hint = None;
-        let mut last_comment: Option<(usize, &str)> = None;
-        let mut before: Vec<(usize, &str)> = Vec::new();
-        let mut lines = (1..).zip(text.lines()).peekable();
-        while let Some((line, content)) = lines.next() {
-            let content = content.trim_matches(' ');
-            if let Some(comment) = comment(content) {
-                last_comment = Some((line, comment));
+    /// Finds the head of a text under conventions. `None` of a text without a line.
+    pub(super) fn find(text: &str, conventions: &Conventions) -> Option<Self> {
+        let (mut hint, mut comments) = (None, Vec::new());
+        let mut content: Vec<(usize, &str)> = Vec::new();
+        for (line, text) in (1..).zip(text.lines()) {
+            let text = text.trim_matches(' ');
+            if let Some(comment) = comment(text) {
+                comments.push((line, comment));
                 continue;
             }
-            if is_empty(content) {
+            if is_empty(text) {
                 continue;
             }
-            let lower = content.to_ascii_lowercase();
-            if let (true, Some(c)) = (before.is_empty(), lower.strip_prefix(SEPARATOR)) {
+            let lower = text.to_ascii_lowercase();
+            if let (true, Some(c)) = (content.is_empty(), lower.strip_prefix(SEPARATOR)) {
                 hint = c.bytes().next();
                 continue;
             }
-            if before.len() >= LOOKED_AT {
+            if content.len() >= LOOKED_AT {
                 break;
             }
-            // Names of ours, or of the user.
-            let separator = hint.unwrap_or_else(|| usual_separator(content));
-            let named = |label: &String| names::ours(label).is_some() || is_named(label);
-            let labels = cells(content, separator).unwrap_or_default();
-            if labels.iter().filter(|label| named(label)).count() >= 2 {
-                let units = lines.peek().copied();
+            content.push((line, text));
+        }
+        let usual = |text: &str| hint.unwrap_or_else(|| usual_separator(text));
+        // Names of ours, or of the user; prose has no name of an angle.
+        for (i, &(line, text)) in content.iter().enumerate() {
+            let separator = usual(text);
+            let labels = cells(text, separator).unwrap_or_default();
+            let ours = labels.iter().filter_map(|label| names::ours(label));
+            let is_angle = |name: &str| ["theta", "omega"].iter().any(|a| name.starts_with(a));
+            let has_angle = ours.clone().any(|named| is_angle(&named.name));
+            let by_user = labels
+                .iter()
+                .filter(|label| conventions.names(label))
+                .count();
+            if (has_angle || by_user > 0) && ours.count() + by_user >= 2 {
+                let units = content.get(i + 1).copied();
                 let units = units.and_then(|(line, text)| Some((line, cells(text, separator)?)));
-                return Some(Self::new(line, labels, units, separator, before.len()));
+                return Some(Self::new(line, labels, units, separator, i));
             }
-            before.push((line, content));
+        }
+        let numbered = conventions.are_numbers();
+        for (i, &(_, text)) in content.iter().enumerate() {
             let separators = SEPARATORS.iter().filter(|s| hint.is_none_or(|h| h == **s));
             let numbers = separators.copied().find_map(|separator| {
-                let cells = cells(content, separator)?;
-                are_numbers(&cells, separator).then_some((separator, cells.len()))
+                let cells = cells(text, separator)?;
+                are_numbers(&cells, separator, numbered).then_some((separator, cells.len()))
             });
             if let Some((separator, width)) = numbers {
-                return Some(Self::above(&before, last_comment, separator, width));
+                let comment = comments.iter().rfind(|(line, _)| *line < content[i].0);
+                return Some(Self::above(
+                    &content[..=i],
+                    comment.copied(),
+                    separator,
+                    width,
+                ));
             }
         }
         // Without numbers, or names that are known: the first line is that of the names.
-        let &(line, content) = before.first()?;
-        let separator = hint.unwrap_or_else(|| usual_separator(content));
-        let labels = cells(content, separator)?;
+        let &(line, text) = content.first()?;
+        let separator = usual(text);
+        let labels = cells(text, separator)?;
         Some(Self::new(line, labels, None, separator, 0))
     }
 

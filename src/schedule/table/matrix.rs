@@ -51,8 +51,11 @@ fn line_of(cells: &[String], comma: bool) -> Line {
             number(first),
             rest.iter().map(number).collect::<Option<Vec<f64>>>(),
         ) {
-            (None, Some(azimuths)) if !rest.is_empty() => Line::Head(azimuths),
-            (Some(theta), _) => Line::Row(theta, rest.to_vec()),
+            // A word may stand in the corner.
+            (None, Some(azimuths)) if rest.len() > usize::from(!first.is_empty()) => {
+                Line::Head(azimuths)
+            }
+            (Some(theta), _) => Line::Row(theta, cells[1..].to_vec()),
             _ => Line::Other,
         },
     }
@@ -61,7 +64,8 @@ fn line_of(cells: &[String], comma: bool) -> Line {
 /// Lines with content: number, cells.
 fn lines(text: &str, separator: u8) -> impl Iterator<Item = (usize, Vec<String>)> {
     let content = (1..).zip(text.lines()).filter(|(_, line)| {
-        !head::is_empty(line) && head::comment(line.trim_matches(' ')).is_none()
+        let is_hint = line.to_ascii_lowercase().starts_with(head::SEPARATOR);
+        !head::is_empty(line) && !is_hint && head::comment(line.trim_matches(' ')).is_none()
     });
     content.map(move |(number, line)| {
         let mut cells = Cells::new(separator);
@@ -101,9 +105,20 @@ impl Table {
         let comma = separator != b',';
         let mut keys: [Option<f64>; 2] = [None; 2];
         let mut azimuths: Vec<f64> = Vec::new();
+        let mut first_unit: Option<Option<&str>> = None;
         for (line, cells) in lines(text, separator) {
             match line_of(&cells, comma) {
                 Line::Key(key, label, value) => {
+                    let unit = names::unit(&label).or_else(|| {
+                        let ends = [("_deg", "deg"), ("_rad", "rad")].into_iter();
+                        let mut found = ends.filter(|(end, _)| label.trim().ends_with(end));
+                        found.next().map(|(_, unit)| unit)
+                    });
+                    if *first_unit.get_or_insert(unit) != unit {
+                        let message =
+                            "its unit is not that of the angle before; allowed: one for all angles";
+                        return Err(self.error(line, message));
+                    }
                     if self.columns.is_empty() {
                         let end = match names::ours(&label) {
                             Some(named) if named.name.ends_with("_deg") => "_deg",
@@ -123,12 +138,13 @@ impl Table {
                     }
                     keys[key] = Some(value);
                 }
-                Line::Head(all) if keys[0].is_some() => azimuths = all,
+                Line::Head(all) if keys[0].is_some() && azimuths.is_empty() => azimuths = all,
                 Line::Row(theta, cells) if !azimuths.is_empty() => {
                     let (found, expected) = (cells.len(), azimuths.len());
-                    if found > expected {
+                    let beyond = cells.iter().skip(expected).any(|cell| !cell.is_empty());
+                    if found < expected || beyond {
                         let message = format!("{found} values where there are {expected} azimuths");
-                        return Err(self.error(line, message));
+                        return Err(self.error(line, message).cut_if(found < expected));
                     }
                     for (cell, &phi) in cells.iter().zip(&azimuths) {
                         let value = self.cell(cell, comma, 4, line)?;

@@ -9,7 +9,7 @@ use super::super::names;
 use super::cells::Cells;
 use super::head::{self, Head};
 use super::{FileError, RowHash, WORDS};
-use crate::brdf::marks::{Marks, is_mark, is_mark_number};
+use crate::brdf::marks::{Marks, is_among, is_mark, marks_among};
 use crate::error::{count, excerpt, meant};
 use rustc_hash::FxHashSet;
 use serde::de::DeserializeOwned;
@@ -155,16 +155,39 @@ impl Table {
         self.words.get(row).map_or("", String::as_str)
     }
 
-    /// Puts one column in place of several: its numbers are `of` those of a row, empty where one of them is.
-    pub(crate) fn combine(&mut self, columns: &[usize], name: &str, of: impl Fn(&[f64]) -> f64) {
+    /// Passes a column over.
+    pub(crate) fn pass_over(&mut self, column: usize) {
+        self.columns[column].clear();
+    }
+
+    /// Puts one column in place of several: its numbers are `of` those of a row, empty where one of them is, or stands for no reading.
+    pub(crate) fn combine(
+        &mut self,
+        columns: &[usize],
+        name: &str,
+        no_reading: Option<f64>,
+        of: impl Fn(&[f64]) -> f64,
+    ) {
         let width = self.columns.len();
+        let column = |d: usize| self.numbers.iter().skip(d).step_by(width).copied();
+        let marks: Vec<Vec<f64>> = columns
+            .iter()
+            .map(|&d| marks_among(column(d).filter(|x| !x.is_nan()), no_reading))
+            .collect();
         let stays = |d: &usize| *d == columns[0] || !columns.contains(d);
         let kept: Vec<usize> = (0..width).filter(stays).collect();
         let mut numbers = Vec::with_capacity(self.lines.len() * kept.len());
         for row in self.numbers.chunks_exact(width) {
             let parts: Vec<f64> = columns.iter().map(|&d| row[d]).collect();
-            let combined = match parts.iter().find(|x| is_mark_number(**x)) {
-                Some(mark) => *mark,
+            let mut marked = parts
+                .iter()
+                .zip(&marks)
+                .filter(|(x, all)| is_among(**x, all));
+            let combined = match marked.next() {
+                Some((mark, _)) => {
+                    self.marks.see(&mark.to_string());
+                    f64::NAN
+                }
                 None => of(&parts),
             };
             let cell = |&d: &usize| if d == columns[0] { combined } else { row[d] };
@@ -172,14 +195,12 @@ impl Table {
         }
         self.numbers = numbers;
         self.columns[columns[0]] = name.into();
-        self.columns = kept
-            .iter()
-            .map(|&d| std::mem::take(&mut self.columns[d]))
-            .collect();
-        self.labels = kept
-            .iter()
-            .map(|&d| std::mem::take(&mut self.labels[d]))
-            .collect();
+        for names in [&mut self.columns, &mut self.labels] {
+            *names = kept
+                .iter()
+                .map(|&d| std::mem::take(&mut names[d]))
+                .collect();
+        }
     }
 
     /// Keeps the rows of which this is true.
@@ -293,11 +314,11 @@ impl Table {
             if column.is_empty() {
                 continue;
             }
-            if !seen.insert(column) {
-                let column = excerpt(column);
-                return Err(self.error(line, format!("column {column:?} is there twice")));
-            }
             if names.contains(column.as_str()) {
+                if !seen.insert(column) {
+                    let column = excerpt(column);
+                    return Err(self.error(line, format!("column {column:?} is there twice")));
+                }
                 continue;
             }
             if conventions.columns.is_empty() || given[i] {
@@ -381,18 +402,17 @@ impl Table {
         conventions: &Conventions,
         name_columns: impl Fn(&mut Self, Vec<String>, usize) -> Result<(), FileError>,
     ) -> Result<(), FileError> {
-        let Some(head) = Head::find(text, |label| conventions.names(label)) else {
+        let Some(head) = Head::find(text, conventions) else {
             let message = "there is no line that names the columns; allowed: CSV, JSON Lines";
             return Err(FileError::whole(&self.name, message));
         };
         self.prose += head.prose;
         let mut cells = Cells::new(head.separator);
         let comma = head.separator != b',';
-        let mut of_head = None;
+        let mut of_head: Vec<&str> = Vec::new();
         for (line, content) in (1..).zip(text.lines()) {
             let content = content.trim_matches(' ');
             if line == head.line {
-                of_head = (line <= head.last).then_some(content);
                 name_columns(self, head.labels.clone(), line)?;
             }
             if let Some(comment) = head::comment(content) {
@@ -414,7 +434,10 @@ impl Table {
                 continue;
             }
             // Names may be there again, as of files that were put together.
-            if line <= head.last || head::is_empty(content) || of_head == Some(content) {
+            if (head.line..=head.last).contains(&line) {
+                of_head.push(content);
+            }
+            if line <= head.last || head::is_empty(content) || of_head.contains(&content) {
                 continue;
             }
             let unclosed =
