@@ -109,7 +109,7 @@ fn angles_are_about_the_mirror_direction() {
         Measured\n | Measured\nWhat | line 3: WhatSymmetry: allowed is Symmetry
         BRDF | BTDF | line 5: BTDF: allowed are BRDF
         30 60 | 60 30 | line 9: 30: allowed are degrees from 0 to 90
-        SampleRotation  1\n0 | SampleRotation  2\n0 90 | the text ends before the last value
+        SampleRotation  1\n0 | SampleRotation  2\n0 90 | DataEnd: allowed is TIS
         1 4 5 | 1 4 x | line 19: x: allowed is a number of at most 1e150
         DataEnd | 17 DataEnd | 17: allowed is DataEnd
         16 17\nDataEnd\n | 16 17\nDataEnd\n# more\nTIS 0.2\n | TIS: allowed is nothing behind the last DataEnd

@@ -79,18 +79,10 @@ fn lines(text: &str, separator: u8) -> impl Iterator<Item = (usize, Vec<String>)
 /// What stands between the cells of a text that is such a table.
 pub(super) fn separator(text: &str) -> Option<u8> {
     [b';', b'\t', b','].into_iter().find(|&separator| {
-        let mut first = lines(text, separator).take(1 + KEYS.len());
-        let mut next = || {
-            first
-                .next()
-                .map(|(_, cells)| line_of(&cells, separator != b','))
-        };
-        let begins = matches!(next(), Some(Line::Key(..)));
-        let goes_on = match next() {
-            Some(Line::Key(..)) => next(),
-            other => other,
-        };
-        begins && matches!(goes_on, Some(Line::Head(_)))
+        let kind = |(_, cells): (usize, Vec<String>)| line_of(&cells, separator != b',');
+        let mut first = lines(text, separator).take(2 + KEYS.len()).map(kind);
+        matches!(first.next(), Some(Line::Key(..)))
+            && first.any(|line| matches!(line, Line::Head(_)))
     })
 }
 
