@@ -3,7 +3,7 @@
 use super::{is_quiet, say};
 use crate::brdf::{Brdf, ObservedBrdf, Presence};
 use crate::experiment::Event;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::{IsTerminal, stderr};
 use std::sync::Mutex;
@@ -36,7 +36,7 @@ impl Progress {
                 style.with_key("left", |state: &ProgressState, out: &mut dyn Write| {
                     // Before anything is done the time that is left is not known, and a bar has no errors to report.
                     if state.pos() > 0 {
-                        let _ = write!(out, "  {} s left", state.eta().as_secs());
+                        let _ = write!(out, "  {:#} left", HumanDuration(state.eta()));
                     }
                 }),
             );
@@ -64,10 +64,11 @@ impl Progress {
             return;
         }
         let share = done as f64 / all as f64;
-        let left = self.bar.elapsed().as_secs_f64() * (1.0 - share).max(0.0) / share;
+        let left = self.bar.elapsed().mul_f64((1.0 - share).max(0.0) / share);
         say(&format!(
-            "gonio: {:.0} %, {left:.0} s left  {}",
+            "gonio: {:.0} %, {:#} left  {}",
             100.0 * share,
+            HumanDuration(left),
             self.bar.message()
         ));
     }

@@ -211,6 +211,16 @@ fn variable<T: for<'de> Deserialize<'de>>(
     value.transpose()
 }
 
+/// Refuses an array of another length than that of f_r.
+fn same_length(key: &str, found: usize, n: usize) -> Result<(), String> {
+    match found == n {
+        true => Ok(()),
+        false => Err(format!(
+            "data.{key} has {found} values; allowed: {n}, as data.BRDF"
+        )),
+    }
+}
+
 /// The readings as CSV: a line each below the names.
 fn long_form(
     data: &Map<String, Value>,
@@ -224,15 +234,10 @@ fn long_form(
     let mut names: Vec<String> = Vec::new();
     let mut columns: Vec<Vec<f64>> = Vec::new();
     let mut add = |key: &str, ours: &str, v: Variable| {
-        if v.values.len() != n {
-            let found = v.values.len();
-            return Err(format!(
-                "data.{key} has {found} values; allowed: {n}, as data.BRDF"
-            ));
-        }
+        same_length(key, v.values.len(), n)?;
         names.push(format!("{ours} [{}]", v.unit));
         columns.push(v.values);
-        Ok(())
+        Ok::<(), String>(())
     };
     for (key, ours) in ANGLES {
         add(key, ours, needed(key)?)?;
@@ -249,13 +254,10 @@ fn long_form(
         return Err(format!("data.BRDF.unit = {unit}: allowed are {allowed}"));
     }
     let (uncertainties, unit) = match (variable::<Variable>(data, "uBRDF")?, &brdf.uncertainty) {
-        (Some(v), _) if v.values.len() != n => {
-            let found = v.values.len();
-            return Err(format!(
-                "data.uBRDF has {found} values; allowed: {n}, as data.BRDF"
-            ));
+        (Some(v), _) => {
+            same_length("uBRDF", v.values.len(), n)?;
+            (Some(v.values), v.unit)
         }
-        (Some(v), _) => (Some(v.values), v.unit),
         (None, Some(one)) => (Some(vec![one.value; n]), one.unit.clone()),
         (None, None) => (None, OF_SR[0].to_owned()),
     };
@@ -377,12 +379,7 @@ fn states(
     let Some(States { values }) = variable(data, key)? else {
         return Ok(None);
     };
-    if values.len() != n {
-        let found = values.len();
-        return Err(format!(
-            "data.{key} has {found} values; allowed: {n}, as data.BRDF"
-        ));
-    }
+    same_length(key, values.len(), n)?;
     let state = |(i, state): (usize, &State)| {
         state.polarised().ok_or_else(|| {
             let what = match state {

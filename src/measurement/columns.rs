@@ -5,6 +5,7 @@ use crate::brdf::marks::{Marks, is_among, is_mark_number, marks_among};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::excerpt;
 use crate::geometry::DirectionPair;
+use crate::schedule::names::{COUNTS, FAMILIES, wavelength};
 use crate::schedule::table::Table;
 use crate::schedule::{Conventions, FileError, Polarisation, Quantity, UncertaintyUnit};
 use std::collections::BTreeMap;
@@ -17,9 +18,6 @@ pub(super) const TYPE_A: &str = "type_a";
 pub(super) const TYPE_B: &str = "type_b";
 pub(super) const UNCERTAINTY: &str = "uncertainty";
 
-/// Every family.
-const FAMILIES: [&str; 5] = [VALUE, VALUE_COS, TYPE_A, TYPE_B, UNCERTAINTY];
-
 /// Ends of the columns of colours.
 pub(super) const ENDS: [&str; 3] = ["_r", "_g", "_b"];
 
@@ -28,9 +26,6 @@ pub(super) const WAVELENGTH: &str = "wavelength_nm";
 
 /// Columns of s and p polarised light.
 const POLARISED: [&str; 2] = ["value_s", "value_p"];
-
-/// Columns of what a detector counts: of the sample, in the dark (which may be missing), and of the light itself.
-const COUNTS: [&str; 3] = ["signal", "dark", "reference"];
 
 /// Puts values in place of what they are computed from: of s and p polarised light the mean, or one of them; of what a detector
 /// counts (signal − dark) / reference, which is f_r cos θ_o. Returns the quantity of the values if it is known so.
@@ -147,10 +142,7 @@ pub(super) fn known(table: &Table) -> Vec<String> {
 /// The wavelength (nm) of a column of a family, if it names one.
 fn wavelength_of(column: &str, family: &str) -> Option<f64> {
     let rest = column.strip_prefix(family)?.strip_prefix('_')?;
-    let number = rest.strip_suffix("nm")?;
-    // Digits alone: no sign, no exponent, no NaN.
-    let plain = number.bytes().all(|b| b.is_ascii_digit() || b == b'.');
-    number.parse().ok().filter(|_| plain)
+    wavelength(rest)?.parse().ok()
 }
 
 /// True of a column of a family, of whatever channels.

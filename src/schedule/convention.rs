@@ -228,9 +228,10 @@ fn columns<'de, D: Deserializer<'de>>(table: D) -> Result<Vec<(String, String)>,
 
 /// A name without the unit of an angle.
 fn role(name: &str) -> &str {
-    let mut units = AngleUnit::ALL.iter();
-    let bare = units.find_map(|unit| name.strip_suffix(unit.name)?.strip_suffix('_'));
-    bare.filter(|bare| ANGLES.contains(bare)).unwrap_or(name)
+    let (bare, _) = names::split_angle(name);
+    Some(bare)
+        .filter(|bare| ANGLES.contains(bare))
+        .unwrap_or(name)
 }
 
 /// What a column is of whose unit nothing names.
@@ -240,12 +241,8 @@ pub(crate) enum Unsaid {
     Wavelength,
 }
 
-/// Units of wavelengths: how many nm they are, and between which numbers of them light is.
-const OF_LIGHT: [(f64, &str, [f64; 2]); 3] = [
-    (1.0, "nm", [100.0, 2e4]),
-    (1e3, "µm", [0.1, 20.0]),
-    (1e9, "m", [1e-7, 2e-5]),
-];
+/// Between which wavelengths light is, nm.
+const LIGHT_NM: [f64; 2] = [100.0, 2e4];
 
 impl Unsaid {
     /// The factor to our unit and the name of the only one that numbers from `least` to `most` can have; `None` of several.
@@ -253,9 +250,11 @@ impl Unsaid {
         match self {
             Self::Angle => (most > 2.0 * PI + 1e-3).then_some((1.0, "degrees")),
             Self::Wavelength => {
-                let is_light = |[from, to]: [f64; 2]| least >= from && most <= to;
-                let found = OF_LIGHT.into_iter().find(|(_, _, range)| is_light(*range));
-                found.map(|(factor, name, _)| (factor, name))
+                let [from, to] = LIGHT_NM;
+                let is_light = |factor: f64| least * factor >= from && most * factor <= to;
+                let mut units = names::WAVELENGTHS.into_iter();
+                let found = units.find(|(_, factor)| is_light(*factor));
+                found.map(|(name, factor)| (factor, name))
             }
         }
     }
@@ -275,7 +274,7 @@ impl Unsaid {
 
 /// Our name of a column of a file.
 #[derive(Clone, Debug)]
-pub(crate) struct Named {
+pub(crate) struct NamedColumn {
     /// The name; none of a column whose name another one was given.
     pub name: String,
     /// What multiplies its numbers.
@@ -368,7 +367,7 @@ impl Conventions {
     ///
     /// # Errors
     /// A sentence: a name that is not there or there twice.
-    pub(crate) fn our_names(&self, labels: &[String]) -> Result<Vec<Named>, String> {
+    pub(crate) fn our_names(&self, labels: &[String]) -> Result<Vec<NamedColumn>, String> {
         let given = self.given(labels)?;
         let name = |(i, label): (usize, &String)| {
             let by_user = given.iter().find(|(_, at)| *at == i);
@@ -386,9 +385,7 @@ impl Conventions {
             if ANGLES.contains(&name.as_str()) {
                 let of_label = names::unit(label);
                 let units = AngleUnit::ALL;
-                let said = |unit: &&Choice<AngleUnit>| {
-                    label.ends_with(&format!("_{}", unit.name)) || of_label == Some(unit.name)
-                };
+                let said = |unit: &&Choice<AngleUnit>| of_label == Some(unit.name);
                 let chosen = |unit: &&Choice<AngleUnit>| Some(unit.value) == self.angles;
                 let unit = units.iter().find(said).or(units.iter().find(chosen));
                 unsaid = unit.is_none().then_some(Unsaid::Angle);
@@ -399,7 +396,7 @@ impl Conventions {
                 unsaid = of_label.is_none().then_some(Unsaid::Wavelength);
                 factor = of_label.unwrap_or(1.0);
             }
-            Named {
+            NamedColumn {
                 name,
                 factor,
                 unsaid,

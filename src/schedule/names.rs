@@ -13,9 +13,9 @@ const UNITS: [(&str, &str); 24] = [
     ("radian", "rad"),
     ("radians", "rad"),
     ("nm", "nm"),
-    ("um", "um"),
-    ("µm", "um"),
-    ("μm", "um"),
+    ("um", "µm"),
+    ("µm", "µm"),
+    ("μm", "µm"),
     ("m", "m"),
     ("1/sr", "1/sr"),
     ("sr^-1", "1/sr"),
@@ -32,14 +32,17 @@ const UNITS: [(&str, &str); 24] = [
 ];
 
 /// Units of wavelengths, and how many nm they are.
-const WAVELENGTHS: [(&str, f64); 3] = [("nm", 1.0), ("um", 1e3), ("m", 1e9)];
+pub(crate) const WAVELENGTHS: [(&str, f64); 3] = [("nm", 1.0), ("µm", 1e3), ("m", 1e9)];
 
 /// Columns of values and uncertainties, without their channels.
-const OF_SR: [&str; 5] = ["value", "value_cos", "type_a", "type_b", "uncertainty"];
+pub(crate) const FAMILIES: [&str; 5] = ["value", "value_cos", "type_a", "type_b", "uncertainty"];
+
+/// Columns of what a detector counts: of the sample, in the dark (which may be missing), and of the light itself.
+pub(crate) const COUNTS: [&str; 3] = ["signal", "dark", "reference"];
 
 /// Our name of a column, and what multiplies its numbers.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Named {
+pub(crate) struct OurName {
     /// The name.
     pub name: String,
     /// The factor.
@@ -60,9 +63,17 @@ fn unit_of(unit: &str) -> Option<&'static str> {
     found.map(|(_, ours)| *ours)
 }
 
-/// The unit that a label names.
+/// A name without the unit of an angle that it ends in, and that.
+pub(crate) fn split_angle(name: &str) -> (&str, Option<&'static str>) {
+    let ends = [("_deg", "deg"), ("_rad", "rad")].into_iter();
+    let mut found = ends.filter_map(|(end, unit)| Some((name.strip_suffix(end)?, Some(unit))));
+    found.next().unwrap_or((name, None))
+}
+
+/// The unit that a label names, in brackets or at its end.
 pub(crate) fn unit(label: &str) -> Option<&'static str> {
-    split(label).1
+    let (name, unit) = split(label);
+    unit.or(split_angle(name).1)
 }
 
 /// How many nm a unit of wavelengths is.
@@ -93,19 +104,19 @@ pub(crate) fn split(label: &str) -> (&str, Option<&'static str>) {
 }
 
 /// The wavelength (nm) that a text names, e.g. `450 nm`.
-fn wavelength(text: &str) -> Option<String> {
+pub(crate) fn wavelength(text: &str) -> Option<&str> {
     let number = text.strip_suffix("nm")?.trim_end_matches(['_', ' ']);
+    // Digits alone: no sign, no exponent, no NaN.
     let plain = number.bytes().all(|b| b.is_ascii_digit() || b == b'.');
-    number.parse::<f64>().ok().filter(|_| plain)?;
-    Some(number.to_owned())
+    (plain && number.parse::<f64>().is_ok()).then_some(number)
 }
 
 /// Our name of a column that is written in other letters, with its unit in brackets or below it; `None` of one that is none of ours.
 /// A name that is ours to the letter is itself.
-pub(crate) fn ours(label: &str) -> Option<Named> {
+pub(crate) fn ours(label: &str) -> Option<OurName> {
     let (name, unit) = split(label);
     let lower = name.to_lowercase().replace([' ', '-'], "_");
-    let named = |name: String, factor: f64| Some(Named { name, factor });
+    let named = |name: String, factor: f64| Some(OurName { name, factor });
     // Of an angle that does not have a unit others decide.
     let angle = ANGLES.iter().find(|angle| **angle == lower);
     match (angle, unit) {
@@ -116,12 +127,10 @@ pub(crate) fn ours(label: &str) -> Option<Named> {
         (Some(_), Some(_)) => return None,
         (None, _) => {}
     }
-    let of_angle = |name: &str| {
-        let bare = name.strip_suffix("_deg").or(name.strip_suffix("_rad"));
-        bare.is_some_and(|bare| ANGLES.contains(&bare))
-    };
-    if of_angle(&lower) {
-        let same = unit.is_none_or(|unit| lower.ends_with(unit));
+    if let (bare, Some(end)) = split_angle(&lower)
+        && ANGLES.contains(&bare)
+    {
+        let same = unit.is_none_or(|unit| unit == end);
         return if same { named(lower, 1.0) } else { None };
     }
     if let Some(rest) = lower.strip_prefix("wavelength") {
@@ -147,7 +156,7 @@ pub(crate) fn ours(label: &str) -> Option<Named> {
             channel(lower.strip_prefix(*family)?)?
         ))
     };
-    match (OF_SR.iter().find_map(of_family), unit) {
+    match (FAMILIES.iter().find_map(of_family), unit) {
         (Some(name), None | Some("1/sr")) => named(name, 1.0),
         (None, None | Some("1")) if is_further(&lower) => named(lower, 1.0),
         _ => None,
@@ -164,8 +173,8 @@ fn channel(end: &str) -> Option<String> {
 
 /// Columns of ours beside angles, wavelengths and values.
 fn is_further(name: &str) -> bool {
-    let all = "index block flags attempt signal dark reference";
-    all.split(' ').any(|n| n == name) || VECTORS.concat().contains(&name)
+    let all = [&["index", "block", "flags", "attempt"], &COUNTS[..]].concat();
+    all.contains(&name) || VECTORS.concat().contains(&name)
 }
 
 /// Columns of the components of unit vectors towards light and sensor.
@@ -202,7 +211,10 @@ const SIDES: [(&[&str], &[&str]); 2] = [
 
 /// Words in the labels of values, the surest first, and of uncertainties.
 const VALUES: [&str; 6] = ["brdf", "bsdf", "value", "reflectance", "radiance", "intens"];
-const UNCERTAIN: [&str; 6] = ["unc", "sigma", "std", "err", "u_", "irradiance"];
+const UNCERTAIN: [&str; 5] = ["unc", "sigma", "std", "err", "u_"];
+
+/// Has the letters of a word of values, and is none.
+const NO_VALUE: &str = "irradiance";
 
 /// Short names of values.
 const SHORT: [&str; 3] = ["f_r", "fr", "f"];
@@ -273,14 +285,13 @@ pub(crate) fn guess(labels: &[String]) -> Option<String> {
         .collect();
     let mut given: Vec<(String, usize)> = Vec::new();
     for (i, (name, unit)) in parts.iter().enumerate() {
-        let ends = ["_deg", "_rad"].into_iter().find(|end| name.ends_with(end));
-        let bare = ends.map_or(name.as_str(), |end| &name[..name.len() - end.len()]);
+        let (bare, end) = split_angle(name);
         let Some(angle) = angle_of(bare) else {
             continue;
         };
         if given.iter().all(|(name, _)| !name.starts_with(angle)) {
             let of_angle = unit.filter(|unit| ["deg", "rad"].contains(unit));
-            let unit = ends.map(|end| &end[1..]).or(of_angle);
+            let unit = end.or(of_angle);
             let unit = unit.map_or(String::new(), |unit| format!("_{unit}"));
             given.push((format!("{angle}{unit}"), i));
         }
@@ -288,7 +299,9 @@ pub(crate) fn guess(labels: &[String]) -> Option<String> {
     let free = |given: &[(String, usize)], i: usize| given.iter().all(|(_, other)| *other != i);
     let has = |i: usize, words: &[&str]| words.iter().any(|word| parts[i].0.contains(word));
     let value = VALUES.iter().find_map(|word| {
-        (0..labels.len()).find(|&i| free(&given, i) && has(i, &[word]) && !has(i, &UNCERTAIN))
+        (0..labels.len()).find(|&i| {
+            free(&given, i) && has(i, &[word]) && !has(i, &UNCERTAIN) && !has(i, &[NO_VALUE])
+        })
     });
     let short = || (0..labels.len()).find(|&i| SHORT.contains(&parts[i].0.as_str()));
     let value = value.or_else(short)?;

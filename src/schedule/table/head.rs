@@ -8,6 +8,7 @@ use super::cells::Cells;
 use crate::brdf::marks::is_mark;
 use crate::schedule::convention::Conventions;
 use crate::schedule::names;
+use std::borrow::Cow;
 
 /// Lines among which names and first numbers are looked for.
 const LOOKED_AT: usize = 200;
@@ -16,7 +17,7 @@ const LOOKED_AT: usize = 200;
 const SEPARATORS: [u8; 4] = [b';', b'\t', b',', b' '];
 
 /// The first line of a table of a spreadsheet may name what stands between its cells.
-pub(super) const SEPARATOR: &str = "sep=";
+const SEPARATOR: &str = "sep=";
 
 /// The head of a table.
 #[derive(Debug)]
@@ -41,6 +42,13 @@ pub(super) fn comment(line: &str) -> Option<&str> {
     COMMENTS.iter().find_map(|mark| line.strip_prefix(mark))
 }
 
+/// What stands between cells, if a line says it.
+pub(super) fn hint(line: &str) -> Option<u8> {
+    let (key, rest) = line.as_bytes().split_at_checked(SEPARATOR.len())?;
+    let is_hint = key.eq_ignore_ascii_case(SEPARATOR.as_bytes());
+    rest.first().copied().filter(|_| is_hint)
+}
+
 /// True of a line without a cell, as spreadsheets write them below a table.
 pub(super) fn is_empty(line: &str) -> bool {
     line.chars().all(|c| matches!(c, ',' | ';' | '\t' | ' '))
@@ -48,15 +56,14 @@ pub(super) fn is_empty(line: &str) -> bool {
 
 /// The number in a cell: with a decimal comma, if that may be, and exponents of Fortran; `None` of another text.
 pub(crate) fn number(cell: &str, comma: bool) -> Option<f64> {
-    if let Ok(value) = cell.parse() {
-        return Some(value);
-    }
     let is_exponent = |c| matches!(c, 'D' | 'd');
-    let cell = match comma && !cell.contains('.') {
-        true => cell.replacen(',', ".", 1),
-        false => cell.to_owned(),
-    };
-    cell.replacen(is_exponent, "e", 1).parse().ok()
+    // Most cells are as they are: nothing is copied.
+    let mut cell = Cow::Borrowed(cell);
+    if comma && cell.contains(',') && !cell.contains('.') {
+        cell = cell.replacen(',', ".", 1).into();
+    }
+    let number = cell.parse().ok();
+    number.or_else(|| cell.replacen(is_exponent, "e", 1).parse().ok())
 }
 
 /// The cells of a line; `None` if a quote is not closed.
@@ -91,9 +98,8 @@ impl Head {
             if is_empty(text) {
                 continue;
             }
-            let lower = text.to_ascii_lowercase();
-            if let (true, Some(c)) = (content.is_empty(), lower.strip_prefix(SEPARATOR)) {
-                hint = c.bytes().next();
+            if let (true, Some(separator)) = (content.is_empty(), self::hint(text)) {
+                hint = Some(separator);
                 continue;
             }
             if content.len() >= LOOKED_AT {

@@ -64,14 +64,13 @@ fn line_of(cells: &[String], comma: bool) -> Line {
 /// Lines with content: number, cells.
 fn lines(text: &str, separator: u8) -> impl Iterator<Item = (usize, Vec<String>)> {
     let content = (1..).zip(text.lines()).filter(|(_, line)| {
-        let is_hint = line.to_ascii_lowercase().starts_with(head::SEPARATOR);
-        !head::is_empty(line) && !is_hint && head::comment(line.trim_matches(' ')).is_none()
+        let is_other = head::hint(line).is_some() || head::is_empty(line);
+        !is_other && head::comment(line.trim_matches(' ')).is_none()
     });
+    let mut cells = Cells::new(separator);
     content.map(move |(number, line)| {
-        let mut cells = Cells::new(separator);
-        let cells = cells
-            .split(line)
-            .map(|cells| cells.map(String::from).collect());
+        let cells = cells.split(line);
+        let cells = cells.map(|cells| cells.map(String::from).collect());
         (number, cells.unwrap_or_default())
     })
 }
@@ -101,22 +100,14 @@ impl Table {
         for (line, cells) in lines(text, separator) {
             match line_of(&cells, comma) {
                 Line::Key(key, label, value) => {
-                    let unit = names::unit(&label).or_else(|| {
-                        let ends = [("_deg", "deg"), ("_rad", "rad")].into_iter();
-                        let mut found = ends.filter(|(end, _)| label.trim().ends_with(end));
-                        found.next().map(|(_, unit)| unit)
-                    });
+                    let unit = names::unit(&label);
                     if *first_unit.get_or_insert(unit) != unit {
                         let message =
                             "its unit is not that of the angle before; allowed: one for all angles";
                         return Err(self.error(line, message));
                     }
                     if self.columns.is_empty() {
-                        let end = match names::ours(&label) {
-                            Some(named) if named.name.ends_with("_deg") => "_deg",
-                            Some(named) if named.name.ends_with("_rad") => "_rad",
-                            _ => "",
-                        };
+                        let end = unit.map_or(String::new(), |unit| format!("_{unit}"));
                         let mut labels = [KEYS[0], KEYS[1], "theta_o", "phi_o"]
                             .map(|n| format!("{n}{end}"))
                             .to_vec();

@@ -4,7 +4,7 @@
 //! mark, CRLF, blank lines, spaces, quotes, semicolons or tabs between cells, and with either a comma
 //! in place of the decimal point are all taken as they are.
 
-use super::super::convention::{Conventions, Named, Unsaid};
+use super::super::convention::{Conventions, NamedColumn, Unsaid};
 use super::super::names;
 use super::cells::Cells;
 use super::head::{self, Head};
@@ -298,7 +298,7 @@ impl Table {
         self.drop_foreign_facts();
         let ours = conventions.our_names(&labels);
         (self.labels, self.head) = (labels, line);
-        let ours: Vec<Named> = ours.map_err(|message| self.error(line, message))?;
+        let ours: Vec<NamedColumn> = ours.map_err(|message| self.error(line, message))?;
         self.unsaid = (ours.iter().enumerate())
             .filter_map(|(i, column)| Some((i, column.unsaid?)))
             .collect();
