@@ -199,7 +199,8 @@ impl Run {
             let (rows, path) = (known.len(), dir);
             return Err(Error::Interrupted { rows, path });
         }
-        let rows = folder.sorted(&summary.keys).0.len();
+        let (rows, others) = folder.sorted(&summary.keys);
+        let (rows, others) = (rows.len(), others.len());
         let mut tuned = summary.tuned.clone();
         Tuned::add(&mut tuned, before);
         let outcome = Outcome {
@@ -243,6 +244,13 @@ impl Run {
         };
         let rows = count_are(rows, "row");
         note(&format!("\n{rows} in {}{report}", path.display()));
+        if others > 0 && self.shard.is_none() {
+            let others = count_are(others, "row");
+            let file = E::Record::FILE;
+            note(&format!(
+                "{others} kept in {file} alone: of another config, or of files that have changed since"
+            ));
+        }
         Ok(())
     }
 

@@ -340,23 +340,21 @@ impl Data {
         let count = self.values.ncols() as f64;
         let mut loss = (0..n).map(|i| factor[(i, i)].ln()).sum::<f64>();
         // ½ K⁻¹ − ½ Σ s α αᵀ, the derivative by K.
+        // Only the lower triangle is made: what is above the panel of a column's diagonal stays 0.
         let mut by = by_columns([n, n], TASK, |of| {
             let mut columns = DMatrix::zeros(n, of.len());
             columns.rows_mut(of.start, of.len()).fill_diagonal(0.5);
-            back(&factor, &mut columns);
+            back_below(&factor, &mut columns, of.start / PANEL * PANEL);
             columns
         });
         for (y, alpha) in self.values.column_iter().zip(weights.column_iter()) {
             let square = y.dot(&alpha);
             let freedom = FREEDOM + n as f64;
             loss += 0.5 * freedom * (square / FREEDOM).ln_1p() / count;
-            by.ger(
-                -0.5 * freedom / (FREEDOM + square) / count,
-                &alpha,
-                &alpha,
-                1.0,
-            );
+            let share = -0.5 * freedom / (FREEDOM + square) / count;
+            by.ger(share, &alpha, &alpha, 1.0);
         }
+        by.fill_upper_triangle_with_lower_triangle();
         let terms = kernel.flat();
         let blocks = kernel::blocks(&self.sites.columns);
         let parts: Vec<Vec<f64>> = tasks(n, TASK)
@@ -440,28 +438,34 @@ impl NullaryFnOnce for Slopes<'_> {
 
 /// Solves L x = b in place of b, for many columns at once.
 pub(super) fn forward(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) {
+    forward_below(factor, b, 0);
+}
+
+/// [`forward`] where `b`, and so the solution, is 0 above row `first`, a multiple of [`PANEL`].
+fn forward_below(factor: &DMatrix<f64>, b: &mut DMatrix<f64>, first: usize) {
     let n = factor.nrows();
-    for k in (0..n).step_by(PANEL) {
+    for k in (first..n).step_by(PANEL) {
         let width = PANEL.min(n - k);
         let below = n - k - width;
         let (mut done, mut rest) = b.rows_range_pair_mut(k..k + width, k + width..n);
         factor
             .view((k, k), (width, width))
             .solve_lower_triangular_mut(&mut done);
-        rest.gemm(
-            -1.0,
-            &factor.view((k + width, k), (below, width)),
-            &done,
-            1.0,
-        );
+        let across = factor.view((k + width, k), (below, width));
+        rest.gemm(-1.0, &across, &done, 1.0);
     }
 }
 
 /// Solves L Lᵀ x = b in place of b, for many columns at once.
 pub(super) fn back(factor: &DMatrix<f64>, b: &mut DMatrix<f64>) {
-    forward(factor, b);
+    back_below(factor, b, 0);
+}
+
+/// The rows from `first` on, a multiple of [`PANEL`], of [`back`] where `b` is 0 above them.
+fn back_below(factor: &DMatrix<f64>, b: &mut DMatrix<f64>, first: usize) {
+    forward_below(factor, b, first);
     let n = factor.nrows();
-    for k in (0..n).step_by(PANEL).rev() {
+    for k in (first..n).step_by(PANEL).rev() {
         let width = PANEL.min(n - k);
         let below = n - k - width;
         let (mut open, done) = b.rows_range_pair_mut(k..k + width, k + width..n);
