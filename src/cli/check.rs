@@ -7,15 +7,17 @@ use crate::brdf::BuildError;
 use crate::error::{Error, count, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::relations::RelationsPlan;
-use crate::experiment::{AnyPlan, Experiment, Head, Material, Plan, Router, Source};
+use crate::experiment::{Allowance, AnyPlan, Experiment, Head, Material, Plan, Router, Source};
 use crate::formats::of_file;
 use crate::geometry::Symmetry;
 use crate::instrument;
 use crate::report::Columns;
 use clap::Args;
+use indicatif::HumanDuration;
 use machine::described;
 use serde_json::{Map, Value as Json, json};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 #[derive(Debug, Args)]
 pub(super) struct Check {
@@ -137,15 +139,35 @@ impl Description {
     /// An acquisition; also returns the first plan that an instrument cannot carry out.
     fn acquisition(&mut self, plan: &Plan) -> Result<Option<Error>, Error> {
         self.head(plan.head())?;
-        // Those of readings and minutes are found for each instrument, see below.
-        let known = plan
-            .symmetries()
-            .into_iter()
-            .filter(|_| !plan.budgets.is_empty());
-        for symmetry in known {
-            self.text(&format!("\nschedules for {}\n", symmetry))?;
-            schedules(plan, symmetry, self)?;
-        }
+        let names = plan.methods.iter().map(|m| {
+            let most = m.up_to.map_or(String::new(), |n| format!(" up to {n}"));
+            m.label() + &most
+        });
+        let names: Vec<_> = names.collect();
+        let measures: Vec<_> = plan.measures.iter().map(|m| m.name()).collect();
+        let used = plan.used_units().len();
+        self.text(&format!(
+            "\nreconstructions: {}\nmeasures: {}, at {} or more, up to {}, until standard errors are below {} %\nseeds: {:?}\n{}, {}, {}\n",
+            names.join(", "),
+            measures.join(", "),
+            count(plan.metrics.pairs, "pair"),
+            plan.metrics.max_pairs.max(plan.metrics.pairs),
+            100.0 * plan.metrics.tolerance,
+            plan.seeds,
+            count(used, "schedule"),
+            count(plan.jobs(), "reconstruction"),
+            count(plan.rows(), "row"),
+        ))?;
+        self.fact("reconstructions", names);
+        self.fact("measures", measures);
+        self.fact("pairs", plan.metrics.pairs);
+        self.fact("max_pairs", plan.metrics.max_pairs);
+        self.fact("tolerance", plan.metrics.tolerance);
+        self.fact("seeds", plan.seeds.clone());
+        self.fact("schedule_count", used);
+        self.fact("reconstruction_count", plan.jobs());
+        self.fact("row_count", plan.rows());
+        self.time(plan)?;
         if let Some(table) = &plan.moments {
             let (spec, estimator) = (&table.spec, table.estimator.label());
             self.fact(
@@ -158,58 +180,49 @@ impl Description {
                 }),
             );
             self.text(&format!(
-                "\nmoments: {} up to {}°, to order {}, by {estimator}; one profile a material and a reconstruction\n",
+                "moments: {} up to {}°, to order {}, by {estimator}; one profile a material and a reconstruction\n",
                 count(spec.views, "view"),
                 spec.max_view_deg,
                 spec.order.get(),
             ))?;
-            let values = VALUES * spec.views as f64;
-            for method in &plan.methods {
-                let most = plan.budgets.iter().max().copied().unwrap_or_default();
-                let most = method.up_to.map_or(most, |up_to| most.min(up_to));
-                let minutes = values * method.method.value_seconds(most) / 60.0;
-                if minutes > 1.0 {
-                    self.text(&format!(
-                        "  slow: some {minutes:.0} min of one core for each material by {} at {}, as each value takes {:.0} µs\n",
-                        method.label(),
-                        count(most, "reading"),
-                        1e6 * method.method.value_seconds(most),
-                    ))?;
-                }
-            }
         }
-        let names = plan.methods.iter().map(|m| {
-            let most = m.up_to.map_or(String::new(), |n| format!(" up to {n}"));
-            m.label() + &most
+        // Those of readings and minutes are found for each instrument, see below.
+        let known = plan
+            .symmetries()
+            .into_iter()
+            .filter(|_| !plan.budgets.is_empty());
+        for symmetry in known {
+            self.text(&format!("\nschedules for {}\n", symmetry))?;
+            schedules(plan, symmetry, self)?;
+        }
+        match plan.instruments.is_empty() {
+            true => Ok(None),
+            false => ways(plan, self),
+        }
+    }
+
+    /// The time of reconstructions, and the method that takes most of it.
+    fn time(&mut self, plan: &Plan) -> Result<(), Error> {
+        let times = plan.seconds_by_method();
+        let all: f64 = times.iter().sum();
+        self.fact("core_seconds", all);
+        let cores = rayon::current_num_threads();
+        let times = times.iter().zip(&plan.methods);
+        let longest = times.max_by(|a, b| a.0.total_cmp(b.0));
+        let longest =
+            longest.filter(|(seconds, _)| **seconds > 0.5 * all && plan.methods.len() > 1);
+        let longest = longest.map_or(String::new(), |(seconds, method)| {
+            format!(
+                ", {:.0} % of it by {}",
+                100.0 * seconds / all,
+                method.label()
+            )
         });
-        let names: Vec<_> = names.collect();
-        let measures: Vec<_> = plan.measures.iter().map(|m| m.name()).collect();
-        let infeasible = match plan.instruments.is_empty() {
-            true => None,
-            false => ways(plan, self)?,
-        };
         self.text(&format!(
-            "\nreconstructions: {}\nmeasures: {}, at {} or more, up to {}, until standard errors are below {} %\nseeds: {:?}\n{}, {}, {}\n",
-            names.join(", "),
-            measures.join(", "),
-            count(plan.metrics.pairs, "pair"),
-            plan.metrics.max_pairs.max(plan.metrics.pairs),
-            100.0 * plan.metrics.tolerance,
-            plan.seeds,
-            count(plan.units().len(), "schedule"),
-            count(plan.jobs(), "reconstruction"),
-            count(plan.rows(), "row"),
-        ))?;
-        self.fact("reconstructions", names);
-        self.fact("measures", measures);
-        self.fact("pairs", plan.metrics.pairs);
-        self.fact("max_pairs", plan.metrics.max_pairs);
-        self.fact("tolerance", plan.metrics.tolerance);
-        self.fact("seeds", plan.seeds.clone());
-        self.fact("schedule_count", plan.units().len());
-        self.fact("reconstruction_count", plan.jobs());
-        self.fact("row_count", plan.rows());
-        Ok(infeasible)
+            "to reconstruct and compare: about {} on {}, within a factor of three{longest}\n",
+            HumanDuration(Duration::from_secs_f64((all / cores as f64).max(1.0))),
+            count(cores, "core"),
+        ))
     }
 
     /// Text for people.
@@ -288,9 +301,6 @@ fn is_instrument(source: &Source) -> Result<bool, Error> {
     Ok(["class", "axis"].into_iter().any(has) && !experiment.into_iter().any(has))
 }
 
-/// Values of a reconstruction that the moments of a view are integrated from, about.
-const VALUES: f64 = 4.5e4;
-
 /// What a table has in the place of the poses of a planner that learns.
 const FROM_READINGS: &str = "chosen from readings";
 
@@ -301,55 +311,57 @@ fn widths(plan: &Plan) -> [usize; 2] {
     [labels.fold(15, usize::max), sets.fold(10, usize::max)]
 }
 
-/// Prints the schedules of the first seed, line by line: large ones take their time.
+/// Prints the schedules of the first seed that are reconstructed from, line by line: large ones take their time.
 fn schedules(plan: &Plan, symmetry: Symmetry, description: &mut Description) -> Result<(), Error> {
     let [w, v] = widths(plan);
     description.text(&format!(
         "  {:<w$}  {:<v$}  {:>8}  {:>8}  {:>10}  nodes\n",
         "parametrization", "sample set", "budget", "poses", "unphysical"
     ))?;
-    for coordinates in &plan.parametrizations {
-        let form = coordinates.checked_form(symmetry)?;
-        for set in &plan.sample_sets {
-            for &budget in &plan.budgets {
-                let mut row = json!({
-                    "symmetry": symmetry.to_string(),
-                    "parametrization": coordinates.label(),
-                    "sample_set": set.name,
-                    "budget": budget,
-                });
-                let planned = (!set.learns()).then(|| set.set.plan(&form, budget, plan.seeds[0]));
-                let line = match planned {
-                    None => FROM_READINGS.into(),
-                    Some(Err(e)) => {
-                        row["problem"] = e.to_string().into();
-                        format!("{e}")
-                    }
-                    Some(Ok(schedule)) => {
-                        row["poses"] = schedule.poses.len().into();
-                        row["unphysical_share"] = schedule.unphysical_share.into();
-                        let shape = schedule.lattice.as_ref().map(|lattice| lattice.shape());
-                        row["nodes"] = json!(shape.as_ref().map(|shape| shape.to_vec()));
-                        let shape = shape.map(|shape| {
-                            let shape: Vec<_> = shape.iter().map(usize::to_string).collect();
-                            shape.join("×")
-                        });
-                        format!(
-                            "{:>8}  {:>10.4}  {}",
-                            schedule.poses.len(),
-                            schedule.unphysical_share,
-                            shape.unwrap_or_else(|| "scattered".into())
-                        )
-                    }
-                };
-                description.row("schedules", row);
-                description.text(&format!(
-                    "  {:<w$}  {:<v$}  {budget:>8}  {line}\n",
-                    coordinates.label(),
-                    set.name
-                ))?;
+    let units = plan.used_units().into_iter();
+    let first = plan.instruments.first().map(|_| 0);
+    for unit in units.filter(|u| u.seed == plan.seeds[0] && u.instrument == first) {
+        let Allowance::Poses(budget) = unit.allowance else {
+            continue;
+        };
+        let key = plan.schedule_key(&unit, symmetry);
+        let (coordinates, set) = (key.uniform_in(), key.sample_set);
+        let mut row = json!({
+            "symmetry": symmetry.to_string(),
+            "parametrization": coordinates,
+            "sample_set": set.name,
+            "budget": budget,
+        });
+        let form = key.coordinates.checked_form(symmetry)?;
+        let planned = (!set.learns()).then(|| set.set.plan(&form, budget, unit.seed));
+        let line = match planned {
+            None => FROM_READINGS.into(),
+            Some(Err(e)) => {
+                row["problem"] = e.to_string().into();
+                format!("{e}")
             }
-        }
+            Some(Ok(schedule)) => {
+                row["poses"] = schedule.poses.len().into();
+                row["unphysical_share"] = schedule.unphysical_share.into();
+                let shape = schedule.lattice.as_ref().map(|lattice| lattice.shape());
+                row["nodes"] = json!(shape.as_ref().map(|shape| shape.to_vec()));
+                let shape = shape.map(|shape| {
+                    let shape: Vec<_> = shape.iter().map(usize::to_string).collect();
+                    shape.join("×")
+                });
+                format!(
+                    "{:>8}  {:>10.4}  {}",
+                    schedule.poses.len(),
+                    schedule.unphysical_share,
+                    shape.unwrap_or_else(|| "scattered".into())
+                )
+            }
+        };
+        description.row("schedules", row);
+        description.text(&format!(
+            "  {coordinates:<w$}  {:<v$}  {budget:>8}  {line}\n",
+            set.name
+        ))?;
     }
     Ok(())
 }
@@ -378,7 +390,7 @@ fn ways(plan: &Plan, description: &mut Description) -> Result<Option<Error>, Err
         for symmetry in plan.symmetries() {
             for unit in units.clone() {
                 let key = plan.schedule_key(&unit, symmetry);
-                let (coordinates, set) = (key.coordinates.label(), key.sample_set);
+                let (coordinates, set) = (key.uniform_in(), key.sample_set);
                 let allowed = unit.allowance.to_string();
                 let mut row = json!({
                     "instrument": instrument.name,

@@ -17,7 +17,7 @@ const SHOWN: usize = 8;
 /// Options of what readings say without a truth.
 #[derive(Clone, Copy, Debug, Args)]
 pub(super) struct CrossValidationArgs {
-    /// What is left out in turn and predicted by the rest, to tell errors without a truth
+    /// What is left out in turn and predicted by the rest, to estimate the error without a truth
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = LeaveOut::Auto)]
     cross_validation: LeaveOut,
 }
@@ -28,7 +28,7 @@ enum LeaveOut {
     Auto,
     /// Whole sheets of constant incidence
     Sheets,
-    /// Tenths of the readings, picked at random
+    /// 10-fold cross-validation: tenths of the readings, at random
     Points,
     /// Nothing: no errors without a truth
     None,

@@ -2,7 +2,7 @@
 
 use super::{choices, note, print, refuse_unwritable, written};
 use crate::error::Error;
-use crate::experiment::ADVICE;
+use crate::experiment::{ADVICE, config_schema, instrument_schema};
 use crate::files::write_atomically;
 use crate::schedule::{Choice, choice};
 use clap::Args;
@@ -21,6 +21,9 @@ pub(super) struct Init {
     #[arg(long)]
     force: bool,
 }
+
+/// The starter that is no config.
+const INSTRUMENT: &str = "instrument";
 
 /// The texts of files, by what they describe.
 const STARTERS: [Choice<&str>; 6] = [
@@ -51,7 +54,7 @@ const STARTERS: [Choice<&str>; 6] = [
     ),
     choice(
         include_str!("../../configs/instruments/cornell.toml"),
-        "instrument",
+        INSTRUMENT,
         "A machine of one's own, to be named in `[[instrument]] file = …`",
     ),
 ];
@@ -67,11 +70,22 @@ impl Init {
             return print(text);
         }
         refuse_unwritable(&path, self.force)?;
+        let is_instrument = *name == INSTRUMENT;
+        let (schema, json) = match is_instrument {
+            true => ("gonio-instrument.schema.json", instrument_schema()),
+            false => ("gonio-config.schema.json", config_schema()),
+        };
+        // Editors of TOML check and complete by the file that this comment names, relative to the config.
+        let text = format!("#:schema {schema}\n{text}");
         let result = write_atomically(&path, |out| out.write_all(text.as_bytes()));
         written(&path, result)?;
+        let schema = path.with_file_name(schema);
+        let result = write_atomically(&schema, |out| writeln!(out, "{json:#}"));
+        written(&schema, result)?;
         note(&format!(
-            "{} is written; next: gonio check {0}",
-            path.display()
+            "{} is written, and {} for editors; next: gonio check {0}",
+            path.display(),
+            schema.display(),
         ));
         Ok(())
     }

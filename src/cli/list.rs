@@ -30,13 +30,13 @@ pub(super) struct List {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Family {
+pub(super) enum Family {
     Experiments,
     Materials,
     Parametrizations,
     Warps,
     SampleSets,
-    /// Choices of poses by what their readings would tell
+    /// Poses chosen by the information that their readings add
     Planners,
     Reconstructions,
     Measures,
@@ -148,6 +148,17 @@ impl Member {
         self.facts = facts.into_iter().collect();
         self
     }
+}
+
+/// Names of the members of a family: of instruments, those of presets.
+pub(super) fn names(family: Family) -> Vec<String> {
+    if family == Family::Instruments {
+        let presets = instrument::presets();
+        return presets.iter().map(|preset| preset.name.into()).collect();
+    }
+    let sections = sections(family).into_iter();
+    let members = sections.flat_map(|section| section.members);
+    members.map(|member| member.name).collect()
 }
 
 fn sections(family: Family) -> Vec<Section> {

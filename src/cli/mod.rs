@@ -111,56 +111,56 @@ commands! {
         Init(init::Init),
         /// Run an experiment: measure, reconstruct, compare
         Run(run::Run),
-        /// Put the parts of a run together
+        /// Merge the shards of a run
         Merge(merge::Merge),
-        /// Check a config as `run` would and print its plan, without measuring
+        /// Check a config and print its plan, with an estimate of its time, without measuring
         Check(check::Check),
         /// List what a config can name
         List(list::List),
         /// Export schedules of a config, for an instrument
         Schedule(schedule::Schedule),
-        /// Which poses and which reconstruction are best for materials like some
+        /// Recommend poses and a reconstruction for a material, by trying them on materials like it
         Advise(advise::Advise),
-        /// The poses to read next, from the readings so far
+        /// Choose the poses to measure next, from the readings so far
         Next(next::Next),
         /// Measure a material at the poses of a schedule file
         Measure(measure::Measure),
-        /// Make a BRDF of a measurement file, and say how good it is
+        /// Reconstruct the BRDF from readings, and report its error
         Reconstruct(reconstruct::Reconstruct),
-        /// JSON Schema of configs, instruments, and of the lines of our files
+        /// JSON Schema of configs, instrument files, schedules and readings
         Schema(schema::Schema),
         /// Moment profiles of a material, or of every material of a config
         Moments(moments::Moments),
         /// Pictures of a material seen from chosen elevations
         Slice(slice::Slice),
-        /// Symmetries of a material, by how much it misses them and what they save
+        /// Symmetries of a material: how far it deviates from them, and what they save
         Symmetry(symmetry::SymmetryArgs),
         /// How far the isolines of a material are from the axes of each parametrization
         Distortion(distortion::Distortion),
-        /// Which coordinates the poses of schedules follow
+        /// Density of the poses of schedules in each parametrization
         Density(density::DensityArgs),
-        /// What Barla et al. 2015 say of the parametrizations, and whether it is so
+        /// Check the claims of Barla et al. 2015 about the parametrizations
         Claims(claims::Claims),
         /// Pictures of parametrizations, materials and reconstructions
         #[command(subcommand)]
         Picture(picture::Picture),
-        /// The light paths that a box of coordinates stands for
+        /// Pairs of directions in a box of coordinates
         Subset(subset::Subset),
-        /// Which coordinates light of one facet, of two, of more is in
+        /// Statistics of light in each parametrization, by scattering order
         Paths(paths::PathsArgs),
-        /// A rough surface: its statistics, and light after one facet and more
+        /// A rough surface: its statistics and its light by scattering order
         Surface(surface::SurfaceArgs),
         #[command(about = format!("Write a material of a config as a table ({})", WRITE_TABLE.extensions(".")))]
         Tabulate(tabulate::Tabulate),
-        /// Write a table, readings or a schedule in another format, and say what became of them
+        /// Convert a table, readings or a schedule to another format
         Convert(convert::Convert),
-        /// What many materials have in common, for planners and reconstructions
+        /// Train a prior or a kernel on many materials, for planners and reconstructions
         Train(train::Train),
-        /// Every registry at the edges of its domain: errors against their conditioning
+        /// Numerical stability: errors of all models and coordinates at the edges of their domains
         Stability(stability::Stability),
-        /// Measure the program against the clock
+        /// Error against run time of kernels, estimators and formats
         Bench(bench::Bench),
-        /// What completes commands and options in a shell
+        /// Print the completion script of a shell
         Completions(shell::Completions),
         /// Man pages
         Man(shell::ManPages),

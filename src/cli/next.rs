@@ -62,7 +62,7 @@ pub(super) struct Next {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<0, { u64::MAX }>)]
     seed: u64,
     #[arg(short, long, value_name = "FILE",
-        help = format!("The schedule to write ({}); the most telling pose first, if no instrument orders them",
+        help = format!("The schedule to write ({}); the most informative pose first, if no instrument orders them",
             WRITE_SCHEDULE.extensions(".")))]
     output: PathBuf,
     /// Format of the file [default: by its extension]

@@ -46,7 +46,7 @@ at the end read tables that say the same in other ways; rows of one pose in a fi
     --azimuth mirror --quantity percent")]
 pub(super) struct Reconstruct {
     #[arg(required = true, value_name = "READINGS",
-        help = format!("The readings, in one file or more ({}); text of another name is told by its first lines",
+        help = format!("The readings, in one file or more ({}); text of another name is recognised by its first lines",
             READ_READINGS.extensions(".")))]
     measurements: Vec<PathBuf>,
     /// A kind of reconstruction, see `gonio list reconstructions`, or auto: the one that predicts
@@ -86,7 +86,7 @@ pub(super) struct Reconstruct {
     #[arg(long, conflicts_with = "checked")]
     take_all: bool,
     /// Compare with a truth: a config, a table, a kind of material, or other readings. Of readings with
-    /// uncertainties it also tells within_2u: the share of pairs where the truth is within the uncertainty
+    /// uncertainties it also reports within_2u: the share of pairs where the truth is within the uncertainty
     /// (k = 2) that the readings give the BRDF; about 0.95 if they err at random and nothing else does,
     /// less if it errs between them
     #[arg(long, value_name = "CONFIG|BRDF|READINGS")]

@@ -33,17 +33,17 @@ pub(super) struct Run {
     seed: SeedArgs,
     #[command(flatten)]
     threads: ThreadArgs,
-    /// Folder of the results; a run that is there goes on [default: runs/NAME, or NAME-2, NAME-3, …
+    /// Folder of the results; an interrupted run there resumes [default: runs/NAME, or NAME-2, NAME-3, …
     /// where other configs have taken it]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Make everything again that is in the output folder
+    /// Redo everything that is in the output folder
     #[arg(long)]
     force: bool,
     /// Only this part of the work, i/n with 1 <= i <= n
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// List what would be run, and what of it is done
+    /// List the jobs, and which of them are done
     #[arg(long)]
     list: bool,
     /// Memory for materials and their readings, in megabytes; results do not depend on it
@@ -166,8 +166,7 @@ impl Run {
             );
             return Err(Error::output(dir, message));
         }
-        let stop =
-            stop_flag("; rows that were finished are kept, and the same command goes on from them");
+        let stop = stop_flag("; finished rows are kept, and the same command resumes from them");
         let folder = RunFolder::open(&dir, self.force, head.resolved)?;
         if let Some(question) = head.question {
             print(&format!("{}\n\n", question.trim()))?;

@@ -15,10 +15,10 @@ use std::sync::OnceLock;
 /// Options of every command.
 #[derive(Clone, Copy, Debug, Args)]
 pub(super) struct VerbosityArgs {
-    /// No progress bar and no notes on stderr; errors are still told
+    /// No progress bar and no notes on stderr; errors are still printed
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     quiet: bool,
-    /// Tell which files are read, and how long it took on how many threads
+    /// Print which files are read, how long it took and on how many threads
     #[arg(short, long, global = true)]
     verbose: bool,
     /// Colours in help and messages; by default on a terminal, unless NO_COLOR is set

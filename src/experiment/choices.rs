@@ -181,9 +181,6 @@ pub enum Allowance {
     Minutes(f64),
 }
 
-/// Work of comparing one reconstruction, in poses; it does not depend on the budget.
-const FIXED_WORK: f64 = 4000.0;
-
 /// Poses that an instrument visits in a minute, times the schedules that are tried to find out.
 const MINUTE_WORK: f64 = 300.0;
 
@@ -202,15 +199,6 @@ impl Allowance {
             Allowance::Poses(n) | Allowance::Readings(n) => n,
             Allowance::Minutes(minutes) => (minutes * MINUTE_WORK).min(MAX_BUDGET as f64) as usize,
         }
-    }
-
-    /// Estimated work of one reconstruction, in poses; for progress bars and shares.
-    pub(super) fn work(self) -> f64 {
-        FIXED_WORK
-            + match self {
-                Allowance::Poses(n) | Allowance::Readings(n) => n as f64,
-                Allowance::Minutes(minutes) => minutes * MINUTE_WORK,
-            }
     }
 
     /// True if the text of one, in a row, is of a time.

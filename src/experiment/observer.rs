@@ -1,6 +1,6 @@
 //! The observer of a run, and the events it receives.
 
-use super::choices::{Allowance, Coordinates, Material, Method, PlannedSet};
+use super::choices::{Allowance, Coordinates, Material, Method, NONE, PlannedSet};
 use super::counts::{Built, Counters, Counts, Seconds, Stage};
 use super::instruments::PlannedInstrument;
 use super::key::{Identity, Input, RowKey};
@@ -44,10 +44,20 @@ pub struct ScheduleKey<'a> {
     pub material: Option<&'a Material>,
 }
 
+impl ScheduleKey<'_> {
+    /// Label of the coordinates that the poses are uniform in: `none` of sample sets that depend on no parametrization.
+    pub(crate) fn uniform_in(&self) -> String {
+        match self.sample_set.set.is_unguided() {
+            true => NONE.into(),
+            false => self.coordinates.label(),
+        }
+    }
+}
+
 /// As messages name it, without its symmetry and material.
 impl fmt::Display for ScheduleKey<'_> {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let (coordinates, set) = (self.coordinates.label(), &self.sample_set.name);
+        let (coordinates, set) = (self.uniform_in(), &self.sample_set.name);
         let Self {
             allowance, seed, ..
         } = self;

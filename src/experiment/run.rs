@@ -58,6 +58,7 @@ impl Experiment for Plan {
             Task {
                 method,
                 parts: parts.collect(),
+                work: 1e6 * self.job_seconds(unit, method),
             }
         };
         let with_tasks = |unit| {
@@ -116,10 +117,13 @@ struct Group<'t> {
     members: Vec<Measured<'t>>,
 }
 
-/// A method on a unit; `parts` has one hash per measure: all of a row's key but the material.
+/// A method on a unit.
 struct Task {
     method: usize,
+    /// A hash per measure, of all of a row's key but the material.
     parts: Vec<blake3::Hash>,
+    /// Estimated time for one material on one core, µs.
+    work: f64,
 }
 
 impl Task {
@@ -138,7 +142,7 @@ struct Batch<'b> {
 impl Batch<'_> {
     /// Estimated work of the reconstructions of so many materials.
     fn work(&self, materials: usize) -> f64 {
-        (materials * self.tasks.len()) as f64 * self.schedule.allowance.work()
+        materials as f64 * self.tasks.iter().map(|task| task.work).sum::<f64>()
     }
 }
 
@@ -156,9 +160,8 @@ struct Runner<'a> {
 
 impl<'a> Runner<'a> {
     fn tiles(&mut self) -> Result<(), Stop> {
-        let works = self.units.iter();
-        let works = works.map(|(unit, tasks)| unit.allowance.work() * tasks.len() as f64);
-        let each: f64 = works.sum();
+        let tasks = self.units.iter().flat_map(|(_, tasks)| tasks);
+        let each: f64 = tasks.map(|task| task.work).sum();
         let positions = 0..self.plan.materials.len();
         let all = positions.filter(|i| self.mine.has(*i)).count() as f64 * each;
         self.events.observer.begins(all);

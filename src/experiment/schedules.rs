@@ -10,6 +10,9 @@ use super::record::Shard;
 use super::tables::section;
 use crate::geometry::Symmetry;
 
+/// Values of a reconstruction that the moments of a view are integrated from, about.
+const VIEW_VALUES: f64 = 4.5e4;
+
 /// A schedule of a plan, by positions in the plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
@@ -98,7 +101,10 @@ impl Plan {
         let (group, block) = ((part - 1) / blocks, (part - 1) % blocks);
         let groups = of / blocks;
         let mut order: Vec<usize> = (0..units.len()).collect();
-        let work = |unit: &Unit| unit.allowance.work() * self.methods_on(unit).len() as f64;
+        let work = |unit: &Unit| {
+            let methods = self.methods_on(unit).into_iter();
+            methods.map(|m| self.job_seconds(unit, m)).sum()
+        };
         let work: Vec<f64> = units.iter().map(work).collect();
         order.sort_by(|&a, &b| work[b].total_cmp(&work[a]).then(a.cmp(&b)));
         // Those that are left over have nothing to do.
@@ -117,6 +123,40 @@ impl Plan {
                 of: groups,
             },
         }
+    }
+
+    /// Schedules that a reconstruction is made on.
+    pub(crate) fn used_units(&self) -> Vec<Unit> {
+        let mut units = self.units();
+        units.retain(|unit| !self.methods_on(unit).is_empty());
+        units
+    }
+
+    /// Time to reconstruct a material on one core, and to compare it, s: about, without that of planning.
+    pub(super) fn job_seconds(&self, unit: &Unit, method: usize) -> f64 {
+        let (readings, method) = (unit.allowance.readings(), &self.methods[method].method);
+        // How many pairs suffice is not known beforehand.
+        let [fewest, most] = [
+            self.metrics.pairs,
+            self.metrics.max_pairs.max(self.metrics.pairs),
+        ];
+        let pairs = (fewest as f64 * most as f64).sqrt() * self.measures.len() as f64;
+        let of_moments = self.moments.as_ref().map_or(0, |m| m.spec.views) as f64 * VIEW_VALUES;
+        // The truth at the pairs, and the readings.
+        let fixed = 1e-7 * pairs + 1e-6 * readings as f64;
+        fixed + method.fit_seconds(readings) + (pairs + of_moments) * method.value_seconds(readings)
+    }
+
+    /// Time of all reconstructions by each method on one core, s.
+    pub(crate) fn seconds_by_method(&self) -> Vec<f64> {
+        let mut seconds = vec![0.0; self.methods.len()];
+        for unit in self.units() {
+            for method in self.methods_on(&unit) {
+                let jobs = self.materials.len() as f64;
+                seconds[method] += jobs * self.job_seconds(&unit, method);
+            }
+        }
+        seconds
     }
 
     /// Number of reconstructions of a complete run.

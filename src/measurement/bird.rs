@@ -116,7 +116,12 @@ struct Long {
 /// One sentence: no JSON, a key that is missing or has another type, arrays of different lengths, a state of polarisation that is neither
 /// s nor p, and those of [`read_measurement`] with the place in the arrays.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
-    refuse_columns("the BiRD format", name, &assume.conventions)?;
+    // Those of s and of p are there.
+    let others = Conventions {
+        polarisation: None,
+        ..assume.conventions.clone()
+    };
+    refuse_columns("the BiRD format", name, &others)?;
     let refuse = |message: String| FileError::whole(name, message);
     let mut file: Map<String, Value> = serde_json::from_str(text).map_err(|e| {
         let is_cut = e.is_eof();
@@ -131,8 +136,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
     let assume = Assume {
         conventions: Conventions {
             uncertainties: Some(long.unit),
-            polarisation: None,
-            ..assume.conventions.clone()
+            ..others
         },
         ..assume.clone()
     };

@@ -256,7 +256,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     let mut pool = Pool::new(schedule.poses.len(), columns.channels.count());
     let mut negative = Negative::default();
     let mut exact = 0;
-    let mut incomplete = 0;
+    let (mut incomplete, mut empty) = (0, 0);
     let stated = columns.stated(&table);
     for &(row, first) in &used {
         let pose = order[place[first]] as usize;
@@ -272,6 +272,8 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
                 return Err(table.row_error(row, message));
             }
             incomplete += 1;
+        } else if values.is_none() && reason.is_none() {
+            empty += 1;
         }
         negative.see(table.lines[row], || columns.cells(&table, row));
         let outcome = match (&values, reason) {
@@ -404,7 +406,8 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         notes,
         warnings,
         rows: table.lines.len() + outside.at_horizon + outside.behind + unplaced,
-        lost: marks.count() + incomplete + unplaced,
+        // Cells of marks are empty by now.
+        lost: marks.count().max(empty) + incomplete + unplaced,
         unread: table.unread(),
         intact,
     })

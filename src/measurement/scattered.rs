@@ -210,6 +210,7 @@ pub(super) fn refuse_columns(
         ("--angles", conventions.angles.is_some()),
         ("--elevation", conventions.elevation),
         ("--uncertainties", conventions.uncertainties.is_some()),
+        ("--polarisation", conventions.polarisation.is_some()),
     ] {
         if given {
             let message = format!("{option}: the header of {what} says what its columns are");

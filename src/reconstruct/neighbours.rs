@@ -149,6 +149,11 @@ impl Reconstruct for InverseDistance {
 
     chooses_coordinates!();
 
+    // A search for neighbours.
+    fn value_seconds(&self, _readings: usize) -> f64 {
+        7e-6
+    }
+
     fn check(&self) -> Result<(), ParameterError> {
         self.values.check(self.epsilon)?;
         check_neighbours(self.neighbours, 1)?;

@@ -238,13 +238,19 @@ impl Rows {
             })
             .collect::<Result<Vec<_>, _>>()
         });
-        let index = index.transpose()?;
-        Ok(Self {
+        let mut rows = Self {
+            index: index.transpose()?,
             pairs,
             isotropic,
             signed,
-            index,
-        })
+        };
+        // Others count rows anew from sheet to sheet.
+        let falls = |index: &Vec<u64>| index.windows(2).any(|pair| pair[1] < pair[0]);
+        let starts_anew = !table.is_ours() && rows.index.as_ref().is_some_and(falls);
+        if starts_anew && rows.again().any(|again| again.by_index) {
+            rows.index = None;
+        }
+        Ok(rows)
     }
 
     /// For each row the first row of its pose: of its index, or else of its directions.

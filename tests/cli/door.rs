@@ -1,6 +1,6 @@
 //! The front door: what a newcomer types first, and what is said to a slip.
 
-use super::common::{says, table};
+use super::common::{near, says, table};
 use super::{Bench, READINGS};
 use std::fs;
 
@@ -100,8 +100,13 @@ fn every_starter_is_a_config_that_checks() {
         bench.good(format!("init {starter}"));
         let file = format!("{starter}.toml");
         let text = bench.read(&file);
-        assert!(text.starts_with("# "), "{starter} says what it is");
-        assert_eq!(bench.good(format!("init {starter} -o -")), text);
+        let (schema, rest) = text.split_once('\n').unwrap();
+        assert!(rest.starts_with("# "), "{starter} says what it is");
+        assert_eq!(bench.good(format!("init {starter} -o -")), rest);
+        // The first line names a schema that is there, for editors.
+        let schema = bench.read(schema.strip_prefix("#:schema ").unwrap());
+        let kind = ["config", "instrument"][usize::from(starter == "instrument")];
+        assert_eq!(bench.good(format!("schema {kind}")), schema);
         bench.good(format!("check {file}"));
         bench.refuses(format!("init {starter}"), 2, "this file exists");
         bench.write(&file, "");
@@ -146,6 +151,18 @@ fn shells_and_man_know_every_command() {
             assert!(script.contains(word), "{shell}: {word}");
         }
     }
+    // Members of registries are completed, and files beside them where an argument takes both.
+    let words = [
+        ["compgen -W \"spherical half-difference", "sobol"],
+        ["a-optimal", "cornell"],
+        ["ggx", "kriging"],
+    ];
+    for word in words.as_flattened() {
+        for shell in ["bash", "zsh"] {
+            let script = bench.good(format!("completions {shell}"));
+            assert!(script.contains(word) || shell == "zsh", "{shell}: {word}");
+        }
+    }
     assert!(bench.good("man").starts_with(".ie"));
     bench.good("man -o man1");
     for command in commands.iter().filter(|c| **c != "help") {
@@ -154,6 +171,30 @@ fn shells_and_man_know_every_command() {
     }
     assert!(bench.path("man1/gonio-picture-compare.1").is_file());
     bench.refuses("man -o man1", 2, "this file exists");
+}
+
+/// What a check estimates is the sum of its parts, and dearer reconstructions take longer.
+#[test]
+fn the_estimate_of_a_check_adds_up() {
+    let bench = Bench::new();
+    let seconds = |sets: &str| {
+        let found = bench.json(&format!("check small.toml --json {sets}"));
+        found["core_seconds"].as_f64().unwrap()
+    };
+    let budgets = |list: &str, kind: &str| {
+        seconds(&format!(
+            "--set budgets=[{list}] --set sample_set=[{{kind=\"sobol\"}}] --set reconstruction=[{{kind=\"{kind}\"}}]"
+        ))
+    };
+    let [one, other, both] = ["60", "500", "60,500"].map(|list| budgets(list, "kriging"));
+    near(one + other, both, 1e-9 * both, "two budgets");
+    assert!(other > one && other > 10.0 * budgets("500", "nearest"));
+    // The summary stands above the schedules.
+    let text = bench.good("check small.toml");
+    says(
+        &text,
+        "to reconstruct and compare: about … within a factor of three … schedules for",
+    );
 }
 
 #[test]

@@ -164,7 +164,7 @@ fn the_quickstart_does_what_its_rows_need() {
     let text = pages::read("configs/quickstart.toml");
     let text = text.replace("[250, 1000, 4000, 16000]", "[250, 1000]");
     let text = text.replace(
-        "tolerance = 0.04\nmax_pairs = 32768",
+        "tolerance = 0.04\nmax_pairs = 16384",
         "pairs = 600\nmax_pairs = 1",
     );
     let plan = plan(&bench, &text);

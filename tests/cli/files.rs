@@ -34,7 +34,7 @@ fn the_way_through_files_ends_where_a_run_does() {
     // The same test pairs as the run.
     let text = fs::read_to_string(config).unwrap();
     let pairs = "pairs = 500\nmax_pairs = 1";
-    let text = edited(&text, "tolerance = 0.04\nmax_pairs = 32768", pairs);
+    let text = edited(&text, "tolerance = 0.04\nmax_pairs = 16384", pairs);
     bench.write("c.toml", text);
     for [format, name, warp] in table(
         "csv | half-difference | theta_h:square-root

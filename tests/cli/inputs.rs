@@ -222,6 +222,15 @@ fn bad_parts_spoil_themselves_only() {
          3+ | {run} --strict
          3 | convert a.csv none.csv c.jsonl --force | none.csv"
     ));
+    // An empty cell of a file by others is a reading that is lost.
+    bench.write(
+        "holes.csv",
+        "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n10,0,20,0,.1\n10,0,30,0,\n",
+    );
+    bench.does(
+        "0 | convert holes.csv d.csv
+         3 | convert holes.csv e.csv --strict | 1 reading is lost",
+    );
 }
 
 /// Every command ends at once, leaves nothing half-written and says by which signal.

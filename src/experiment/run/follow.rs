@@ -83,8 +83,8 @@ impl Runner<'_> {
                 let rows = self.reconstruct(schedule, group, task)?;
                 self.events.made(&rows)?;
                 made.extend(rows);
-                let work = schedule.allowance.work();
-                self.events.advanced(group.members.len() as f64 * work)?;
+                self.events
+                    .advanced(group.members.len() as f64 * task.work)?;
             }
         }
         Ok(made)

@@ -463,6 +463,17 @@ impl Reconstruct for Kriging {
         self.fit || self.noise || self.prior.is_some()
     }
 
+    // The search for a kernel takes a part of the readings, the system of equations up to 2000 of them.
+    fn fit_seconds(&self, readings: usize) -> f64 {
+        let n = readings as f64;
+        let search = if self.fit {
+            3e-6 * n.min(400.0).powi(2)
+        } else {
+            0.0
+        };
+        search + 3e-10 * n.min(2000.0).powi(3)
+    }
+
     // A sum over all readings.
     fn value_seconds(&self, readings: usize) -> f64 {
         5e-8 * readings as f64

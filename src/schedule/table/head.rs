@@ -26,7 +26,7 @@ pub(super) struct Head {
     pub line: usize,
     /// The names, with the units that stand below them.
     pub labels: Vec<String>,
-    /// What stands between cells.
+    /// What stands between the cells of rows.
     pub separator: u8,
     /// The last line of the head.
     pub last: usize,
@@ -122,7 +122,8 @@ impl Head {
             if (has_angle || by_user > 0) && ours.count() + by_user >= 2 {
                 let units = content.get(i + 1).copied();
                 let units = units.and_then(|(line, text)| Some((line, cells(text, separator)?)));
-                return Some(Self::new(line, labels, units, separator, i));
+                let head = Self::new(line, labels, units, separator, i);
+                return Some(head.with_rows(&content));
             }
         }
         let numbered = conventions.are_numbers();
@@ -147,6 +148,20 @@ impl Head {
         let separator = usual(text);
         let labels = cells(text, separator)?;
         Some(Self::new(line, labels, None, separator, 0))
+    }
+
+    /// This head with what stands between the cells of the first row, where that is not what stands between names.
+    fn with_rows(mut self, content: &[(usize, &str)]) -> Self {
+        let first = content.iter().find(|(line, _)| *line > self.last);
+        let fits = |separator: u8| {
+            let found = first.and_then(|(_, text)| cells(text, separator));
+            found.is_none_or(|found| found.len() == self.labels.len())
+        };
+        if !fits(self.separator) {
+            let other = SEPARATORS.into_iter().find(|s| fits(*s));
+            self.separator = other.unwrap_or(self.separator);
+        }
+        self
     }
 
     /// The head above the first numbers, the last of the lines `before`.

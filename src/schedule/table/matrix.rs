@@ -18,6 +18,9 @@ use crate::schedule::names;
 /// Angles above a sheet.
 const KEYS: [&str; 2] = ["theta_i", "phi_i"];
 
+/// Lines with content among which the first sheet begins, below titles.
+const TITLES: usize = 20;
+
 /// A line of a sheet.
 enum Line {
     /// One of [`KEYS`], its label, and the number.
@@ -79,9 +82,12 @@ fn lines(text: &str, separator: u8) -> impl Iterator<Item = (usize, Vec<String>)
 pub(super) fn separator(text: &str) -> Option<u8> {
     [b';', b'\t', b','].into_iter().find(|&separator| {
         let kind = |(_, cells): (usize, Vec<String>)| line_of(&cells, separator != b',');
-        let mut first = lines(text, separator).take(2 + KEYS.len()).map(kind);
-        matches!(first.next(), Some(Line::Key(..)))
-            && first.any(|line| matches!(line, Line::Head(_)))
+        let all = lines(text, separator).take(TITLES).map(kind);
+        let mut sheet = all.skip_while(|line| matches!(line, Line::Other));
+        matches!(sheet.next(), Some(Line::Key(..)))
+            && sheet
+                .take(1 + KEYS.len())
+                .any(|line| matches!(line, Line::Head(_)))
     })
 }
 
@@ -136,6 +142,7 @@ impl Table {
                         self.numbers.extend([theta_i, phi_i, theta, phi, value]);
                     }
                 }
+                Line::Other if self.columns.is_empty() => self.prose += 1,
                 _ => {
                     let message = "this is no line of a sheet; allowed: theta_i and its angle, a row of azimuths below an \
                                    empty cell, rows of a polar angle and values";

@@ -37,7 +37,7 @@ pub(crate) struct Table {
     /// Keys whose values are not JSON, and their lines.
     others: Vec<(String, usize)>,
     /// Comments that are no keys.
-    prose: usize,
+    pub(super) prose: usize,
     /// Row-major; NaN is an empty cell.
     pub(super) numbers: Vec<f64>,
     /// Words, one text per row, if there is a column of words.
@@ -87,7 +87,7 @@ impl Table {
     }
 
     /// True of a header of ours, even if its hash was taken out.
-    pub(super) fn is_ours(&self) -> bool {
+    pub(crate) fn is_ours(&self) -> bool {
         let mut keys = self.facts.keys();
         keys.any(|key| key.ends_with("_hash") || key == "sample_set")
     }
