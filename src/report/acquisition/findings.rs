@@ -23,7 +23,11 @@ pub(super) fn method_beside(choice: &Choice, findings: &Findings) -> String {
 }
 
 /// Name of a choice's reconstruction without the level of a factor.
-fn method_but_for(choice: &Choice, findings: &Findings, factor: Option<Factor>) -> String {
+pub(super) fn method_but_for(
+    choice: &Choice,
+    findings: &Findings,
+    factor: Option<Factor>,
+) -> String {
     let several = |of: fn(&Choice) -> &String| {
         let lines = findings.rankings.iter().flat_map(|r| &r.lines);
         lines.map(|l| of(&l.choice)).any(|v| v != of(choice))

@@ -1,10 +1,10 @@
 //! The answer of a study in a few sentences: what its materials show, and what they cannot.
 
-use super::findings::{against, is_challenger, method, p_text};
+use super::findings::{against, is_challenger, level, method, method_but_for, p_text};
 use super::order::{error_of, sampling};
 use super::table::error;
 use crate::error::count;
-use crate::experiment::{Choice, Findings, NONE, OWN, Ranking, are_named};
+use crate::experiment::{Choice, Factor, Findings, NONE, OWN, Ranking, are_named};
 use crate::report::each_once;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
 
@@ -50,9 +50,9 @@ impl<'a> Contest<'a> {
     }
 
     /// The sentence about the comparison at an allowance, with its numbers.
-    pub(super) fn said(&self, a: usize, at: &str) -> Option<String> {
-        let cell = self.cell(a)?;
-        let [x, y] = names(self.pair);
+    pub(super) fn said(&self, findings: &Findings, a: usize) -> Option<String> {
+        let (cell, at) = (self.cell(a)?, findings.allowances.get(a)?);
+        let [x, y] = names(findings, self.pair);
         let n = count(cell.n, "material");
         let interval = cell.interval.map_or(String::new(), |[low, high]| {
             format!(" (95 % {}–{})", share(low), share(high))
@@ -120,15 +120,15 @@ impl<'a> Answer<'a> {
             Some(ranking) => leaders(findings, ranking, a).into_iter().collect(),
         };
         if let Some(contest) = &contest {
-            if let Some(said) = contest.said(a, at(a)) {
-                sentences.push(format!(
-                    "{} by {}, {said}.",
-                    match contest.pair[0].coordinates.as_str() {
-                        OWN => "Sampled and reconstructed in their own coordinates",
-                        _ => "Reconstructed",
-                    },
-                    contest.pair[0].reconstruction,
-                ));
+            if let Some(said) = contest.said(findings, a) {
+                let own = match contest.pair[0].coordinates.as_str() {
+                    OWN => " in their own coordinates",
+                    _ => "",
+                };
+                sentences.push(match method_of(findings, contest.pair) {
+                    by if by.is_empty() => format!("All else equal{own}, {said}."),
+                    by => format!("By {by}{own}, {said}."),
+                });
             }
             let ratio = |a: usize| Some(format!("{} at {}", contest.short(a)?, at(a)));
             let ratios: Vec<String> = (0..contest.cells.len()).filter_map(ratio).collect();
@@ -261,8 +261,21 @@ pub(super) fn pair(findings: &Findings, ranking: &Ranking) -> Option<Pair> {
         })
 }
 
-/// The samplings of a pair with their warps, and with their sample sets where these differ.
-pub(super) fn names(pair: &Pair) -> [String; 2] {
+/// What both of a pair are reconstructed by; empty if that is what differs.
+pub(super) fn method_of(findings: &Findings, pair: &Pair) -> String {
+    match findings.factor {
+        Factor::Parametrization if pair[0].sample_set != pair[1].sample_set => {
+            method_but_for(&pair[0], findings, Some(Factor::SampleSet))
+        }
+        factor => method_but_for(&pair[0], findings, Some(factor)),
+    }
+}
+
+/// The samplings of a pair with their warps, and with their sample sets where these differ; or the levels of what else differs.
+pub(super) fn names(findings: &Findings, pair: &Pair) -> [String; 2] {
+    if pair[0].parametrization == pair[1].parametrization && pair[0].warp == pair[1].warp {
+        return pair.each_ref().map(|choice| level(findings, choice));
+    }
     let differ = pair[0].sample_set != pair[1].sample_set;
     pair.each_ref().map(|choice| match differ {
         true if choice.parametrization != NONE => {

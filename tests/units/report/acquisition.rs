@@ -241,7 +241,7 @@ fn the_chart_of_the_verdict_holds_every_coordinate() {
         scattered.sample_set = "directions".into();
         rows.push(scattered);
     }
-    names.push("none".into());
+    names.push("none (directions)".into());
     let text = report(&rows);
     let chart = charts(&text).next().unwrap();
     let shown: BTreeSet<&str> = looks(chart).map(|[name, _]| name).collect();

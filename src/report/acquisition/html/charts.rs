@@ -7,7 +7,7 @@ use super::figure::chart;
 use super::materials::Material;
 use super::scope_title;
 use crate::error::count;
-use crate::experiment::{Calibration, Cell, Choice, Factor, Findings, Line, Metric, Ranking};
+use crate::experiment::{Calibration, Cell, Choice, Factor, Findings, Line, Metric, NONE, Ranking};
 use crate::report::svg::plot::{
     Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Point, Series, color_of,
 };
@@ -321,6 +321,9 @@ impl Looks {
         let warps = siblings.iter().filter(|s| s.1 != "none");
         let place = warps.clone().position(|s| s.1 == choice.warp);
         let name = match (choice.warp.as_str(), warps.count()) {
+            ("none", _) if choice.parametrization == NONE => {
+                format!("none ({})", choice.sample_set)
+            }
             ("none", _) => choice.parametrization.clone(),
             (_, 1) => format!("{}, warped", choice.parametrization),
             _ => sampling(choice),

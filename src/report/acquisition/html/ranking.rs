@@ -67,7 +67,7 @@ fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Markup {
             (part(findings, shown, 1, &separable))
             @if !rest.is_empty() {
                 details {
-                    summary { "The other " (rest.len()) }
+                    summary { (count(rest.len(), "more line")) }
                     (part(findings, rest, SHOWN + 1, &separable))
                 }
             }
@@ -169,7 +169,10 @@ fn cell(cell: Option<&Cell>, separable: bool) -> Markup {
                         " [" (number(low)) ", " (number(high)) "]"
                     }
                 }
-                small { "p " (p_text(paired.p)) ", " (paired.wins) "/" (paired.losses) }
+                small {
+                    @if paired.p.is_some() { "p " (p_text(paired.p)) ", " }
+                    (paired.wins) "/" (paired.losses)
+                }
             }
             small { (format!("{:.0}", cell.readings)) " readings" }
         }

@@ -1,7 +1,7 @@
 //! The answer in a few sentences, and what may be unfair about it.
 
 use super::super::findings::undecided;
-use super::super::verdict::{Answer, Contest, Pair, middle, names, of_all, pair};
+use super::super::verdict::{Answer, Contest, Pair, method_of, middle, names, of_all, pair};
 use super::charts::{self, Looks};
 use crate::brdf::Favours;
 use crate::error::count;
@@ -67,15 +67,18 @@ fn caveat(
     let said = own.and_then(|ranking| {
         let pair = pair?;
         let at = findings.allowances.get(a)?;
-        let by = &pair[0].reconstruction;
+        let by = match method_of(findings, pair) {
+            by if by.is_empty() => by,
+            by => format!(", by {by}"),
+        };
         let contest = Contest::new(findings, ranking, pair);
         let limit = contest.as_ref().filter(|_| !is_limited).and_then(|c| c.limit(a));
         let limit = limit.map_or(String::new(), |limit| format!("; {limit}"));
-        Some(match contest.and_then(|c| c.said(a, at)) {
-            Some(said) => format!("On these alone, by {by}, {said}{limit}."),
+        Some(match contest.and_then(|c| c.said(findings, a)) {
+            Some(said) => format!("On these alone{by}, {said}{limit}."),
             None => {
-                let [x, y] = names(pair);
-                format!("On these alone {x} and {y} cannot be compared at {at} by {by}: none has both errors.")
+                let [x, y] = names(findings, pair);
+                format!("On these alone {x} and {y} cannot be compared at {at}{by}: none has both errors.")
             }
         })
     });
