@@ -19,7 +19,7 @@ materials of formulas. Each choice measures and reconstructs them all, so that i
   gonio advise MERL --budget 64 --prior prior.gonio
   gonio advise MERL --minutes 10 --instrument rosi
 
-Planners are asked in half/difference coordinates. 90 % of further materials are below `below`,
+Planners are asked in half/difference coordinates. 90 % of materials are below `below`,
 if they are like these and the choice had not been the best on them. Behind each of the three best stand the commands
 that make its schedule; if the best choose poses from readings, the third does not. What is compared, as a config to
 change and to run: `gonio init advise`.")]
@@ -108,7 +108,7 @@ fn text(asked: &AdviceSpec, advice: &[Advice], of: &str) -> String {
         .flat_map(|a| &a.nrmse)
         .any(|s| s.below.is_some());
     let bounds = match bounds {
-        true => ", `below`: 90 % of further materials are below",
+        true => ", `below`: 90 % of materials are below",
         false => "",
     };
     let mut out = format!(

@@ -125,7 +125,7 @@ impl CrossValidationArgs {
             some if some < all => format!(" ({some} of {} take part)", count(all, "reading")),
             _ => String::new(),
         };
-        print(&format!("left out: {}{of}\n", validation.left()))?;
+        print(&format!("{}{of}\n", validation.left()))?;
         if ranked.len() > 1 {
             let shown = if is_verbose() { ranked.len() } else { SHOWN };
             let (quantity, measure) = (Errors::QUANTITIES[0].0.name, Measure::USUAL[0].name());

@@ -30,7 +30,7 @@ const SEED: u64 = 1;
 pub struct Scope {
     /// Error metric.
     pub metric: Metric,
-    /// Distribution of the test pairs.
+    /// Distribution of the test pairs; empty for an error of moments, which has none.
     pub measure: String,
     /// Truth class of the materials; `None`: all of them.
     pub truth: Option<String>,
@@ -135,9 +135,9 @@ pub struct Findings {
     pub allowances: Vec<String>,
     /// Truth classes, each once.
     pub truths: Vec<String>,
-    /// One ranking per metric, measure and truth class (and one over all of them).
+    /// One ranking per metric, measure and truth class that has materials to compare, and one over all of them.
     pub rankings: Vec<Ranking>,
-    /// One set of duels per metric, measure and truth class (and one over all of them).
+    /// The duels of each ranking.
     pub duels: Vec<Duels>,
     /// One per metric and measure, and one more where there are scattered reconstructions.
     pub explained: Vec<Explained>,
@@ -172,8 +172,11 @@ impl Findings {
         let each = (0..truths).filter(|_| truths > 1).map(Some);
         let scopes: Vec<Option<usize>> = std::iter::once(None).chain(each).collect();
         let mut tables = Vec::new();
-        for metric in Metric::ALL {
-            for measure in 0..index.measures.list.len() {
+        for metric in Metric::ALL.into_iter().filter(|m| m.is_asked(rows)) {
+            let measures = index.measures.list.len();
+            // Moments are the same for every measure.
+            let distinct = if metric.is_of_moments() { 1 } else { measures };
+            for measure in 0..distinct.min(measures) {
                 tables.extend(scopes.iter().map(|&truth| (metric, measure, truth)));
             }
         }
@@ -181,12 +184,19 @@ impl Findings {
         let bootstrap = Bootstrap::new(SEED);
         let found: Vec<_> = tables
             .into_par_iter()
-            .map(|(metric, measure, truth)| {
+            .filter_map(|(metric, measure, truth)| {
                 let of_truth = index.of_truth(truth);
                 let (materials, left_out) = index.compared(metric, measure, &of_truth);
+                if truth.is_some() && materials.is_empty() {
+                    return None;
+                }
+                let measured = match metric.is_of_moments() {
+                    true => "",
+                    false => index.measures.list[measure],
+                };
                 let scope = Scope {
                     metric,
-                    measure: index.measures.list[measure].into(),
+                    measure: measured.into(),
                     truth: truth.map(|t| index.truths.list[t].into()),
                     materials: materials.len(),
                     left_out,
@@ -202,7 +212,7 @@ impl Findings {
                 };
                 let kinds = [false, true].into_iter().filter(|_| truth.is_none());
                 let explained = kinds.filter_map(|scattered| table.explained(&scope, scattered));
-                (ranking, duels, explained.collect::<Vec<_>>())
+                Some((ranking, duels, explained.collect::<Vec<_>>()))
             })
             .collect();
         for (ranking, duels, explained) in found {

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 ///
 /// `config` (a path, or a dictionary of keys) names the materials, `{"materials_dir": "MERL"}`; without it, formulas stand for all.
 /// Allowed are `budget` poses, or `minutes` on `instrument`, a preset or a file. Errors are `nrmse` and `log_relative` under the
-/// cosine measure (`by` ranks), `mean` over materials and `below`, what nine of ten further materials are below. `prior` is a
+/// cosine measure (`by` ranks), `mean` over materials and `below`, what 90 % of materials are below. `prior` is a
 /// file of `gonio train`. At most `most` materials are tried, spread evenly over those that are named.
 #[pyfunction]
 #[pyo3(signature = (config = None, *, budget = None, minutes = None, instrument = None, by = "nrmse", most = 12, prior = None, seed = 1))]

@@ -4,6 +4,11 @@
 /// size would decide a geometric mean or a ratio.
 pub const EXACT: f64 = 1e-12;
 
+/// True of an error of rounding: [`EXACT`] at most, as which a geometric mean returns it but for rounding.
+pub fn is_exact(error: f64) -> bool {
+    error <= EXACT * (1.0 + 1e-9)
+}
+
 /// The geometric mean of non-negative errors; those below [`EXACT`], 0 among them, count as that.
 ///
 /// `None` of no errors at all, and where one is negative or not finite: a mean that leaves out the
@@ -17,7 +22,7 @@ pub fn geometric_mean(errors: &[f64]) -> Option<f64> {
 /// rounding beside others would decide any mean and ratio.
 pub fn compares(errors: impl IntoIterator<Item = f64>) -> bool {
     let least = errors.into_iter().reduce(f64::min);
-    least.is_some_and(|least| least > EXACT)
+    least.is_some_and(|least| !is_exact(least))
 }
 
 /// The value in the middle, or between the two there; `None` of nothing.

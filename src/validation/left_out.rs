@@ -50,10 +50,10 @@ impl fmt::Display for Left {
                 let each = if *sheets > MOST { "every 10th" } else { "each" };
                 write!(
                     f,
-                    "{each} in turn of {sheets} sheets of constant {angle}, with a third of the others"
+                    "cross-validation, {each} in turn of {sheets} sheets of constant {angle}, with a third of the others"
                 )
             }
-            Left::Points { sets } => write!(f, "each in turn of {sets} random sets"),
+            Left::Points { sets } => write!(f, "{sets}-fold cross-validation, random sets"),
         }
     }
 }

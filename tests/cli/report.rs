@@ -150,7 +150,7 @@ fn a_browser_shows_a_report() {
     };
     let (bench, report) = study(Level::Thorough);
     let dir = bench.path("one");
-    // As it is: not a word of complaint, and printed on several pages.
+    // As it is: not a word of complaint, and printed on few pages.
     let pdf = dir.join("report.pdf");
     let print = format!("--print-to-pdf={}", pdf.display());
     let page = dir.join("report.html");
@@ -160,8 +160,7 @@ fn a_browser_shows_a_report() {
     assert!(pdf.starts_with(b"%PDF"));
     let page = b"/Type /Page\n";
     let pages = pdf.windows(page.len()).filter(|w| w == page).count();
-    // At least one for each material.
-    assert!(pages > 6, "{pages} pages");
+    assert!((3..=12).contains(&pages), "{pages} pages");
     // With a probe, which the policy is told of beside the page's own script.
     let hash = STANDARD.encode(Sha256::digest(PROBE));
     let allowed = report.replacen("script-src ", &format!("script-src 'sha256-{hash}' "), 1);

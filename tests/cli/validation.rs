@@ -13,8 +13,7 @@ fn bench() -> Bench {
 #[test]
 fn readings_by_others_choose_their_method() {
     let bench = bench();
-    let left =
-        "left out: each in turn of 3 sheets of constant theta_i, with a third of the others\n";
+    let left = "cross-validation, each in turn of 3 sheets of constant theta_i, with a third of the others\n";
     let said = bench.tells("reconstruct sheets.csv --verbose", left);
     // What stands first is what is taken, and errors rise from row to row.
     let from = said.find("nrmse, cosine\n").unwrap();
@@ -31,7 +30,7 @@ fn readings_by_others_choose_their_method() {
     let judged = "errors of nearest at readings left out:\n";
     let named = bench.tells("reconstruct sheets.csv --reconstruction nearest", judged);
     assert!(!named.contains("nrmse, cosine"), "{named}");
-    let points = "left out: each in turn of 10 random sets\n";
+    let points = "10-fold cross-validation, random sets\n";
     bench.tells("reconstruct sheets.csv --cross-validation points", points);
     let kriging = "reconstruction: kriging\n";
     let none = bench.tells("reconstruct sheets.csv --cross-validation none", kriging);

@@ -8,7 +8,7 @@ use crate::experiment::{
 use crate::geometry::Symmetry;
 use crate::metrics::Measure;
 use crate::registry;
-use crate::statistics::{BAND, EXACT, compares, geometric_mean, upper_quantile};
+use crate::statistics::{BAND, compares, geometric_mean, is_exact, upper_quantile};
 use serde::Serialize;
 use toml::Value;
 
@@ -23,7 +23,7 @@ const BELOW: f64 = 0.9;
 pub struct Spread {
     /// The geometric mean.
     pub mean: f64,
-    /// Error that 90 % of further materials are below; `None` if too few were tried.
+    /// Error that 90 % of materials are below; `None` if too few were tried.
     pub below: Option<f64>,
 }
 
@@ -93,7 +93,7 @@ impl AdviceSpec {
             let poses = poses.map(String::clone);
             let mine = rows.iter().filter(|r| r.choice() == *choice);
             let of: Vec<Option<f64>> = mine.map(|r| r.value(self.by.name())).collect();
-            let is_inexact = of.iter().any(|e| e.is_some_and(|e| e > EXACT));
+            let is_inexact = of.iter().any(|e| e.is_some_and(|e| !is_exact(e)));
             let known = seen.contains(&poses) || is_inexact && errors.contains(&of);
             seen.push(poses);
             errors.push(of);

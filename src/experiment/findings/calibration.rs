@@ -85,7 +85,7 @@ fn expected(row: &Row) -> Expected {
 /// The calibrations of all choices that expect errors.
 pub(super) fn calibrations(index: &Index<'_>) -> Vec<Calibration> {
     let mut all = Vec::new();
-    for metric in Metric::ALL {
+    for metric in Metric::OF_PAIRS {
         for (m, measure) in index.measures.list.iter().enumerate() {
             for (c, choice) in index.choices.list.iter().enumerate() {
                 let cell = |a| Calibrated::new(index, metric, [m, c, a]);

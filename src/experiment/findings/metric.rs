@@ -13,17 +13,41 @@ named! {
         Nrmse = "nrmse",
         /// `log_relative`.
         LogRelative = "log_relative",
+        /// `moment_energy`.
+        MomentEnergy = "moment_energy",
+        /// `moment_mean`.
+        MomentMean = "moment_mean",
+        /// `moment_covariance`.
+        MomentCovariance = "moment_covariance",
+        /// `moment_skewness`.
+        MomentSkewness = "moment_skewness",
+        /// `moment_kurtosis`.
+        MomentKurtosis = "moment_kurtosis",
     }
 }
 
 impl Metric {
-    /// The metric of a name.
+    /// Those of test pairs, which every row has.
+    pub const OF_PAIRS: [Self; 2] = [Self::Nrmse, Self::LogRelative];
+
+    /// True if it is an error of the moments of slices: no test pairs are in it, so it is the same for all measures, and only rows
+    /// of a config that asks for moments have it.
+    pub fn is_of_moments(self) -> bool {
+        !Self::OF_PAIRS.contains(&self)
+    }
+
+    /// True if it stands among the findings of some rows: an error of test pairs always, one of moments if a row has it.
+    pub fn is_asked(self, rows: &[&Row]) -> bool {
+        !self.is_of_moments() || rows.iter().any(|r| self.error(r).is_some())
+    }
+
+    /// The metric of test pairs of a name.
     ///
     /// # Errors
     /// If none has it.
     pub fn named(name: &str) -> Result<Self, ParameterError> {
-        let found = Self::ALL.into_iter().find(|m| m.name() == name);
-        let names = Self::ALL.map(Self::name);
+        let found = Self::OF_PAIRS.into_iter().find(|m| m.name() == name);
+        let names = Self::OF_PAIRS.map(Self::name);
         found.ok_or_else(|| ParameterError::new("metric", name, one_of(name, names)))
     }
 
@@ -31,6 +55,7 @@ impl Metric {
         match self {
             Metric::Nrmse => expected.nrmse,
             Metric::LogRelative => expected.log_relative,
+            _ => None,
         }
     }
 
@@ -52,10 +77,11 @@ impl Metric {
 
     /// The error of the truth that is in it, [`crate::metrics::TruthErrors`].
     pub(crate) fn truth_error(self, row: &Row) -> Option<f64> {
-        row.value(match self {
-            Metric::Nrmse => "truth_nrmse",
-            Metric::LogRelative => "truth_log_relative",
-        })
+        match self {
+            Metric::Nrmse => row.value("truth_nrmse"),
+            Metric::LogRelative => row.value("truth_log_relative"),
+            _ => None,
+        }
     }
 
     /// The part of it that the error of the truth may be: of √(e² + t²) what e leaves.

@@ -1,6 +1,6 @@
 //! The findings that a study prints at its end, as texts and as a table of its own.
 
-use super::order::{best_of_each, sampling, subject, whole};
+use super::order::{best_of_each, error_of, is_printed, sampling, subject, whole};
 use crate::error::count;
 use crate::experiment::{
     Allowance, Calibrated, Calibration, Choice, Duel, Duels, Explained, Factor, Findings, Line,
@@ -23,7 +23,11 @@ pub(super) fn method_beside(choice: &Choice, findings: &Findings) -> String {
 }
 
 /// Name of a choice's reconstruction without the level of a factor.
-fn method_but_for(choice: &Choice, findings: &Findings, factor: Option<Factor>) -> String {
+pub(super) fn method_but_for(
+    choice: &Choice,
+    findings: &Findings,
+    factor: Option<Factor>,
+) -> String {
     let several = |of: fn(&Choice) -> &String| {
         let lines = findings.rankings.iter().flat_map(|r| &r.lines);
         lines.map(|l| of(&l.choice)).any(|v| v != of(choice))
@@ -44,14 +48,16 @@ fn method_but_for(choice: &Choice, findings: &Findings, factor: Option<Factor>) 
     parts.join(" ")
 }
 
-/// The error of each sampling by its best reconstruction, duels with the first parametrization, and
-/// the shares of the variance; over all truths, by `nrmse`.
+/// The error of each sampling by its best reconstruction, by `nrmse` and moments; by `nrmse` duels with the first parametrization
+/// and the shares of the variance; over all truths.
 pub fn study_text(findings: &Findings) -> String {
     let mut out = String::new();
     let of_all = |s: &Scope| s.metric == Metric::Nrmse && s.truth.is_none();
-    for ranking in findings.rankings.iter().filter(|r| of_all(&r.scope)) {
+    let is_shown = |s: &Scope| is_printed(&s.metric) && s.truth.is_none() && s.materials > 0;
+    for ranking in findings.rankings.iter().filter(|r| is_shown(&r.scope)) {
         errors_of_each(findings, ranking, &mut out);
         let duels = findings.duels.iter().find(|d| d.scope == ranking.scope);
+        let duels = duels.filter(|d| of_all(&d.scope));
         let Some(duels) = duels else {
             continue;
         };
@@ -94,7 +100,7 @@ fn errors_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
         (name, means.collect())
     });
     let means: Vec<(String, Vec<Option<f64>>)> = means.collect();
-    let title = format!("{}, {}", scope.metric.name(), scope.measure);
+    let title = error_of(scope, "");
     let columns = starred(&title, &headings(findings), &means, |i, a, star| {
         let median = whole(lines[i], a).map(|c| c.median);
         format!("{}{star} ({})", error(means[i].1[a]), error(median))
@@ -403,9 +409,8 @@ fn shares(explained: &Explained, out: &mut String) {
     };
     let _ = writeln!(
         out,
-        "\nWhat explains the variance of ln {}, {}, {of}:",
-        scope.metric.name(),
-        scope.measure
+        "\nWhat explains the variance of ln {}, {of}:",
+        error_of(scope, "")
     );
     for (name, share) in named_shares(factors, shares).into_iter().take(8) {
         let _ = writeln!(out, "  {:>5.1} %  {name}", 100.0 * share);
@@ -432,8 +437,8 @@ pub(super) fn named_shares(
 
 /// What the cells of [`Calibrations`] hold.
 pub(super) const LEGEND: &str = "Error over the error that the reconstruction expected of itself: the median over \
-                                 materials, what nine of ten are below, and under the cosine measure the share of \
-                                 materials below the bound that is stated for nine of ten.";
+                                 materials, what 90 % of materials are below, and under the cosine measure the share \
+                                 of materials below the bound that is stated for 90 %.";
 
 /// A table: its title, and lines of a name and its cells.
 pub(super) struct Calibrations {

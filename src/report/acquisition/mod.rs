@@ -11,6 +11,7 @@ mod ranking;
 #[cfg(feature = "pictures")]
 mod studio;
 pub(super) mod table;
+mod verdict;
 
 pub use csv::{ranking_csv, results_csv};
 pub use findings::{calibration, study_text};
@@ -24,3 +25,4 @@ pub use ranking::{instruments, ranking};
 #[cfg(feature = "pictures")]
 pub use studio::Studio;
 pub use table::{Table, error as error_text};
+pub use verdict::verdict_text;

@@ -1,6 +1,6 @@
 //! Names and order of choices: the best over all budgets first.
 
-use crate::experiment::{Cell, Choice, Factor, Line, Ranking, are_named};
+use crate::experiment::{Cell, Choice, Factor, Line, Metric, Ranking, Scope, are_named};
 use crate::statistics::EXACT;
 
 /// A parametrization with its warps.
@@ -8,6 +8,19 @@ pub(super) fn sampling(choice: &Choice) -> String {
     match choice.warp.as_str() {
         "none" => choice.parametrization.clone(),
         warp => format!("{} {warp}", choice.parametrization),
+    }
+}
+
+/// True of the metrics that a command prints; the others stand in `ranking.csv` and the report.
+pub(super) fn is_printed(metric: &Metric) -> bool {
+    *metric == Metric::Nrmse || metric.is_of_moments()
+}
+
+/// A metric and its measure, which `pairs` follows; moments have none.
+pub(super) fn error_of(scope: &Scope, pairs: &str) -> String {
+    match (scope.metric.name(), scope.measure.as_str()) {
+        (metric, "") => metric.into(),
+        (metric, measure) => format!("{metric}, {measure}{pairs}"),
     }
 }
 

@@ -1,10 +1,10 @@
 //! Tables at the end of an experiment: of one with instruments errors at equal readings and at equal minutes, by
 //! instrument, with the unreachable poses and the errors they cause; else mean errors of all choices.
 
-use super::order::{by, sampling};
+use super::order::{by, is_printed, sampling};
 use super::table::{error, starred};
 use crate::error::count;
-use crate::experiment::{Choice, Row};
+use crate::experiment::{Choice, Metric, Row};
 use crate::report::{Columns, each_once};
 use crate::schedule::Unreachable;
 use crate::statistics::{compares, geometric_mean};
@@ -56,14 +56,21 @@ pub fn instruments(rows: &[&Row]) -> String {
             .copied()
             .filter(|r| r.allowed == label)
             .collect();
-        for measure in &measures {
-            for (group, material) in &groups {
-                let title = format!("{group} at {label}: nrmse, {measure}{subject}");
-                let mine = |r: &Row| {
-                    r.measure == *measure && material.is_none_or(|m: &str| m == r.material)
+        for metric in printed(rows) {
+            for (of, measure) in measured(rows, metric) {
+                let of = match metric.is_of_moments() {
+                    true => of,
+                    false => format!("{}, {of}", metric.name()),
                 };
-                let of = |r: &Row| mine(r).then(|| r.value("nrmse")).flatten();
-                out += &layout.table(&title, &here, of, |v, star| format!("{}{star}", error(v)));
+                for (group, material) in &groups {
+                    let title = format!("{group} at {label}: {of}{subject}");
+                    let mine = |r: &Row| {
+                        r.measure == measure && material.is_none_or(|m: &str| m == r.material)
+                    };
+                    let of = |r: &Row| mine(r).then(|| r.value(metric.name())).flatten();
+                    out +=
+                        &layout.table(&title, &here, of, |v, star| format!("{}{star}", error(v)));
+                }
             }
         }
         let Some(first) = measures.first() else {
@@ -166,15 +173,26 @@ fn lost_to(row: &Row, reason: &str) -> usize {
     counts.filter_map(|(_, n)| n.parse::<usize>().ok()).sum()
 }
 
-/// The geometric mean of `nrmse` over materials and seeds, by measure and budget; the best of each
-/// column is marked. A mean that lacks rows others have is in brackets and not marked. Materials
-/// that some choice reconstructs exactly (Lambert on a grid) are left out: they say nothing about
-/// which is better.
+/// The geometric mean of `nrmse`, and of errors of moments where rows have them, over materials and seeds, by measure and budget;
+/// the best of each column is marked. A mean that lacks rows others have is in brackets and not marked. Materials that some choice
+/// reconstructs exactly (Lambert on a grid) are left out: they say nothing about which is better.
 pub fn ranking(rows: &[&Row]) -> String {
+    let metrics = printed(rows);
+    metrics.map(|metric| ranked(rows, metric)).collect()
+}
+
+/// The metrics that are printed of some rows.
+fn printed<'r>(rows: &'r [&Row]) -> impl Iterator<Item = Metric> + use<'r> {
+    let all = Metric::ALL.into_iter().filter(is_printed);
+    all.filter(|m| m.is_asked(rows))
+}
+
+fn ranked(rows: &[&Row], metric: Metric) -> String {
+    let value = |r: &&Row| r.value(metric.name());
     let materials = each_once(rows.iter().map(|r| r.material.as_str()));
     let (materials, exact): (Vec<&str>, Vec<&str>) = materials.into_iter().partition(|m| {
         let mine = rows.iter().filter(|r| r.material == *m);
-        compares(mine.filter_map(|r| r.value("nrmse")))
+        compares(mine.filter_map(value))
     });
     let rows: Vec<&Row> = rows
         .iter()
@@ -189,7 +207,8 @@ pub fn ranking(rows: &[&Row]) -> String {
         names => format!(" (exact by a choice and left out: {names})"),
     };
     let mut out = format!(
-        "\nGeometric mean of nrmse over {}{exact}; * best of its budget.\n",
+        "\nGeometric mean of {} over {}{exact}; * best of its budget.\n",
+        metric.name(),
         count(materials.len(), "material")
     );
     let budgets = each_once(rows.iter().map(|r| r.budget));
@@ -201,20 +220,21 @@ pub fn ranking(rows: &[&Row]) -> String {
         true => format!("{} {} {}", sampling(c), c.sample_set, by(c)),
         false => format!("{} {}", sampling(c), by(c)),
     };
-    for measure in each_once(rows.iter().map(|r| r.measure.as_str())) {
+    for (of, measure) in measured(&rows, metric) {
         // Errors of each choice and budget.
         let errors = |c: &Choice, budget: usize| -> Vec<f64> {
             let mine = rows
                 .iter()
                 .filter(|r| r.measure == measure && r.budget == budget && r.choice() == *c);
-            mine.filter_map(|r| r.value("nrmse")).collect()
+            mine.filter_map(value).collect()
         };
         let cells = choices
             .iter()
             .map(|c| budgets.iter().map(|&b| errors(c, b)).collect());
         let cells: Vec<Vec<Vec<f64>>> = cells.collect();
-        let is_whole =
-            |cell: &[f64], k: usize| cells.iter().all(|line| line[k].len() <= cell.len());
+        let is_whole = |cell: &[f64], k: usize| {
+            !cell.is_empty() && cells.iter().all(|line| line[k].len() <= cell.len())
+        };
         let lines = choices.iter().zip(&cells).map(|(c, line)| {
             let whole = line.iter().enumerate().map(|(k, cell)| {
                 let mean = geometric_mean(cell);
@@ -223,20 +243,30 @@ pub fn ranking(rows: &[&Row]) -> String {
             (name(c), whole.collect())
         });
         let lines: Vec<(String, Vec<Option<f64>>)> = lines.collect();
-        let columns = starred(
-            &format!("ranking, {measure}"),
-            &budgets,
-            &lines,
-            |i, k, star| {
-                let cell = &cells[i][k];
-                let text = error(geometric_mean(cell));
-                match is_whole(cell, k) {
-                    true => format!("{text}{star}"),
-                    false => format!("({text}) "),
-                }
-            },
-        );
+        let columns = starred(&format!("ranking, {of}"), &budgets, &lines, |i, k, star| {
+            let cell = &cells[i][k];
+            let text = error(geometric_mean(cell));
+            match is_whole(cell, k) || cell.is_empty() {
+                true => format!("{text}{star}"),
+                false => format!("({text}) "),
+            }
+        });
         out += &format!("\n{columns}");
     }
     out
+}
+
+/// What the tables of a metric are of, and the measure of their rows: each measure, or for moments, which are the same for all, the
+/// first.
+fn measured<'r>(rows: &[&'r Row], metric: Metric) -> Vec<(String, &'r str)> {
+    let measures = each_once(rows.iter().map(|r| r.measure.as_str()));
+    let named = |measure: &'r str| (measure.to_owned(), measure);
+    match metric.is_of_moments() {
+        true => measures
+            .first()
+            .map(|m| (metric.name().to_owned(), *m))
+            .into_iter()
+            .collect(),
+        false => measures.into_iter().map(named).collect(),
+    }
 }

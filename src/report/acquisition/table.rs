@@ -3,6 +3,7 @@
 use super::order::sampling;
 use crate::experiment::{Method, Plan, Row};
 use crate::report::Columns;
+use crate::statistics::is_exact;
 use std::collections::HashMap;
 use std::fmt::Display;
 
@@ -283,11 +284,11 @@ pub(super) fn starred<T: Display>(
     columns
 }
 
-/// An error with three to four digits; `-` if there is none.
+/// An error with three to four digits; `exact` if it is one of rounding, `-` if there is none.
 pub fn error(value: Option<f64>) -> String {
     match value {
         None => "-".into(),
-        Some(0.0) => "0".into(),
+        Some(v) if is_exact(v) => "exact".into(),
         Some(v) if (0.001..100.0).contains(&v) => format!("{v:.4}"),
         Some(v) => format!("{v:.1e}"),
     }

@@ -22,7 +22,10 @@ pub fn labelled(panel: &Panel) -> String {
         series.name.clear();
     }
     let panels = [bare];
-    let mut sheet = Sheet::sized("", &panels, 1, PLOT);
+    // A line for each name.
+    let named = panel.series.iter().filter(|s| !s.name.is_empty()).count();
+    let plot = [PLOT[0], PLOT[1].max(LINE * named as f64)];
+    let mut sheet = Sheet::sized("", &panels, 1, plot);
     let lines: Vec<&Series> = panel
         .series
         .iter()

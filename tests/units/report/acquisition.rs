@@ -2,7 +2,9 @@ use crate::common::{self, says, table};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gonio::experiment::{Findings, Plan, Row, Source};
-use gonio::report::{MaterialPictures, Picture, study_html as html, study_text};
+use gonio::report::{
+    MaterialPictures, Picture, ranking, ranking_csv, study_html as html, study_text, verdict_text,
+};
 use gonio::statistics::BAND;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
@@ -209,12 +211,119 @@ fn the_verdict_is_what_was_found() {
         "12 | 0.8 | theta_h | better on 12 of 12 materials, worse on 0
          12 | 1 | neither | there is no difference between unwarped hybrid and unwarped half-difference … within the band of 1.0 %
          4 | 1.5 | neither | 4 materials cannot show that others follow
+         3 | 0.01 | neither | unwarped hybrid errs least at every budget on these 3 materials: … \
+             is 1/100 of that of unwarped half-difference: better on 3 of 3 materials … 1/100 at 400 poses … \
+             3 materials cannot show that others follow.
          1 | 1.5 | neither | 1 material cannot show that others follow
          1 | 1.5 | neither | mean over 1 material,",
     ) {
         let rows = rows(materials.parse().unwrap(), ratio.parse().unwrap(), truth);
         says(verdict(&report(&rows)), parts);
+        says(&verdict_text(&findings(&rows)), parts);
     }
+    // What cannot be decided is not said to be undecided.
+    let few = report(&rows(3, 0.01, "neither"));
+    assert!(!verdict(&few).contains("ndecided"));
+}
+
+#[test]
+fn the_chart_of_the_verdict_holds_every_coordinate() {
+    let warps = "abcdefghi".chars().map(|c| format!("h_bar:{c}"));
+    let mut names: Vec<String> = warps.collect();
+    let mut rows = Vec::new();
+    for m in 0..3 {
+        for budget in [100, 400] {
+            for warp in &names {
+                rows.push(row(m, ["hybrid", warp], budget, 0.1));
+            }
+        }
+        let mut scattered = row(m, ["none", "none"], 100, 0.2);
+        scattered.sample_set = "directions".into();
+        rows.push(scattered);
+    }
+    names.push("none (directions)".into());
+    let text = report(&rows);
+    let chart = charts(&text).next().unwrap();
+    let shown: BTreeSet<&str> = looks(chart).map(|[name, _]| name).collect();
+    assert_eq!(shown.len(), names.len());
+    for name in &names {
+        assert!(
+            shown.iter().any(|s| s.ends_with(name)),
+            "{name} of {shown:?}"
+        );
+    }
+}
+
+#[test]
+fn what_is_exact_is_called_so_and_groups_without_materials_are_left_out() {
+    let mut rows = rows(7, 1.5, "neither");
+    // One exact in all coordinates, and one in some.
+    for (name, errors) in [("matte", [2e-16, 0.0]), ("half", [3e-13, 0.1])] {
+        for (parametrization, error) in ["half-difference", "hybrid"].into_iter().zip(errors) {
+            for budget in [100, 400] {
+                let mut row = common::row(name, [parametrization, "none"], budget, error);
+                row.truth = "h_bar".into();
+                rows.push(row);
+            }
+        }
+    }
+    let text = report(&rows);
+    assert!(text.contains("matte (exact by a choice), half (exact by a choice)"));
+    assert!(!text.contains("“h_bar”") && !text.contains("0 materials"));
+    let of = |name: &str| {
+        let (_, section) = text
+            .split_once(&format!("<summary>{name}</summary>"))
+            .unwrap();
+        section.split("</section>").next().unwrap()
+    };
+    assert!(of("matte").contains("Exact: at every budget") && !of("matte").contains("<td"));
+    assert_eq!(of("half").matches("<b>exact</b>").count(), 2);
+    let all = of("matte").to_owned() + of("half");
+    assert!(!all.contains("e-1"), "{all}");
+}
+
+#[test]
+fn errors_of_moments_are_ranked_where_rows_have_them() {
+    let mut rows = rows(7, 1.5, "neither");
+    let texts = |rows: &[Row]| {
+        let (all, found) = (rows.iter().collect::<Vec<_>>(), findings(rows));
+        [
+            ranking(&all),
+            study_text(&found),
+            ranking_csv(&found),
+            report(rows),
+        ]
+    };
+    for text in texts(&rows) {
+        assert!(
+            text.contains("nrmse") && !text.contains("moment_"),
+            "{text}"
+        );
+    }
+    let mut of_lobe = rows.clone();
+    for row in &mut of_lobe {
+        row.measure = "lobe".into();
+    }
+    rows.extend(of_lobe);
+    for row in &mut rows {
+        let error = if row.parametrization == "hybrid" {
+            0.25
+        } else {
+            0.5
+        };
+        row.quantities.set("moment_skewness", Some(error));
+    }
+    let [printed, study, table, page] = texts(&rows);
+    // Once: they are the same for every measure.
+    assert_eq!(printed.matches("ranking, moment_skewness").count(), 1);
+    says(&printed, "ranking, moment_skewness … 0.5000 … 0.2500*");
+    says(&study, "moment_skewness … 0.2500* (0.2500)");
+    assert!(!printed.contains("moment_energy"));
+    let lines = table
+        .lines()
+        .filter(|l| l.starts_with("moment_skewness,,,7,hybrid"));
+    assert_eq!(lines.count(), 2);
+    says(&page, "moment_skewness, all 7 materials … 0.2500");
 }
 
 #[test]
@@ -268,12 +377,12 @@ fn many(materials: usize, count: usize) -> Vec<Row> {
 fn too_few_materials_for_many_choices_are_not_alike() {
     // 2 / 2⁸ · 39 = 0.30, 2 / 2⁸ · 5 = 0.04.
     let text = report(&many(8, 40));
-    let note = "8 materials are too few to tell so many choices apart";
+    let note = "8 materials are too few to separate so many choices";
     assert_eq!(text.matches(note).count(), 2, "once a metric");
     assert!(text.contains("would have p 0.30"));
     assert!(!text.contains("near\"") && !text.contains("</b> ≈"));
     let text = report(&many(8, 6));
-    assert!(!text.contains("too few to tell so many"));
+    assert!(!text.contains("too few to separate so many"));
     assert!(text.contains("near\"") && text.contains("</b> ≈"));
 }
 

@@ -1,18 +1,19 @@
 //! The diagrams of a report.
 
-use super::super::findings::{Against, compared_at, level, method, method_beside};
-use super::super::order::{best_of_each, sampling, sorted, whole};
+use super::super::findings::{Against, compared_at, level, method_beside};
+use super::super::order::{best_of_each, error_of, sampling, whole};
+use super::super::verdict::{Contest, number, of_all, said};
 use super::figure::chart;
 use super::materials::Material;
-use super::{number, said, scope_title};
+use super::scope_title;
 use crate::error::count;
-use crate::experiment::{Calibration, Cell, Choice, Factor, Findings, Line, Metric, Ranking};
+use crate::experiment::{Calibration, Cell, Choice, Factor, Findings, Line, Metric, NONE, Ranking};
 use crate::report::svg::plot::{
     Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Point, Series, color_of,
 };
 use crate::report::svg::{forest_svg, labelled, svg};
 use crate::report::{TIMES, each_once};
-use crate::statistics::{BAND, Paired};
+use crate::statistics::{BAND, Paired, is_exact};
 use maud::{Markup, html};
 
 /// The most lines of a diagram.
@@ -48,78 +49,67 @@ const COMPUTING: Cost = Cost {
     range: |c| c.seconds_range,
 };
 
-/// The comparison of the verdict: the error of challenger and reference against readings, as they are
-/// and warped, with the interval of their ratio. `None` of fewer than two budgets.
+/// The chart of the verdict: the error of every sampling by its best reconstruction against readings, with the interval of the
+/// ratio of the pair where the challenger is among these. `None` of fewer than two budgets.
 pub(super) fn decisive(
     findings: &Findings,
     ranking: &Ranking,
-    [challenger, reference]: [&Choice; 2],
-    ratios: &[Option<Paired>],
+    contest: Option<&Contest>,
     looks: &Looks,
 ) -> Option<Markup> {
-    let lines = sorted(ranking);
-    let own = |choice: &Choice| lines.iter().copied().find(|l| l.choice == *choice);
-    // Unwarped, or the best warped, and else alike.
-    let other = |choice: &Choice| {
-        let with_its_warp = |c: &Choice| Choice {
-            warp: choice.warp.clone(),
-            ..c.clone()
-        };
-        lines.iter().copied().find(|l| {
-            let plain = [&l.choice, choice].map(|c| c.warp == "none");
-            plain[0] != plain[1] && with_its_warp(&l.choice) == *choice
-        })
-    };
-    let mut series: Vec<Series> = Vec::new();
-    for choice in [reference, challenger] {
-        for line in [own(choice), other(choice)].into_iter().flatten() {
-            let mut new = looks.series(&line.choice, course(line, READINGS.of));
-            if findings.factor != Factor::Parametrization {
-                new.name = level(findings, &line.choice);
+    let lines = best_of_each(ranking, looks.factor);
+    let mut panel = panel(ranking, &lines, &READINGS, looks);
+    let scope = &ranking.scope;
+    panel.title = format!("{} against readings", scope.metric.name());
+    let mut caption = format!(
+        "Geometric mean over {}, {} pairs. {}",
+        count(scope.materials, "material"),
+        scope.measure,
+        named_by(
+            lines
+                .iter()
+                .map(|l| [looks.name(&l.choice), method_beside(&l.choice, findings)])
+        )
+    );
+    let mut label = format!("{}: error against readings", scope_title(scope));
+    if let Some(contest) = contest {
+        let [x, y] = contest.pair.each_ref().map(|c| level(findings, c));
+        // What a report compares but samplings is not among their best reconstructions.
+        let is_of_samplings = matches!(
+            findings.factor,
+            Factor::Parametrization | Factor::Warp | Factor::SampleSet
+        );
+        let own = |choice: &Choice| ranking.lines.iter().find(|l| l.choice == *choice);
+        for choice in contest.pair.iter().filter(|_| !is_of_samplings) {
+            if let Some(line) = own(choice).filter(|l| !lines.contains(l)) {
+                let mut series = looks.series(choice, course(line, READINGS.of));
+                (series.name, series.mark) = (level(findings, choice), Mark::DashDotted);
+                panel.series.push(series);
             }
-            // Of a factor but the parametrization all are of one colour.
-            let taken = |s: &Series| (s.color, s.mark) == (new.color, new.mark);
-            if series.iter().any(taken) {
-                new.mark = Mark::DashDotted;
-            }
-            series.push(new);
         }
-    }
-    let mut ends = [Vec::new(), Vec::new()];
-    if let Some(line) = own(challenger) {
-        for (a, ratio) in ratios.iter().enumerate() {
-            let (Some(cell), Some(ratio)) = (whole(line, a), ratio) else {
+        let challenger = lines.iter().find(|l| l.choice == contest.pair[0]);
+        let mut ends = [Vec::new(), Vec::new()];
+        for (a, ratio) in contest.cells.iter().enumerate() {
+            let cell = challenger.and_then(|line| whole(line, a));
+            let (Some(cell), Some(ratio)) = (cell, ratio) else {
                 continue;
             };
             for (side, end) in ends.iter_mut().zip(ratio.interval.into_iter().flatten()) {
                 side.push((cell.readings, Some(cell.mean * end / ratio.ratio)));
             }
         }
+        let [low, high] = ends;
+        if low.len() > 1 {
+            let color = color_of(&contest.pair[0].parametrization);
+            let corners = low.into_iter().chain(high.into_iter().rev());
+            let area = Series::new("", color, Mark::Area, corners);
+            panel.series.insert(0, area);
+            caption += &format!(
+                " Tinted: the 95 % interval of the ratio of {x} to {y}, about the line of the first."
+            );
+        }
+        label = format!("{label}, {x} and {y} among them");
     }
-    let [low, high] = ends;
-    let tinted = low.len() > 1;
-    if tinted {
-        let color = color_of(&challenger.parametrization);
-        let corners = low.into_iter().chain(high.into_iter().rev());
-        series.insert(0, Series::new("", color, Mark::Area, corners));
-    }
-    let scope = &ranking.scope;
-    let title = format!("{} against readings", scope.metric.name());
-    let axes = [READINGS.label, scope.metric.name()].map(Axis::log);
-    let panel = Panel::new(title, axes, series);
-    let [x, y] = [challenger, reference].map(|c| level(findings, c));
-    let mut caption = format!(
-        "Geometric mean over {}, {} pairs; all by {}.",
-        count(scope.materials, "material"),
-        scope.measure,
-        method(challenger, findings)
-    );
-    if tinted {
-        caption += &format!(
-            " Tinted: the 95 % interval of the ratio of {x} to {y}, about the line of the first."
-        );
-    }
-    let label = format!("{}: {x} and {y} against readings", scope_title(scope));
     curve(&panel, &label, &caption)
 }
 
@@ -128,11 +118,14 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Option<Markup> {
     let mut parts = Vec::new();
     for cost in [&READINGS, &INSTRUMENT] {
         let mut charts = Vec::new();
-        let all = findings.rankings.iter();
-        for ranking in all.filter(|r| r.scope.truth.is_none()) {
-            let panel = panel(ranking, cost, looks);
+        // The first against readings is that of the verdict.
+        let rankings = of_all(findings).into_iter();
+        for ranking in rankings.skip(usize::from(cost.title == READINGS.title)) {
+            let mut lines = best_of_each(ranking, looks.factor);
+            lines.truncate(LINES);
+            let panel = panel(ranking, &lines, cost, looks);
             let label = format!("{} {}", scope_title(&ranking.scope), cost.title);
-            let lines = best_of_each(ranking, looks.factor).into_iter().take(LINES);
+            let lines = lines.iter();
             let by = lines.map(|l| [looks.name(&l.choice), method_beside(&l.choice, findings)]);
             charts.extend(curve(&panel, &label, &named_by(by)));
         }
@@ -184,8 +177,7 @@ pub(super) fn calibrated(findings: &Findings, looks: &Looks) -> Vec<Markup> {
         let axes = [READINGS.label, "true over expected error"].map(Axis::log);
         let panel = Panel::new(title, axes, series);
         let label = format!("{metric} over what was expected, {measure} pairs, against readings");
-        let caption =
-            "Lines: the median over materials. Dots: 90 % of further materials are below.";
+        let caption = "Lines: the median over materials. Dots: 90 % of materials are below.";
         charts.extend(curve(&panel, &label, caption));
     }
     charts
@@ -233,8 +225,9 @@ fn sheet(findings: &Findings, costs: &[Cost]) -> String {
     let mut panels = Vec::new();
     for cost in costs {
         let panel = |r: &&Ranking| {
-            let mut panel = panel(r, cost, &looks);
-            let named = best_of_each(r, looks.factor);
+            let mut named = best_of_each(r, looks.factor);
+            named.truncate(LINES);
+            let mut panel = panel(r, &named, cost, &looks);
             for series in &mut panel.series {
                 let own = |l: &&&Line| looks.name(&l.choice) == series.name;
                 if let Some(line) = named.iter().find(own) {
@@ -256,16 +249,16 @@ fn sheet(findings: &Findings, costs: &[Cost]) -> String {
     svg(&title, &panels, rankings.len().max(1))
 }
 
-fn panel(ranking: &Ranking, cost: &Cost, looks: &Looks) -> Panel {
-    let lines = best_of_each(ranking, looks.factor).into_iter().take(LINES);
-    let series = lines.flat_map(|line| {
+/// The curves of some lines of a ranking.
+fn panel(ranking: &Ranking, lines: &[&Line], cost: &Cost, looks: &Looks) -> Panel {
+    let series = lines.iter().flat_map(|line| {
         let curve = looks.series(&line.choice, course(line, cost.of));
         let ranges = Series::new("", curve.color, Mark::Line, ranges(line, cost));
         [ranges, curve]
     });
     let scope = &ranking.scope;
     Panel::new(
-        format!("{}, {} pairs", scope.metric.name(), scope.measure),
+        error_of(scope, " pairs"),
         [cost.label, scope.metric.name()].map(Axis::log),
         series.filter(|s| !s.points.is_empty()),
     )
@@ -328,6 +321,9 @@ impl Looks {
         let warps = siblings.iter().filter(|s| s.1 != "none");
         let place = warps.clone().position(|s| s.1 == choice.warp);
         let name = match (choice.warp.as_str(), warps.count()) {
+            ("none", _) if choice.parametrization == NONE => {
+                format!("none ({})", choice.sample_set)
+            }
             ("none", _) => choice.parametrization.clone(),
             (_, 1) => format!("{}, warped", choice.parametrization),
             _ => sampling(choice),
@@ -392,7 +388,8 @@ pub(super) fn of_material(material: &Material, looks: &Looks) -> Option<Markup> 
     for measure in &material.measures {
         let mut by = Vec::new();
         let series = measure.lines.iter().take(LINES).map(|line| {
-            let points = line.course.iter().map(|b| (b.readings, Some(b.error)));
+            let inexact = line.course.iter().filter(|b| !is_exact(b.error));
+            let points = inexact.map(|b| (b.readings, Some(b.error)));
             let series = looks.series(&line.choice, points.collect());
             let method = line.course.first().map(|b| b.method.clone());
             by.extend(method.map(|method| [series.name.clone(), method]));

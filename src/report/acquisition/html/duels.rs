@@ -3,13 +3,14 @@
 use super::super::findings::{
     Against, at_readings, beside_none, compared_at, method, p_text, ratios, references, undecided,
 };
+use super::super::verdict::{number, said};
 use super::charts::{self, Looks};
-use super::{number, said, scope_title};
+use super::{folded, scope_title};
 use crate::experiment::{Cell, Choice, Findings, NONE, Ranking};
 use maud::{Markup, html};
 
 /// Forest plots and tables of every scope.
-pub(super) fn section(findings: &Findings, looks: &Looks) -> Markup {
+pub(super) fn section(findings: &Findings, looks: &Looks) -> Option<Markup> {
     let all = findings.duels.iter().zip(&findings.rankings);
     let mut parts = Vec::new();
     for (duels, ranking) in all {
@@ -20,7 +21,7 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Markup {
             };
             for best in by {
                 let rows = ratios(findings, duels, &best, &reference);
-                if rows.is_empty() {
+                if rows.iter().all(|row| row.cells.iter().all(Option::is_none)) {
                     continue;
                 }
                 let by = method(&best, findings);
@@ -31,17 +32,15 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Markup {
                 let title = format!("{}; by {by}{against}", scope_title(&duels.scope));
                 let label = format!("error / that of {reference}");
                 let chart = charts::forest(&rows, findings, looks, &label, &title);
-                parts.push(html! {
-                    details.page open[parts.is_empty()] {
-                        summary { (title) }
-                        @if let Some(chart) = chart { (chart) }
-                        (table(findings, &rows, &reference))
-                    }
-                });
+                let part = html! {
+                    @if let Some(chart) = chart { (chart) }
+                    details { summary { "The same as a table" } (table(findings, &rows, &reference)) }
+                };
+                parts.push((title, part));
             }
         }
     }
-    html! {
+    (!parts.is_empty()).then(|| html! {
         p {
             "Error of each sampling over that of the reference, with the reconstruction that ranks best: "
             "the geometric mean of the ratio over materials" (at_readings(findings)) " with its 95 % interval. Each warp stands "
@@ -50,9 +49,8 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Markup {
             "the reference, where it is another. Left of 1 is better; the band about 1 counts as no "
             "difference. Undecided: " (undecided(findings)) "; all: of each material its mean over the budgets, p as it is."
         }
-        @if parts.is_empty() { p { "There is only one parametrization." } }
-        @for part in &parts { (part) }
-    }
+        (folded(parts))
+    })
 }
 
 fn table(findings: &Findings, rows: &[Against], reference: &str) -> Markup {

@@ -2,11 +2,11 @@
 
 use super::super::order::{by, sampling};
 use super::figure::figures;
-use super::{MaterialPictures, sampling_name};
+use super::{MaterialPictures, folded, sampling_name};
 use crate::experiment::{Choice, Row};
 use crate::report::acquisition::table::error;
 use crate::report::each_once;
-use crate::statistics::{EXACT, geometric_mean};
+use crate::statistics::{EXACT, geometric_mean, is_exact};
 use maud::{Markup, html};
 use std::collections::{HashMap, HashSet};
 
@@ -17,6 +17,15 @@ pub(super) struct Material {
     /// Measured alignment q of its lobe.
     pub alignment: Option<f64>,
     pub measures: Vec<Measure>,
+}
+
+impl Material {
+    /// True if every sampling reconstructs it exactly at every allowance that it is used at.
+    fn is_exact(&self) -> bool {
+        let lines = || self.measures.iter().flat_map(|m| &m.lines);
+        let mut all = lines().flat_map(|l| l.best.iter().flatten()).peekable();
+        all.peek().is_some() && all.all(|b| is_exact(b.error))
+    }
 }
 
 /// Errors under a measure.
@@ -135,6 +144,9 @@ pub(super) fn tables(rows: &[&Row], allowances: &[String]) -> Vec<Material> {
         .collect()
 }
 
+/// Materials that are not folded away.
+const OPEN: usize = 4;
+
 /// What diagrams and tables of materials show.
 pub(super) fn legend() -> Markup {
     html! {
@@ -154,19 +166,27 @@ pub(super) fn section(
     pictures: Option<&MaterialPictures>,
     curves: Option<Markup>,
 ) -> Markup {
+    let table = |m: &Measure| (format!("nrmse, {} pairs", m.name), table(m, allowances));
+    let tables = material.measures.iter().map(table);
     html! {
-        section.page.material id={ "material-" (number) } {
-            h3 { (material.name) }
-            p.truth {
-                "Truth: " (material.truth)
-                @match material.alignment {
-                    Some(q) => { (format!("; measured alignment q = {q:.2} (0: a lobe over theta_h, 1: over |h_bar|)")) }
-                    None => { "; no lobe whose alignment could be measured" }
+        section.material id={ "material-" (number) } {
+            details open[number < OPEN] {
+                summary { (material.name) }
+                p.truth {
+                    "Truth: " (material.truth)
+                    @match material.alignment {
+                        Some(q) => { (format!("; measured alignment q = {q:.2} (0: a lobe over theta_h, 1: over |h_bar|)")) }
+                        None => { "; no lobe whose alignment could be measured" }
+                    }
+                }
+                @if let Some(pictures) = pictures { (figures(&pictures.pictures)) }
+                @if let Some(curves) = curves { (curves) }
+                @if material.is_exact() {
+                    p { "Exact: at every budget all samplings have a reconstruction whose error is one of rounding." }
+                } @else {
+                    (folded(tables))
                 }
             }
-            @if let Some(pictures) = pictures { (figures(&pictures.pictures)) }
-            @if let Some(curves) = curves { (curves) }
-            @for measure in &material.measures { (table(measure, allowances)) }
         }
     }
 }
@@ -174,13 +194,12 @@ pub(super) fn section(
 fn table(measure: &Measure, allowances: &[String]) -> Markup {
     let column = |a: usize| measure.lines.iter().filter_map(move |l| l.best[a].as_ref());
     let least = |a: usize| column(a).map(|b| b.error).fold(f64::INFINITY, f64::min);
-    let caption = format!("nrmse, {} pairs", measure.name);
     let head = ["sampled in"]
         .into_iter()
         .chain(allowances.iter().map(String::as_str));
     let rows = html! {
         tbody {
-            @for line in &measure.lines {
+            @for line in measure.lines.iter().filter(|l| l.best.iter().any(Option::is_some)) {
                 tr {
                     th scope="row" title=(sampling(&line.choice)) { (sampling_name(&line.choice)) }
                     @for (a, best) in line.best.iter().enumerate() {
@@ -199,5 +218,5 @@ fn table(measure: &Measure, allowances: &[String]) -> Markup {
             }
         }
     };
-    super::table(Some("methods sorts"), &caption, head, rows)
+    super::table(Some("methods sorts"), "", head, rows)
 }

@@ -15,10 +15,10 @@ mod verdict;
 
 pub use charts::{study_curves, study_timings};
 
-use super::findings::{self, LEGEND, named_shares, p_text};
+use super::findings::{self, LEGEND, named_shares};
+use super::order::error_of;
 use crate::error::count;
-use crate::experiment::{Choice, Explained, Findings, Plan, Row, Scope};
-use crate::statistics::{Paired, Verdict};
+use crate::experiment::{Choice, Explained, Findings, Metric, Plan, Row, Scope};
 use charts::Looks;
 use figure::figures;
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html as page};
@@ -63,8 +63,6 @@ pub fn html(
     pictures: &[MaterialPictures],
 ) -> String {
     let title = plan.report.title.as_deref().unwrap_or("Acquisition study");
-    let factor = findings.factor.name().replace('_', " ");
-    let duels_title = format!("{} against {factor}", capital(&factor));
     let question = plan.question.as_deref().unwrap_or_default().trim();
     let materials = materials::tables(rows, &findings.allowances);
     let looks = Looks::new(findings);
@@ -77,32 +75,43 @@ pub fn html(
             materials::section(i, m, &findings.allowances, own, curves)
         })
         .collect();
-    let mut sections = vec![
-        Section::new("verdict", "Verdict", verdict::section(findings, &looks)),
-        Section {
+    let mut sections = vec![Section::new(
+        "verdict",
+        "Verdict",
+        verdict::section(findings, &looks),
+    )];
+    if let Some(body) = ranking::section(findings) {
+        sections.push(Section {
             contents: rankings(findings),
-            ..Section::new("ranking", "Ranking", ranking::section(findings))
-        },
-        Section::new("duels", &duels_title, duels::section(findings, &looks)),
-        Section {
-            body: charts::curves(findings, &looks),
-            ..Section::new("curves", "What an error costs", Markup::default())
-        },
+            ..Section::new("ranking", "Ranking", body)
+        });
+    }
+    let optional = [
+        (
+            "duels",
+            "Comparisons in pairs",
+            duels::section(findings, &looks),
+        ),
+        (
+            "curves",
+            "Error against cost",
+            charts::curves(findings, &looks),
+        ),
+        (
+            "calibration",
+            "Expected errors",
+            calibrations(findings, &looks),
+        ),
+        ("variance", "Shares of the variance", variance(findings)),
+        (
+            "figures",
+            "Coordinates",
+            (!general.is_empty()).then(|| figures(general)),
+        ),
     ];
-    if !findings.calibrations.is_empty() {
-        let body = calibrations(findings, &looks);
-        sections.push(Section::new("calibration", "What was expected", body));
-    }
-    let body = variance(findings);
-    sections.push(Section::new(
-        "variance",
-        "Which choice matters how much",
-        body,
-    ));
-    if !general.is_empty() {
-        sections.push(Section::new("figures", "Coordinates", figures(general)));
-    }
-    sections.push(Section {
+    let optional = optional.into_iter();
+    sections.extend(optional.filter_map(|(id, title, body)| Some(Section::new(id, title, body?))));
+    let of_materials = (!materials.is_empty()).then(|| Section {
         contents: page! {
             " " span.many {
                 @for (i, m) in materials.iter().enumerate() {
@@ -114,14 +123,12 @@ pub fn html(
         below: page! { @for section in of_materials { (section) } },
         ..Section::new("materials", "Materials", materials::legend())
     });
-    sections.push(Section {
-        class: Some("page"),
-        ..Section::new(
-            "manifest",
-            "How it was made",
-            made_by::section(manifest, &plan.resolved),
-        )
-    });
+    sections.extend(of_materials);
+    sections.push(Section::new(
+        "manifest",
+        "Config and inputs",
+        made_by::section(manifest, &plan.resolved),
+    ));
     let body = page! {
         nav aria-label="Contents" {
             details {
@@ -133,9 +140,7 @@ pub fn html(
         }
         main {
             @for of in &sections {
-                @if let Some(body) = &of.body {
-                    section class=[of.class] id=(of.id) { h2 { (of.title) } (body) }
-                }
+                section id=(of.id) { h2 { (of.title) } (of.body) }
                 (of.below)
             }
         }
@@ -173,10 +178,8 @@ pub(crate) fn frame(title: &str, heading: &str, body: Markup) -> String {
 /// A section of a report, which the contents list.
 struct Section {
     id: &'static str,
-    title: String,
-    class: Option<&'static str>,
-    /// `None`: there is nothing to show.
-    body: Option<Markup>,
+    title: &'static str,
+    body: Markup,
     /// What stands behind its title in the contents.
     contents: Markup,
     /// What stands below it.
@@ -184,12 +187,11 @@ struct Section {
 }
 
 impl Section {
-    fn new(id: &'static str, title: &str, body: Markup) -> Self {
+    fn new(id: &'static str, title: &'static str, body: Markup) -> Self {
         Self {
             id,
-            title: title.into(),
-            class: None,
-            body: Some(body),
+            title,
+            body,
             contents: Markup::default(),
             below: Markup::default(),
         }
@@ -198,13 +200,23 @@ impl Section {
 
 /// The rankings in the contents, if there are several.
 fn rankings(findings: &Findings) -> Markup {
+    let shown = ranking::shown(findings);
     page! {
-        @if findings.rankings.len() > 1 {
+        @if shown.len() > 1 {
             ul {
-                @for (i, ranking) in findings.rankings.iter().enumerate() {
+                @for (i, ranking) in shown.iter().enumerate() {
                     li { a href={ "#ranking-" (i) } { (scope_title(&ranking.scope)) } }
                 }
             }
+        }
+    }
+}
+
+/// Parts below one another, the first open, the others folded away.
+fn folded(parts: impl IntoIterator<Item = (String, Markup)>) -> Markup {
+    page! {
+        @for (i, (title, body)) in parts.into_iter().enumerate() {
+            details open[i == 0] { summary { (title) } (body) }
         }
     }
 }
@@ -227,13 +239,6 @@ pub(crate) fn table<T: Render>(
     }
 }
 
-/// A name as a title begins.
-fn capital(name: &str) -> String {
-    let mut letters = name.chars();
-    let first = letters.next().map(|c| c.to_ascii_uppercase());
-    first.into_iter().chain(letters).collect()
-}
-
 /// Title of a scope: its truths, materials, measure and metric.
 fn scope_title(scope: &Scope) -> String {
     let materials = count(scope.materials, "material");
@@ -241,42 +246,51 @@ fn scope_title(scope: &Scope) -> String {
         None => format!("all {materials}"),
         Some(truth) => format!("{materials} of truth “{truth}”"),
     };
-    format!("{}, {} pairs, {of}", scope.metric.name(), scope.measure)
+    format!("{}, {of}", error_of(scope, " pairs"))
 }
 
 /// Errors beside expected ones.
-fn calibrations(findings: &Findings, looks: &Looks) -> Markup {
+fn calibrations(findings: &Findings, looks: &Looks) -> Option<Markup> {
     let head = || std::iter::once("").chain(findings.allowances.iter().map(String::as_str));
-    page! {
-        p { (LEGEND) }
-        div.panels { @for chart in charts::calibrated(findings, looks) { (chart) } }
-        @for of in findings::calibrations(findings) {
-            (table(None, &of.title, head(), page! {
-                tbody {
-                    @for (name, cells) in &of.lines {
-                        tr {
-                            th scope="row" { (name) }
-                            @for cell in cells { td { (cell.replace(" %", "\u{a0}%")) } }
+    (!findings.calibrations.is_empty()).then(|| {
+        page! {
+            p { (LEGEND) }
+            div.panels { @for chart in charts::calibrated(findings, looks) { (chart) } }
+            @for of in findings::calibrations(findings) {
+                (table(None, &of.title, head(), page! {
+                    tbody {
+                        @for (name, cells) in &of.lines {
+                            tr {
+                                th scope="row" { (name) }
+                                @for cell in cells { td { (cell.replace(" %", "\u{a0}%")) } }
+                            }
                         }
                     }
-                }
-            }))
+                }))
+            }
         }
-    }
+    })
 }
 
 /// Shares of the variance as bars.
-fn variance(findings: &Findings) -> Markup {
-    page! {
+fn variance(findings: &Findings) -> Option<Markup> {
+    let of = |metric: Metric| {
+        let mine = findings.explained.iter();
+        let mine: Vec<_> = mine.filter(|e| e.scope.metric == metric).collect();
+        (!mine.is_empty()).then(|| {
+            (
+                metric.name().to_owned(),
+                page! { div.panels { @for explained in mine { (bars(explained)) } } },
+            )
+        })
+    };
+    (!findings.explained.is_empty()).then(|| page! {
         p {
             "How much of the variance of the logarithm of the error each factor explains by itself, "
             "and two together (×) beyond that."
         }
-        @if findings.explained.is_empty() { p { "There is nothing to explain." } }
-        div.panels {
-            @for explained in &findings.explained { (bars(explained)) }
-        }
-    }
+        (folded(Metric::ALL.into_iter().filter_map(of)))
+    })
 }
 
 fn bars(explained: &Explained) -> Markup {
@@ -287,7 +301,7 @@ fn bars(explained: &Explained) -> Markup {
     let shares = named_shares(&explained.factors, &explained.shares);
     page! {
         table.bars {
-            caption { (explained.scope.metric.name()) ", " (explained.scope.measure) " pairs, " (of) }
+            caption { (error_of(&explained.scope, " pairs")) ", " (of) }
             @for (name, share) in shares.iter().take(8) {
                 tr {
                     th scope="row" { (name) }
@@ -301,34 +315,10 @@ fn bars(explained: &Explained) -> Markup {
     }
 }
 
-/// Position of the middle allowance, which stands for all where there is room for one.
-fn middle(findings: &Findings) -> usize {
-    findings.allowances.len().saturating_sub(1) / 2
-}
-
 /// A parametrization with its warps, for people.
 fn sampling_name(choice: &Choice) -> Markup {
     page! {
         (choice.parametrization)
         @if choice.warp != "none" { " " small { (choice.warp) } }
-    }
-}
-
-/// The verdict of a comparison, and the p that leaves it undecided.
-fn said(cell: &Paired) -> String {
-    match (cell.verdict(), cell.p) {
-        (Verdict::Undecided, None) => "undecided, too few for a p".into(),
-        (Verdict::Undecided, p) => format!("undecided, p {}", p_text(p)),
-        (verdict, _) => verdict.to_string(),
-    }
-}
-
-/// A ratio with enough digits to differ from 1.
-fn number(ratio: f64) -> String {
-    match ratio {
-        r if (r - 1.0).abs() < 0.05 => format!("{r:.3}"),
-        r if (0.01..10.0).contains(&r) => format!("{r:.2}"),
-        r if (10.0..1e4).contains(&r) => format!("{r:.0}"),
-        r => format!("{r:.1e}"),
     }
 }

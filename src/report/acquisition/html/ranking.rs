@@ -2,7 +2,8 @@
 
 use super::super::findings::{method, p_text};
 use super::super::order::sorted;
-use super::{number, sampling_name, scope_title};
+use super::super::verdict::number;
+use super::{sampling_name, scope_title};
 use crate::error::count;
 use crate::experiment::{Cell, Findings, Line, Ranking};
 use crate::report::acquisition::table::error;
@@ -12,12 +13,21 @@ use maud::{Markup, html};
 /// Number of lines that are visible without unfolding.
 const SHOWN: usize = 12;
 
+/// The rankings that compare materials.
+pub(super) fn shown(findings: &Findings) -> Vec<&Ranking> {
+    let all = findings.rankings.iter();
+    all.filter(|r| r.scope.materials > 0).collect()
+}
+
 /// The tables of all rankings, below an explanation.
-pub(super) fn section(findings: &Findings) -> Markup {
-    html! {
-        (legend(findings))
-        @for (i, ranking) in findings.rankings.iter().enumerate() { (table(findings, ranking, i)) }
-    }
+pub(super) fn section(findings: &Findings) -> Option<Markup> {
+    let shown = shown(findings);
+    (!shown.is_empty()).then(|| {
+        html! {
+            (legend(findings))
+            @for (i, ranking) in shown.into_iter().enumerate() { (table(findings, ranking, i)) }
+        }
+    })
 }
 
 /// Explanation of the tables' columns and marks.
@@ -29,7 +39,7 @@ fn legend(findings: &Findings) -> Markup {
             "many materials it is better and worse than that; the geometric mean of the readings. A budget is an "
             "upper limit: grids fill it unequally. "
             b { "★" } " is the least of the column, " b { "≈" }
-            " what cannot be told from it: the interval holds 1 or p is not below " (SIGNIFICANCE)
+            " what does not differ from it for sure: the interval holds 1 or p is not below " (SIGNIFICANCE)
             ", or the interval lies within the band of no difference. Order: slope of ln error on ln readings. The lines stand by "
             "their mean ratio to the best"
             @if findings.allowances.len() > 1 { " over the budgets that all of them have" }
@@ -40,14 +50,15 @@ fn legend(findings: &Findings) -> Markup {
 
 /// The table of a ranking: further lines are folded away, and all of it unless `number` is 0.
 fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Markup {
-    let lines = sorted(ranking);
+    let mut lines = sorted(ranking);
+    lines.retain(|line| line.cells.iter().any(Option::is_some));
     let allowances = 0..findings.allowances.len();
     let separable: Vec<bool> = allowances
         .map(|a| least(ranking, a) < SIGNIFICANCE)
         .collect();
     let (shown, rest) = lines.split_at(lines.len().min(SHOWN));
     html! {
-        details.page id={ "ranking-" (number) } open[number == 0] {
+        details id={ "ranking-" (number) } open[number == 0] {
             summary { (scope_title(&ranking.scope)) }
             @if let Some(note) = too_few(findings, ranking) { p.note { (note) } }
             @if !ranking.scope.left_out.is_empty() {
@@ -56,7 +67,7 @@ fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Markup {
             (part(findings, shown, 1, &separable))
             @if !rest.is_empty() {
                 details {
-                    summary { "The other " (rest.len()) }
+                    summary { (count(rest.len(), "more line")) }
                     (part(findings, rest, SHOWN + 1, &separable))
                 }
             }
@@ -102,7 +113,7 @@ fn too_few(findings: &Findings, ranking: &Ranking) -> Option<String> {
         _ => format!(" at {}", at.join(", ")),
     };
     Some(format!(
-        "{n} {are} too few to tell so many choices apart{at}; one that is worse than the best on all of \
+        "{n} {are} too few to separate so many choices{at}; one that is worse than the best on all of \
          them would have p {}. No ≈ is set there; the ratios and their intervals are what there is to \
          go by.",
         p_text(Some(p))
@@ -158,7 +169,10 @@ fn cell(cell: Option<&Cell>, separable: bool) -> Markup {
                         " [" (number(low)) ", " (number(high)) "]"
                     }
                 }
-                small { "p " (p_text(paired.p)) ", " (paired.wins) "/" (paired.losses) }
+                small {
+                    @if paired.p.is_some() { "p " (p_text(paired.p)) ", " }
+                    (paired.wins) "/" (paired.losses)
+                }
             }
             small { (format!("{:.0}", cell.readings)) " readings" }
         }
