@@ -222,11 +222,11 @@ struct Scene {
             READ_ENVIRONMENT.extensions(".")))]
     lighting: String,
     /// Pixels along each side of a sphere
-    #[arg(long, value_name = "N", default_value = "256",
+    #[arg(long, value_name = "N", default_value = "512",
         value_parser = clap::value_parser!(u16).range(1..=4096))]
     resolution: u16,
     /// Points a pixel
-    #[arg(long, value_name = "N", default_value = "64",
+    #[arg(long, value_name = "N", default_value = "16",
         value_parser = clap::value_parser!(u32).range(2..=65_536))]
     samples: u32,
     #[command(flatten)]
@@ -413,7 +413,7 @@ impl Compare {
         };
         let pictures = watched(&*copy, resolution as usize, draw);
         let title = format!(
-            "{name}: {} of {} in {} coordinates",
+            "{name}: truth and reconstruction by {} of {} in {} coordinates",
             method.label(),
             count(measurement.readings(), "reading"),
             coordinates.join(" ")

@@ -17,7 +17,7 @@ use crate::measurement::{About, Flags, Measurement, Outcome};
 use crate::metrics::{self, Measure, MetricsSpec, TestSet};
 use crate::parametrization;
 use crate::reconstruct::{self, Coverage, Covered, Fill, MOST_PREDICTED};
-use crate::report::pictures::{Relative, uncertainty_svg};
+use crate::report::pictures::{ErrorMap, Relative, uncertainty_svg};
 use crate::schedule::Pose;
 use crate::schedule::{Assume, Sequence, Unreachable};
 use crate::validation::{Reconstruction, ReferenceReadings, expected};
@@ -28,10 +28,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Pixels along each side of the picture.
-const PICTURE: usize = 200;
+const PICTURE: usize = 512;
 
 /// Points per pixel.
-const SAMPLES: usize = 64;
+const SAMPLES: usize = 16;
+
+/// Pixels along each side of a plane of an error map.
+const CELLS: usize = 192;
 
 /// Makes a BRDF of readings, and says what it was made of
 #[derive(Debug, Args)]
@@ -94,6 +97,12 @@ pub(super) struct Reconstruct {
     /// The material of --against, by its name; not needed if there is only one
     #[arg(long, value_name = "NAME", requires = "against")]
     material: Option<String>,
+    /// Draw the error relative to the truth over the first two axes of coordinates, at four azimuths
+    #[arg(long, value_name = "FILE.svg")]
+    error_map: Option<PathBuf>,
+    /// The coordinates of --error-map, a row; may be given several times [default: those of the readings]
+    #[arg(long, value_name = "NAME", requires = "error_map")]
+    error_map_in: Vec<String>,
     /// Draw a sphere of the BRDF under a sky
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
@@ -144,8 +153,8 @@ fn shares(covered: &Covered<'_>, readings: usize) -> String {
 
 /// What a reconstruction is compared with.
 enum Truth {
-    /// Another BRDF, at the test pairs of these measures.
-    Brdf(Box<dyn Brdf>, MetricsSpec, Vec<Measure>),
+    /// Another BRDF, with its name, at the test pairs of these measures.
+    Brdf(String, Box<dyn Brdf>, MetricsSpec, Vec<Measure>),
     /// Other readings.
     Readings(ReferenceReadings),
 }
@@ -159,13 +168,25 @@ impl Reconstruct {
         if let Some(path) = &self.picture {
             refuse_other_endings(path, "png")?;
         }
+        if let Some(path) = &self.error_map {
+            refuse_other_endings(path, "svg")?;
+            if self.against.is_none() {
+                let message = "there is no truth to err from; allowed: with --against CONFIG|BRDF";
+                return Err(Error::config("--error-map", message));
+            }
+        }
         let is_svg = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("svg");
         let is_table = |path: &&Path| !path.extension().is_some_and(is_svg);
         let where_uncertain = self.uncertainty.as_deref().filter(is_table);
         let where_uncertain = where_uncertain
             .map(|path| ReadingsFile::new(None, path)?.for_uncertainties())
             .transpose()?;
-        let files = [&self.output, &self.picture, &self.uncertainty];
+        let files = [
+            &self.output,
+            &self.picture,
+            &self.uncertainty,
+            &self.error_map,
+        ];
         let outputs = files.into_iter().chain([&self.checked]).flatten();
         let mut outputs: Vec<&PathBuf> = outputs.collect();
         for path in files.into_iter().flatten() {
@@ -188,9 +209,17 @@ impl Reconstruct {
             None => None,
         };
         if let Some(name) = &self.parametrization {
-            let all = parametrization::all();
-            member("--parametrization", "parametrization", name, &all)?;
+            member(
+                "--parametrization",
+                "parametrization",
+                name,
+                &parametrization::all(),
+            )?;
         }
+        let all = parametrization::all();
+        let map_in = self.error_map_in.iter();
+        let map_in = map_in.map(|name| member("--error-map-in", "parametrization", name, &all));
+        let mut map_in: Vec<_> = map_in.collect::<Result<_, _>>()?;
         if self.reconstruction.as_deref() == Some(AUTO) && self.cross_validation.is_none() {
             return Err(Error::config(
                 "--cross-validation none",
@@ -201,6 +230,16 @@ impl Reconstruct {
         let path = &self.measurements[0];
         print(&(material_of(&measurement) + &notes))?;
         let truth = self.truth(&measurement)?;
+        if let (Some(Truth::Readings(_)), Some(_)) = (&truth, &self.error_map) {
+            let message =
+                "--against names readings, between which there is no truth; allowed: CONFIG|BRDF";
+            return Err(Error::config("--error-map", message));
+        }
+        if map_in.is_empty() {
+            map_in.extend(parametrization::find(
+                measurement.schedule.parametrization.name(),
+            ));
+        }
         let suspects = match self.take_all {
             true => Vec::new(),
             false => reconstruct::suspects(&measurement),
@@ -236,11 +275,18 @@ impl Reconstruct {
             return Err(Error::data(path, message));
         }
         match truth {
-            Some(Truth::Brdf(truth, metrics, measures)) => {
+            Some(Truth::Brdf(name, truth, metrics, measures)) => {
                 let set = TestSet::new(&measures, &metrics);
                 let set = set.map_err(|e| Error::config("metrics", e))?;
                 let against = made.against(&*truth, &set).map_err(failed)?;
                 print(&table_of(&against, &set.measures, 4))?;
+                if let Some(path) = &self.error_map {
+                    let map = ErrorMap::new(&*truth, brdf, &map_in, CELLS);
+                    let title = format!("{name}: relative error (%) of {}", made_of(&made));
+                    let svg = map.svg(&title);
+                    let drawn = write_atomically(path, |out| out.write_all(svg.as_bytes()));
+                    written(path, drawn)?;
+                }
             }
             Some(Truth::Readings(jury)) => {
                 let predicted = metrics::evaluate(brdf, jury.pairs());
@@ -273,7 +319,6 @@ impl Reconstruct {
         let Some(path) = &self.uncertainty else {
             return Ok(());
         };
-        let title = format!("{}: {}", path.display(), made.method.label());
         let at = |pairs: &[DirectionPair]| -> Vec<f64> {
             let all = replicated.iter().flat_map(|r| r.luminance_at(pairs));
             all.map(|u| u.share(u.uncertainty())).collect()
@@ -283,6 +328,11 @@ impl Reconstruct {
             None => "of its readings",
         };
         let relative = replicated.map(|_| Relative { at: &at, of });
+        let what = match relative {
+            Some(_) => "Relative standard uncertainty of",
+            None => "Where readings surround",
+        };
+        let title = format!("{what} {}", made_of(&made));
         let svg = uncertainty_svg(&title, relative, &made.cover().map_err(failed)?);
         let drawn = write_atomically(path, |out| out.write_all(svg.as_bytes()));
         written(path, drawn)
@@ -371,8 +421,18 @@ impl Reconstruct {
         let material = choose_material(&materials, self.material.as_deref())?;
         super::remark(std::slice::from_ref(material));
         let brdf = build(material, measurement.channels.clone())?;
-        Ok(Some(Truth::Brdf(brdf, metrics, measures)))
+        let name = material.name.clone();
+        Ok(Some(Truth::Brdf(name, brdf, metrics, measures)))
     }
+}
+
+/// What a title calls a reconstruction.
+fn made_of(made: &Reconstruction) -> String {
+    let readings = count(made.measurement.readings(), "reading");
+    format!(
+        "the reconstruction by {} of {readings}",
+        made.method.label()
+    )
 }
 
 /// An angle of a pose, rad.

@@ -81,7 +81,7 @@ impl Slice {
         make_folder(&self.output)?;
         for ((view, slice), flat) in views.iter().zip(&slices).zip(&flat) {
             let (name, channel) = (&material.name, self.channel.name());
-            let title = format!("{name}: {channel} of the slice at θ_o = {view}°");
+            let title = format!("{name}: slice of the BRDF at θ_o = {view}°, {channel} (sr⁻¹)");
             let figure = slice_svg(&title, slice, flat, range, self.radius);
             let [png, csv, svg] = ["png", "csv", "svg"].map(|ending| path(*view, ending));
             write_file(&png, |out| out.write_all(&flat.png(range)))?;

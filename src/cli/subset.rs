@@ -98,7 +98,7 @@ impl Subset {
             false => print(&report.text())?,
         }
         self.drawing.write(|| {
-            let title = format!("{}: {}", self.parametrization, self.bounds);
+            let title = report.title();
             let panels = report.panels(&background()?);
             Ok(crate::report::svg(&title, &panels, 3))
         })

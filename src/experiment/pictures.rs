@@ -29,8 +29,8 @@ impl Default for PictureSpec {
     fn default() -> Self {
         Self {
             draw: true,
-            resolution: 128,
-            samples: 64,
+            resolution: 512,
+            samples: 8,
             budget: 1000,
             lighting: Box::new(SkySpec::default()),
         }

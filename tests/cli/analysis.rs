@@ -86,9 +86,11 @@ fn alignment_is_that_of_all_materials(level: Level) {
     let svg = bench.read("aligned.svg");
     assert!(svg.starts_with("<svg"));
     says(&svg, &format!("{n} materials"));
-    // A dot for each and their mean, in every parametrization and with both weights.
-    let dots = (n + 1) * 2 * gonio::parametrization::all().len();
-    assert_eq!(svg.matches("<circle").count(), dots);
+    // A mark for each and their mean, in every parametrization and with both weights, of several shapes.
+    let marks = (n + 1) * 2 * gonio::parametrization::all().len();
+    let [circles, others] = ["<circle", "z\"/>"].map(|tag| svg.matches(tag).count());
+    assert_eq!(circles + others, marks);
+    assert!(circles > 0 && others > 0);
     bench.does(&format!(
         "2 | {drawn} | --force
          0 | {drawn} --force

@@ -83,6 +83,40 @@ fn what_cannot_be_pictured_is_refused() {
 }
 
 #[test]
+fn errors_are_mapped_in_any_coordinates() {
+    let bench = Bench::new();
+    bench.good("schedule ggx --parametrization hybrid --budget 60 -o poses.csv");
+    bench.good("measure poses.csv --config ggx -o readings.csv");
+    let of = "reconstruct readings.csv --reconstruction nearest --error-map";
+    let against = "--against ggx --cross-validation none";
+    bench.good(format!("{of} own.svg {against}"));
+    bench.good(format!(
+        "{of} two.svg {against} --error-map-in stark --error-map-in spherical"
+    ));
+    let [own, two] = ["own.svg", "two.svg"].map(|file| bench.read(file));
+    says(
+        &own,
+        "relative error (%) of the reconstruction by nearest of",
+    );
+    for (name, own_too) in [("hybrid", true), ("stark", false), ("spherical", false)] {
+        let row = format!("\n{name}\n");
+        assert_eq!(
+            [own.contains(&row), two.contains(&row)],
+            [own_too, !own_too],
+            "{name}"
+        );
+    }
+    bench.does(&format!(
+        "2 | {of} no.png {against} | no.png … svg
+         2 | {of} no.svg | --error-map: there is no truth to err from; allowed: with --against
+         2 | {of} no.svg --against readings.csv | --error-map … readings … CONFIG|BRDF
+         2 | {of} no.svg {against} --error-map-in polar | --error-map-in … polar … hybrid
+         2 | {of} own.svg {against} | --force"
+    ));
+    assert!(!bench.path("no.svg").exists());
+}
+
+#[test]
 fn slices_are_pictured_from_each_view() {
     let bench = Bench::new();
     let args = "slice ggx --set alpha=0.1 --view-deg 0 --view-deg 30 --resolution 20 -o out";

@@ -154,10 +154,10 @@ const HEAD: &str =
     "  material                     mean slope   variance          knots   clamped  unresolved\n";
 
 /// Pixels along each side of a sphere.
-const SPHERE: usize = 200;
+const SPHERE: usize = 512;
 
 /// Points per pixel.
-const SAMPLES: usize = 256;
+const SAMPLES: usize = 64;
 
 /// View elevation and azimuth (deg) of the filters that are drawn on it.
 const FILTERS: [(f64, f64); 3] = [(25.0, 150.0), (50.0, 30.0), (75.0, 270.0)];
@@ -223,7 +223,7 @@ impl<'a> Spheres<'a> {
             )
         };
         let ellipses: Vec<_> = FILTERS.iter().filter_map(ellipse).collect();
-        let title = format!("{name}: means and covariances of its slices");
+        let title = format!("{name}: means and covariances of slices on a sphere");
         let svg = sphere_svg(&title, &image, white, &ellipses);
         let stem = Self::stem(name);
         let mut folder = self.folder.borrow_mut();

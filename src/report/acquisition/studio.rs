@@ -5,14 +5,16 @@ use super::html::{MaterialPictures, Picture};
 use crate::brdf::{Brdf, ObservedBrdf, Part, Presence};
 use crate::error::Error;
 use crate::experiment::{
-    Material, Plan, RESULTS_REVISION, Router, Row, Shard, Share, Stage, preview,
+    Coordinates, Material, Plan, RESULTS_REVISION, Router, Row, Shard, Share, Stage, preview,
 };
 use crate::lighting::Lighting;
 use crate::parametrization::{ParametrizationSpec, find};
 use crate::reconstruct::PriorFile;
 use crate::registry::Entry;
 use crate::report::pictures::png::file_of;
-use crate::report::pictures::{BrdfSlices, Comparison, hemispheres_svg, test_functions_svg};
+use crate::report::pictures::{
+    BrdfSlices, Comparison, ErrorMap, hemispheres_svg, test_functions_svg,
+};
 use crate::report::run::{Below, RunFolder, coordinates_stem, file_stem};
 use crate::report::{BouncesReport, each_once};
 use rayon::prelude::*;
@@ -27,8 +29,11 @@ const THETA_O_DEG: [f64; 3] = [10.0, 40.0, 70.0];
 /// Pixels along a side of a slice.
 const RESOLUTION: usize = 128;
 
+/// Pixels along a side of an error map: as many values as a few thousandths of those of a sphere.
+const CELLS: usize = 96;
+
 /// Raised when pictures look different: a folder that is gone on with holds no two looks.
-const LOOK: u32 = 3;
+const LOOK: u32 = 4;
 
 /// Light paths that are followed of a material that separates scattering orders.
 const PATHS: usize = 1 << 17;
@@ -167,6 +172,9 @@ impl<'a> Studio<'a> {
             let file = format!("{stem}.{}.svg", coordinates_stem(coordinates));
             shown.push([file, caption]);
         }
+        let errors = "Relative error of the reconstruction whose sphere errs least, at four azimuths of its coordinates; \
+                      the same scale in all maps.";
+        shown.push([format!("{stem}.errors.svg"), errors.into()]);
         shown
     }
 
@@ -229,11 +237,10 @@ impl<'a> Studio<'a> {
             if cancelled() {
                 return Ok(());
             }
-            let title = format!("{}: slices and isolines", material.name);
             folder.write_picture(&format!("{name}.exr"), || {
                 file_of(|out| slices.write_exr(out))
             })?;
-            folder.write_picture(&format!("{name}.svg"), || slices.svg(&title))?;
+            folder.write_picture(&format!("{name}.svg"), || slices.svg(&material.name))?;
         }
         let drawn = self.drawn();
         let names = drawn.iter().map(|&i| {
@@ -242,7 +249,8 @@ impl<'a> Studio<'a> {
         });
         let names: Vec<_> = names.collect();
         let is_there = |name: &String| folder.has(Below::Pictures, &format!("{name}.svg"));
-        if names.iter().all(is_there) {
+        let errors = format!("{stem}.errors");
+        if names.iter().chain([&errors]).all(is_there) {
             return Ok(());
         }
         let counters = folder.counters.within(Stage::Pictures);
@@ -259,7 +267,8 @@ impl<'a> Studio<'a> {
                 shown.push((name, &self.plan.parametrizations[i], preview));
             }
         }
-        if cancelled() || shown.iter().all(|(name, ..)| is_there(name)) {
+        let mut missing = shown.iter().map(|(name, ..)| name).chain([&errors]);
+        if cancelled() || shown.is_empty() || missing.all(is_there) {
             return Ok(());
         }
         // All by the same points, also where some are in the folder: a run that was stopped draws the same.
@@ -275,18 +284,36 @@ impl<'a> Studio<'a> {
         if cancelled() {
             return Ok(());
         }
+        let title = |what: &str, coordinates: &Coordinates, method: &str| {
+            format!(
+                "{}: {what} by {method} of at most {} poses{} in {} coordinates",
+                material.name,
+                spec.budget,
+                self.by(),
+                coordinates.label()
+            )
+        };
+        let error = |i: &usize| all[*i].nrmse.unwrap_or(f64::INFINITY);
+        let best = (0..all.len()).min_by(|a, b| error(a).total_cmp(&error(b)));
+        let map = best.filter(|_| !is_there(&errors)).map(|i| {
+            let (_, coordinates, preview) = &shown[i];
+            let chart: Vec<_> = find(coordinates.name()).into_iter().collect();
+            let map = ErrorMap::new(brdf, copies[i], &chart, CELLS);
+            let title = title(
+                "relative error (%) of the reconstruction",
+                coordinates,
+                &preview.method,
+            );
+            (format!("{errors}.svg"), map.svg(&title).into_bytes())
+        });
+        if cancelled() {
+            return Ok(());
+        }
         let files = shown
             .par_iter()
             .zip(all)
             .map(|((name, coordinates, preview), made)| {
-                let title = format!(
-                    "{}, {}, {} of at most {}{}",
-                    material.name,
-                    coordinates.label(),
-                    preview.method,
-                    spec.budget,
-                    self.by()
-                );
+                let title = title("truth and reconstruction", coordinates, &preview.method);
                 let exr = file_of(|out| made.write_exr(out));
                 let png = made.png();
                 let svg = made.svg(&title, &png).into_bytes();
@@ -295,7 +322,7 @@ impl<'a> Studio<'a> {
                     .map(|(end, bytes)| (format!("{name}.{end}"), bytes))
             });
         let files: Vec<_> = files.collect();
-        for (name, bytes) in files.into_iter().flatten() {
+        for (name, bytes) in files.into_iter().flatten().chain(map) {
             folder.write_picture(&name, || bytes)?;
         }
         Ok(())

@@ -7,6 +7,7 @@ use crate::report::each_once;
 use crate::report::pictures::plot::text;
 use crate::report::svg::axis;
 use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering, fitted};
+use crate::report::svg::marker::Shape;
 use crate::report::svg::plot::{color_of, palette};
 use crate::report::svg::{FRAME, GRID};
 
@@ -60,13 +61,11 @@ pub fn alignment_svg(shares: &[SharesRow]) -> String {
     let lines_top = TOP + names.len() as f64 * MEAN + 16.0;
     let bottom = lines_top + materials.len() as f64 * LINE;
     let width = 2.0 * MARGIN + NAMES + weights.len() as f64 * (PLOT + NOTES);
-    Canvas::draw([width, bottom + 70.0], |canvas| {
+    let title = format!(
+        "Share of the variance of {what} that a function of the first axis plus one of the second explains"
+    );
+    Canvas::titled(&title, [width, bottom + 70.0], 24.0, |canvas| {
         let middle = 0.5 * width;
-        let title = format!(
-            "Share of the variance of {what} that a function of the first axis plus one of the second explains"
-        );
-        let title = fitted(&title, 17.0, width - 2.0 * MARGIN);
-        text(canvas, [middle, 24.0], &title, 15.5, true);
         let [start, end] = [Align::Start, Align::End].map(|align| Lettering::new(SIZE, align));
         let names_end = MARGIN + NAMES - 10.0;
         let mean_y = |i: usize| TOP + (i as f64 + 0.5) * MEAN;
@@ -103,7 +102,8 @@ pub fn alignment_svg(shares: &[SharesRow]) -> String {
             canvas.frame([left, TOP], [right, bottom], FRAME);
             canvas.line(&[[left, between], [right, between]], FRAME, 0.8);
             for (i, name) in names.iter().enumerate() {
-                let ink: Ink = palette(color_of(name), 0);
+                let color = color_of(name);
+                let (ink, shape): (Ink, _) = (palette(color, 0), Shape::of(color));
                 let is = |m: &&AlignmentRow| {
                     (m.parametrization, m.weight, m.function) == (*name, weight, "sum")
                 };
@@ -117,7 +117,7 @@ pub fn alignment_svg(shares: &[SharesRow]) -> String {
                         canvas.line(&[[at(end), y - 4.0], [at(end), y + 4.0]], ink, 1.2);
                     }
                 }
-                canvas.dot([at(mean.mean), y], 3.6, ink);
+                canvas.marker(shape, [at(mean.mean), y], 3.6, ink);
                 if *name != REFERENCE {
                     let [difference, interval] = mean.compared();
                     let compared = format!("{difference} ({interval})").replace('-', "−");
@@ -125,7 +125,7 @@ pub fn alignment_svg(shares: &[SharesRow]) -> String {
                 }
                 for (i, material) in materials.iter().enumerate() {
                     if let Some(share) = of(material, name, weight) {
-                        canvas.dot([at(share), line_y(i)], 2.4, ink);
+                        canvas.marker(shape, [at(share), line_y(i)], 2.4, ink);
                     }
                 }
             }

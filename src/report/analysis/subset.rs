@@ -36,6 +36,25 @@ fn ranges(axes: &[Axis], ranges: &[[f64; 2]; 3]) -> String {
 }
 
 impl SubsetReport<'_> {
+    /// The title of its picture.
+    pub(crate) fn title(&self) -> String {
+        let form = &*self.subset.form;
+        // The whole of an axis needs no word.
+        let all = form.axes().iter().zip(&self.subset.ranges);
+        let bounded = all.filter(|(axis, r)| **r != axis.range);
+        let parts = bounded.map(|(axis, r)| {
+            let unit = match axis.unit {
+                Unit::Radian => "°",
+                Unit::One => "",
+            };
+            // Without the last digits that radians leave.
+            let [low, high] = r.map(|v| (axis.file_value(v) * 1e6).round() / 1e6);
+            format!(", {} from {low}{unit} to {high}{unit}", axis.label)
+        });
+        let parts: String = parts.collect();
+        format!("Pairs of a box of {} coordinates{parts}", form.name())
+    }
+
     /// The report as text.
     pub(crate) fn text(&self) -> String {
         let form = &*self.subset.form;

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 pub struct Sheet {
     /// File name without extension.
     pub name: String,
-    /// Title above the diagrams.
+    /// Title above the diagrams, and below it notes in lines of their own: what is not drawn, as it vanishes.
     pub title: String,
     /// The diagrams, row by row.
     pub panels: Vec<Panel>,
@@ -30,14 +30,14 @@ fn components(odd: bool) -> Vec<Component> {
     all.filter(|c| c.is_odd() == odd).collect()
 }
 
-/// Name of a component with its unit.
-fn label(Component { n, m }: Component) -> String {
+/// Name of a component, and its unit in brackets.
+fn name_and_unit(Component { n, m }: Component) -> (String, &'static str) {
     match n + m {
-        0 => "energy (rad²/sr)".into(),
-        1 => format!("mean {n}{m} (°)"),
-        2 => format!("covariance {n}{m} (rad²)"),
-        3 => format!("skewness {n}{m}"),
-        _ => format!("excess kurtosis {n}{m}"),
+        0 => ("energy".into(), " (rad²/sr)"),
+        1 => (format!("mean {n}{m}"), " (°)"),
+        2 => (format!("covariance {n}{m}"), " (rad²)"),
+        3 => (format!("skewness {n}{m}"), ""),
+        _ => (format!("excess kurtosis {n}{m}"), ""),
     }
 }
 
@@ -50,40 +50,45 @@ pub fn material_sheet(of: &MaterialProfiles, bilateral: bool) -> Sheet {
     };
     let all = [false, true].map(components).concat();
     let title = format!("Moments of {} over the view elevation", of.material);
-    sheet(of.material.clone(), &title, &curves, &all, bilateral)
+    let (mut sheet, notes) = sheet(of.material.clone(), title, &curves, &all, bilateral);
+    sheet.title += &notes;
+    sheet
 }
 
-/// The sheets of a group. `bilateral`: all of its materials are the same in a mirror.
+/// The sheets of a group; without one of moments odd in φ if all of these vanish. `bilateral`: all of its materials are
+/// the same in a mirror.
 pub fn group_sheets(group: &Group, members: &[&MaterialProfiles], bilateral: bool) -> Vec<Sheet> {
-    /// Largest number of materials with distinct colours and a name in the legend.
-    const NAMED: usize = 7;
     let with_profile = members.iter().filter(|m| !m.profiles.is_empty());
     let curves = with_profile.enumerate().map(|(color, of)| {
-        let name = match members.len() > NAMED {
-            true => "",
-            false => &of.material,
-        };
-        Curve::new(&of.profiles[0], name, color)
+        let profile = &of.profiles[0];
+        Curve::new(profile, &of.material, color)
     });
     let curves: Vec<_> = curves.collect();
-    let profiles: Vec<&Profile> = curves.iter().map(|c| c.profile).collect();
     let name = |stem: &str| format!("{}-{stem}", group.name);
     let of = format!("{}, {}", group.name, count(members.len(), "material"));
     let over_views = |stem: &str, title: &str, odd: bool| {
         let title = format!("{title}: {of}");
-        sheet(name(stem), &title, &curves, &components(odd), bilateral)
+        sheet(name(stem), title, &curves, &components(odd), bilateral)
     };
-    vec![
-        over_views("profiles", "Moment profiles", false),
-        over_views("near-zero", "Profiles of moments odd in φ", true),
-        fits_sheet(group, &profiles, name("fits"), &of),
-        Sheet {
-            name: name("correlation"),
-            title: format!("Mean slope and average variance: {of}"),
-            panels: vec![relation_panel(group)],
-            columns: 1,
-        },
-    ]
+    let (mut profiles, notes) = over_views("profiles", "Moment profiles", false);
+    profiles.title += &notes;
+    let (mut odd, notes) = over_views("near-zero", "Profiles of moments odd in φ", true);
+    let correlation = Sheet {
+        name: name("correlation"),
+        title: format!("Mean slope and average variance: {of}"),
+        panels: vec![relation_panel(group)],
+        columns: 1,
+    };
+    let mut sheets = Vec::new();
+    if odd.panels.is_empty() {
+        profiles.title += &notes;
+        sheets.push(profiles);
+    } else {
+        odd.title += &notes;
+        sheets.extend([profiles, odd]);
+    }
+    sheets.extend([fits_sheet(group, &curves, name("fits"), &of), correlation]);
+    sheets
 }
 
 /// A profile and how it is drawn.
@@ -136,53 +141,89 @@ impl<'a> Curve<'a> {
     }
 }
 
-/// A diagram for each component of `list` that was asked for, with bands of the uncertainty where one is
-/// wide enough to be seen.
+/// Why a component has no diagram, and its largest absolute value.
+struct Vanished {
+    why: &'static str,
+    largest: f64,
+}
+
+/// A diagram for each component of `list` that was asked for and does not vanish, with bands of the uncertainty where
+/// one is wide enough to be seen; and notes on the others, a line for each reason.
 fn sheet(
     name: String,
-    title: &str,
+    title: String,
     curves: &[Curve<'_>],
     list: &[Component],
     bilateral: bool,
-) -> Sheet {
+) -> (Sheet, String) {
     let order = curves.iter().map(|c| c.profile.order.get()).max();
-    let asked = list.iter().filter(|c| Some(c.order()) <= order);
-    let panels: Vec<Panel> = asked
-        .map(|component| panel(curves, *component, bilateral))
-        .collect();
+    let mut panels: Vec<Panel> = Vec::new();
+    let mut vanished: Vec<(Vanished, Vec<String>)> = Vec::new();
+    for component in list.iter().filter(|c| Some(c.order()) <= order) {
+        let of = match panel(curves, *component, bilateral) {
+            Ok(panel) => {
+                panels.push(panel);
+                continue;
+            }
+            Err(of) => of,
+        };
+        let (name, _) = name_and_unit(*component);
+        match vanished.iter_mut().find(|(v, _)| v.why == of.why) {
+            Some((all, names)) => {
+                all.largest = all.largest.max(of.largest);
+                names.push(name);
+            }
+            None => vanished.push((of, vec![name])),
+        }
+    }
+    let mut notes = String::new();
+    for (Vanished { why, largest }, names) in vanished {
+        let computed = match largest {
+            0.0 => String::new(),
+            largest => format!(" (computed: at most {largest:.0e})"),
+        };
+        notes += &format!("\n{why}: {}{computed}", names.join(", "));
+    }
     let is_band = |s: &Series| s.mark == Mark::Area;
     let said = match panels.iter().flat_map(|p| &p.series).any(is_band) {
         true => "bands: uncertainty",
         false => "uncertainties are within the lines",
     };
-    Sheet {
+    let sheet = Sheet {
         name,
         title: format!("{title} ({said})"),
         panels,
         columns: 3,
-    }
+    };
+    (sheet, notes)
 }
 
 /// A component of all curves over the views. Where the light is mirrored in the plane of incidence one that is
 /// odd in φ is 0, if what is computed does not deny it.
-fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Panel {
+fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Result<Panel, Vanished> {
     /// Bands that reach less far from their curve, over the height of the diagram, are within its line.
     const SEEN: f64 = 0.004;
-    /// Values below this say nothing of what is to be 0; larger ones are noise that is worth a look.
+    /// What is 0 by no symmetry, and below this everywhere, is 0 as far as one can see.
     const NOISE: f64 = 0.05;
-    const ZERO: &str = "0 by symmetry";
-    let label = label(component);
+    let (name, unit) = name_and_unit(component);
     let all: Vec<_> = curves.iter().map(|c| c.points(component)).collect();
     let found = || all.iter().flatten().filter_map(|(_, found)| *found);
     let largest = found().fold(0.0, |most: f64, [v, _]| most.max(v.abs()));
     // Random estimates are further off than one of their uncertainties now and then.
     let no_more = found().all(|[v, u]| v.abs() <= (5.0 * u).max(1e-9));
-    let zero = bilateral && component.is_odd() && no_more;
-    if zero && largest < NOISE {
-        let color = curves.first().map_or(0, |c| c.color);
-        let line = [0.0, 90.0].map(|x| (x, Some(0.0)));
-        let title = format!("{ZERO} (computed: at most {largest:.0e})");
-        return over_views(title, &label, [Series::new("", color, Mark::Line, line)]);
+    // An energy or a covariance may be as small as its lobe is narrow.
+    let may_vanish = component.order() % 2 == 1 || component.order() > 2;
+    let why = if found().next().is_none() {
+        Some("without data")
+    } else if no_more && bilateral && component.is_odd() {
+        Some("0 by symmetry")
+    } else if no_more && may_vanish && largest < NOISE {
+        Some("0 within the uncertainty")
+    } else {
+        None
+    };
+    if let Some(why) = why {
+        return Err(Vanished { why, largest });
     }
     let ends = extent(found().map(|[v, _]| v)).unwrap_or_default();
     // A constant stands in the middle of an axis of its own size.
@@ -207,25 +248,28 @@ fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Panel {
         let points = points.iter().map(|(x, found)| (*x, found.map(|[v, _]| v)));
         series.push(Series::new(curve.name, curve.color, curve.mark, points));
     }
-    over_views(if zero { ZERO } else { "" }, &label, series)
+    Ok(over_views("", &format!("{name}{unit}"), series))
 }
 
 /// Computed and fitted values and errors (Fig. 6): energy, mean, average variance.
-fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> Sheet {
+fn fits_sheet(group: &Group, curves: &[Curve<'_>], name: String, of: &str) -> Sheet {
     let fits: Vec<&ProfileFits> = group.first_channel().collect();
+    let is_fitted = |theta: f64| fits.is_empty() || fits.iter().any(|f| f.range.contains(theta));
+    // At the views that are fitted: beyond them profiles rise far above.
     let computed = |label: &str, value: &dyn Fn(&Profile, usize) -> Option<f64>| {
-        let series = profiles.iter().enumerate().map(|(i, p)| {
-            let views = p.views.iter().enumerate();
-            let points = views.map(|(v, theta)| (degrees(*theta), value(p, v)));
-            Series::new("", i, Mark::Line, points)
+        let series = curves.iter().map(|c| {
+            let views = c.profile.views.iter().enumerate();
+            let views = views.filter(|(_, theta)| is_fitted(**theta));
+            let points = views.map(|(v, theta)| (degrees(*theta), value(c.profile, v)));
+            Series::new(c.name, c.color, Mark::Line, points)
         });
         over_views("computed", label, series)
     };
     let fitted = |label: &str, value: &dyn Fn(&ProfileFits, f64) -> Option<f64>| {
-        let series = fits.iter().zip(profiles).enumerate().map(|(i, (f, p))| {
-            let views = p.views.iter().filter(|v| f.range.contains(**v));
+        let series = fits.iter().zip(curves).map(|(f, c)| {
+            let views = c.profile.views.iter().filter(|v| f.range.contains(**v));
             let points = views.map(|&v| (degrees(v), value(f, v)));
-            Series::new("", i, Mark::Line, points)
+            Series::new(c.name, c.color, Mark::Line, points)
         });
         over_views("fitted", label, series)
     };
@@ -234,17 +278,18 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
         let found = fits.iter().filter_map(|f| of(f));
         let mut pairs: Vec<[f64; 2]> = found.map(|e| [e.mae, e.rmse]).collect();
         pairs.sort_by(|a, b| a[1].total_cmp(&b[1]));
-        // Distinguished by their marks: colours belong to the materials of the other panels.
+        // Distinguished by their marks, in black or the last of many colours: the others belong to materials.
+        let color = curves.len().max(6);
         let series = |(name, mark, which): (&str, Mark, usize)| {
             let values = pairs.iter().map(|pair| pair[which]).enumerate();
             let points = values.map(|(i, value)| ((i + 1) as f64, Some(value)));
-            Series::new(name, 0, mark, points)
+            Series::new(name, color, mark, points)
         };
         let both = [("MAE", Mark::Line, 0), ("RMSE", Mark::Dashed, 1)].map(series);
         let axes = ["material, by RMSE", label].map(Axis::linear);
         Panel::new("errors of the fit", axes, both)
     };
-    // One scale a row, that of the fitted views: beyond them profiles may leave it.
+    // One scale a row.
     let ranges = [0, 3, 6];
     let energy = |p: &Profile, v: usize| p.slices[v].moments.energy();
     let mean = |p: &Profile, v: usize| Some(p.slices[v].moments.mean()?[0].to_degrees());
@@ -267,11 +312,9 @@ fn fits_sheet(group: &Group, profiles: &[&Profile], name: String, of: &str) -> S
         ],
         columns: 3,
     };
-    let inside = |x: f64| fits.iter().any(|f| f.range.contains(x.to_radians()));
     for row in ranges {
         let points = sheet.panels[row..row + 2].iter().flat_map(|p| &p.series);
-        let points = points.flat_map(|s| &s.points);
-        let values = points.filter_map(|(x, y)| y.filter(|_| inside(*x)));
+        let values = points.flat_map(|s| &s.points).filter_map(|p| p.1);
         if let Some([lo, hi]) = extent(values).filter(|[lo, hi]| hi > lo) {
             let room = 0.04 * (hi - lo);
             for panel in &mut sheet.panels[row..row + 2] {
@@ -308,29 +351,45 @@ fn over_views(
     Panel::new(title, [view, Axis::linear(label)], series)
 }
 
-/// One sheet per material and lighting: rendered and predicted moments over the view.
+/// One sheet per material and lighting: rendered and predicted moments over the view, but for those that vanish.
 pub fn relation_sheets(rows: &[RelationRow]) -> Vec<Sheet> {
     let mut sheets: Vec<Sheet> = Vec::new();
     let same =
         |a: &RelationRow, b: &RelationRow| a.material == b.material && a.lighting == b.lighting;
     for rows in rows.chunk_by(same) {
+        let mut title = format!(
+            "Moments of radiance: {} under {}, window {:.0}°",
+            rows[0].material,
+            rows[0].lighting,
+            rows[0].relation.window.to_degrees()
+        );
         let mut panels = Vec::new();
         for rows in rows.chunk_by(|a, b| a.relation.along == b.relation.along) {
-            panels.extend(rendered_over_views(rows));
+            for panel in rendered_over_views(rows) {
+                match vanishing(&panel) {
+                    Some(largest) => {
+                        let of = format!("{} {}", panel.y.label, panel.title);
+                        title += &format!("\n0: {of} (computed: at most {largest:.0e})");
+                    }
+                    None => panels.push(panel),
+                }
+            }
         }
         sheets.push(Sheet {
             name: format!("{}-{}", rows[0].material, rows[0].lighting),
-            title: format!(
-                "Moments of radiance: {} under {}, window {:.0}°",
-                rows[0].material,
-                rows[0].lighting,
-                rows[0].relation.window.to_degrees()
-            ),
+            title,
             panels,
             columns: 3,
         });
     }
     sheets
+}
+
+/// The largest absolute value of a diagram that shows rounding alone: light in the plane of incidence has its mean there.
+fn vanishing(panel: &Panel) -> Option<f64> {
+    let points = panel.series.iter().flat_map(|s| &s.points);
+    let sizes = points.filter_map(|p| p.1).map(f64::abs);
+    sizes.reduce(f64::max).filter(|largest| *largest < 1e-9)
 }
 
 /// Places of the forms in the colour cycle: no green beside red.
@@ -368,19 +427,7 @@ fn rendered_over_views(rows: &[RelationRow]) -> Vec<Panel> {
                 let points = points(i, &|r| Some(form(r)?.moments));
                 series.push(Series::new(name, color, Mark::Dashed, points));
             }
-            // Light in the plane of incidence has its mean there; what is computed is rounding.
-            let all = || series.iter().flat_map(|s| &s.points).filter_map(|p| p.1);
-            let largest = all().fold(0.0, |most: f64, y| most.max(y.abs()));
-            let zero = all().next().is_some() && largest < 1e-9;
-            let points = series.iter_mut().flat_map(|s| &mut s.points);
-            for y in points.filter_map(|p| p.1.as_mut()).filter(|_| zero) {
-                *y = 0.0;
-            }
-            let said = match zero {
-                true => format!(": 0 (computed: at most {largest:.0e})"),
-                false => String::new(),
-            };
-            let title = format!("along {}{said}", symbol(rows[0].relation.along));
+            let title = format!("along {}", symbol(rows[0].relation.along));
             Panel::new(title, ["θ_o (°)", label].map(Axis::linear), series)
         })
         .collect()

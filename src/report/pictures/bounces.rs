@@ -4,7 +4,7 @@ use super::plot::{BELOW, LEFT, Plane, Plot, Swatch, swatches, text, text_upwards
 use crate::analysis::bounces::{ChartBounces, MAP_CELLS, Map};
 use crate::brdf::CLASSES;
 use crate::parametrization::{self, Unit};
-use crate::report::svg::canvas::{BLACK, Canvas, Ink, fitted};
+use crate::report::svg::canvas::{BLACK, Canvas, Ink};
 
 const SIDE: f64 = 180.0;
 const MARGIN: f64 = 16.0;
@@ -36,9 +36,7 @@ pub(in crate::report) fn bounces_svg(title: &str, charts: &[ChartBounces]) -> St
     let columns = charts.iter().map(|c| c.maps.len()).max().unwrap_or(0);
     let width = 2.0 * MARGIN + NAME + columns.max(3) as f64 * STEP[0];
     let below = TOP + charts.len() as f64 * STEP[1];
-    Canvas::draw([width, below + 64.0], |canvas| {
-        let fits = fitted(title, 18.5, width - 2.0 * MARGIN);
-        text(canvas, [0.5 * width, 22.0], &fits, 17.0, true);
+    Canvas::titled(title, [width, below + 64.0], 22.0, |canvas| {
         for (j, chart) in charts.iter().enumerate() {
             let Some(entry) = parametrization::find(chart.name) else {
                 continue;

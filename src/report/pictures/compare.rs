@@ -14,7 +14,7 @@ use crate::report::SphereImage;
 use crate::report::pictures::png::encoded;
 use crate::report::pictures::slice::write_comparison;
 use crate::report::pictures::sphere::with_alpha;
-use crate::report::svg::canvas::{Canvas, fitted};
+use crate::report::svg::canvas::Canvas;
 use std::io::{self, Seek, Write};
 
 /// Pixels between the spheres of a PNG.
@@ -178,10 +178,9 @@ impl Comparison {
         const TOP: f64 = 66.0;
         let scale = SIDE / self.truth.resolution as f64;
         let size = self.size().map(|v| v as f64 * scale);
-        Canvas::draw([size[0] + 32.0, TOP + size[1] + 104.0], |canvas| {
+        let paper = [size[0] + 32.0, TOP + size[1] + 104.0];
+        Canvas::titled(title, paper, 22.0, |canvas| {
             let middle = 16.0 + 0.5 * size[0];
-            let fits = fitted(title, 18.0, size[0]);
-            text(canvas, [middle, 22.0], &fits, 16.0, true);
             let names = ["truth", "reconstruction", "difference"];
             let place_of = |i: usize| 16.0 + i as f64 * (size[0] - SIDE) / 2.0 + 0.5 * SIDE;
             for (i, name) in names.into_iter().enumerate() {
@@ -214,13 +213,13 @@ impl Comparison {
 const LEAST: f64 = 1e-3;
 
 /// Place of a difference on the scale of colours, in [−1, 1]: its logarithm from [`LEAST`] to 1.
-fn place(difference: f64) -> f64 {
+pub(super) fn place(difference: f64) -> f64 {
     let size = (difference.abs() / LEAST).max(1.0).ln() / (1.0 / LEAST).ln();
     size.min(1.0).copysign(difference)
 }
 
 /// The colour of a place: from dark blue (−1) over white to dark red (1), evenly darker to both sides.
-fn signed(t: f64) -> [u8; 3] {
+pub(super) fn signed(t: f64) -> [u8; 3] {
     /// At 0, 1/3, 2/3 and 1, one and the other side (Brewer's RdBu).
     const COLOURS: [[[f64; 3]; 4]; 2] = [
         [

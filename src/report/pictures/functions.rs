@@ -44,8 +44,8 @@ pub fn test_functions_svg(
     let top = 70.0;
     let rows = top + STEP[1] - 26.0;
     let height = rows + planes.len() as f64 * STEP[1] + MARGIN;
-    Canvas::draw([width, height], |canvas| {
-        text(canvas, [0.5 * width, 24.0], "Test functions", 17.0, true);
+    let title = "Test functions S, G and F on the hemisphere and in slices of coordinates";
+    Canvas::titled(title, [width, height], 24.0, |canvas| {
         let mut at = [0.5 * width - 340.0, 48.0];
         for (_, ink, name) in FUNCTIONS {
             let [x, y] = at;

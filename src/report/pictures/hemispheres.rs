@@ -33,10 +33,9 @@ pub fn hemispheres_svg(
     let back = mirror + views * (SIDE + GAP) + 2.0 * GAP;
     let width = back + views * (SIDE + GAP) + MARGIN - GAP;
     let height = top + planes.len() as f64 * row + 24.0 + MARGIN;
-    Canvas::draw([width, height], |canvas| {
+    let title = "Coordinates on the hemisphere of light directions";
+    Canvas::titled(title, [width, height], 24.0, |canvas| {
         let middle = 0.5 * width;
-        let title = "Coordinates on the hemisphere of light directions";
-        text(canvas, [middle, 24.0], title, 17.0, true);
         text(canvas, [first + 0.5 * SIDE, 58.0], "colours", 13.0, true);
         let groups = [
             (mirror, From::Mirror, "seen along the mirror direction"),

@@ -5,7 +5,7 @@ use super::plot::{NO_DATA, Plot, Swatch, bar, circle, log_ticks, swatches, text}
 use super::png::encoded;
 use crate::moments::{Batch, Kind, Slice};
 use crate::parametrization::view_centered;
-use crate::report::svg::canvas::{Align, BLACK, Canvas, Ink, Lettering, fitted};
+use crate::report::svg::canvas::{Align, BLACK, Canvas, Ink, Lettering};
 use crate::report::svg::plot::ramp;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -261,15 +261,13 @@ pub fn slice_svg(
     if open > 0 {
         caption += &format!("; {:.1} % of the faces have no data", 100.0 * share);
     }
-    Canvas::draw(SIZE, |canvas| {
+    Canvas::titled(title, SIZE, 22.0, |canvas| {
         for piece in &pieces {
             match piece.width {
                 Some(width) => canvas.line(&piece.points, piece.ink, width),
                 None => canvas.area(&piece.points, piece.ink, 1.0),
             }
         }
-        let fits = fitted(title, 16.5, SIZE[0] - 32.0);
-        text(canvas, [0.5 * SIZE[0], 22.0], &fits, 15.0, true);
         text(canvas, [MIDDLE[0], SIZE[1] - 20.0], &caption, 11.5, false);
         // In columns of their own: the three directions may be one.
         let legend = [("normal", BLACK), ("view", BLUE), ("mirror", RED)];

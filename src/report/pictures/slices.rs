@@ -1,10 +1,8 @@
 //! A BRDF in the planes of the first two axes of parametrizations (Figs. 3 to 5 of Barla et al.
 //! 2015, bottom).
 
-use super::plot::{
-    BELOW, LEFT, NO_DATA, OUTSIDE, Plane, Plot, Swatch, bar, log_ticks, middles, swatches, text,
-    text_upwards,
-};
+use super::plates::Plates;
+use super::plot::{NO_DATA, OUTSIDE, Plane, Plot, Swatch, bar, log_ticks, middles, swatches, text};
 use crate::brdf::Brdf;
 use crate::numeric::luminance;
 use crate::parametrization::ParametrizationSpec;
@@ -12,22 +10,17 @@ use crate::registry::Entry;
 use crate::report::pictures::slice::{
     Channels32, channel_names, push_layer, values, write_channels,
 };
-use crate::report::svg::canvas::{Canvas, Ink, fitted};
+use crate::report::svg::canvas::{Canvas, Ink};
 use crate::report::svg::plot::ramp;
 use rayon::prelude::*;
 use std::io::{self, Seek, Write};
-
-const SIDE: f64 = 190.0;
-const MARGIN: f64 = 16.0;
-const NAME: f64 = 26.0;
-const STEP: [f64; 2] = [LEFT + SIDE + 12.0, 26.0 + SIDE + BELOW + 4.0];
 
 /// Most isolines from the darkest to the brightest.
 const LEVELS: f64 = 24.0;
 
 /// A pixel of a plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Pixel {
+pub(super) enum Pixel {
     /// A direction lies below the horizon.
     Outside,
     /// The BRDF has no data here.
@@ -38,12 +31,9 @@ enum Pixel {
 
 /// Planes of a BRDF: one per parametrization and azimuth.
 pub struct BrdfSlices {
-    planes: Vec<Plane>,
-    phi_deg: Vec<f64>,
+    plates: Plates,
     resolution: usize,
     channel_names: &'static [&'static str],
-    /// An isotropic BRDF is the same whatever the first azimuth.
-    isotropic: bool,
     /// Planes of the first parametrization first; row after row from the top.
     pixels: Vec<Vec<Pixel>>,
 }
@@ -59,19 +49,14 @@ impl BrdfSlices {
         resolution: usize,
     ) -> Self {
         let resolution = resolution.clamp(2, 1024);
-        let planes: Vec<_> = parametrizations.iter().map(Plane::new).collect();
-        let each = planes
-            .iter()
-            .flat_map(|p| phi_deg.iter().map(move |phi| (p, phi)));
-        let each: Vec<_> = each.collect();
-        let look = |(plane, phi): (&Plane, &f64)| look(brdf, plane, phi.to_radians(), resolution);
+        let plates = Plates::new(parametrizations, phi_deg, brdf.symmetry());
+        let look = |(plane, phi): &(&Plane, f64)| look(brdf, plane, phi.to_radians(), resolution);
+        let planes: Vec<_> = plates.each().collect();
         Self {
-            pixels: each.into_par_iter().map(look).collect(),
-            planes,
-            phi_deg: phi_deg.to_vec(),
+            pixels: planes.par_iter().map(look).collect(),
+            plates,
             resolution,
             channel_names: channel_names(brdf.channels()),
-            isotropic: brdf.symmetry().isotropic,
         }
     }
 
@@ -86,54 +71,20 @@ impl BrdfSlices {
         values
     }
 
-    /// A text with the azimuths that are 0 in the planes of an anisotropic BRDF; `None` for an
-    /// isotropic one.
-    fn cut(&self) -> Option<String> {
-        if self.isotropic {
-            return None;
-        }
-        let mut symbols: Vec<_> = self.planes.iter().map(|p| p.turn).collect();
-        symbols.sort_unstable();
-        symbols.dedup();
-        Some(format!(
-            "anisotropic, cut at {} = 0°",
-            symbols.join(" = 0°, ")
-        ))
-    }
-
-    /// A row per parametrization, a column per azimuth. Colours go by the logarithm of luminance, the
-    /// same in all; so do isolines, in equal steps. Grey: below the horizon; hatched: no data.
-    pub fn svg(&self, title: &str) -> String {
+    /// A row per parametrization, a column per azimuth, below a title with the name of the material. Colours go by the
+    /// logarithm of luminance, the same in all; so do isolines, in equal steps. Grey: below the horizon; hatched: no data.
+    pub fn svg(&self, material: &str) -> String {
         let tone = Tone::from_luminances(&self.shown());
-        let columns = self.phi_deg.len() as f64;
-        let width = 2.0 * MARGIN + NAME + columns.max(2.0) * STEP[0];
-        let top = 48.0;
-        let below = top + self.planes.len() as f64 * STEP[1];
-        Canvas::draw([width, below + 98.0], |canvas| {
-            let fits = fitted(title, 18.5, width - 2.0 * MARGIN);
-            text(canvas, [0.5 * width, 22.0], &fits, 17.0, true);
-            if let Some(cut) = self.cut() {
-                text(canvas, [0.5 * width, 42.0], &cut, 12.0, false);
+        let title = format!("{material}: BRDF in slices of coordinates, luminance (sr⁻¹)");
+        let draw = |canvas: &mut Canvas, plot: &Plot, place: usize| {
+            let pixels = &self.pixels[place];
+            self.raster(canvas, plot, pixels, tone.as_ref());
+            let logs: Vec<_> = pixels.iter().map(log).collect();
+            for (level, ink) in tone.iter().flat_map(Tone::isolines) {
+                plot.isolines(canvas, &logs, level.ln(), ink, 0.7);
             }
-            for (j, plane) in self.planes.iter().enumerate() {
-                let y = top + j as f64 * STEP[1] + 26.0;
-                let side = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
-                text_upwards(canvas, side, plane.name, 13.0);
-                for (i, phi) in self.phi_deg.iter().enumerate() {
-                    let x = MARGIN + NAME + LEFT + i as f64 * STEP[0];
-                    let plot = Plot::new([x, y], SIDE);
-                    let title = format!("{} = {phi}°", plane.azimuth);
-                    text(canvas, [x + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
-                    let pixels = &self.pixels[j * self.phi_deg.len() + i];
-                    self.raster(canvas, &plot, pixels, tone.as_ref());
-                    let logs: Vec<_> = pixels.iter().map(log).collect();
-                    for (level, ink) in tone.iter().flat_map(Tone::isolines) {
-                        plot.isolines(canvas, &logs, level.ln(), ink, 0.7);
-                    }
-                    plot.axes(canvas, plane, Some(phi.to_radians()));
-                }
-            }
-            let middle = 0.5 * width;
+        };
+        self.plates.svg(&title, draw, |canvas, [middle, below]| {
             let mut meanings = vec![Swatch::OUTSIDE];
             if self.pixels.iter().flatten().any(|p| *p == Pixel::Missing) {
                 meanings.push(Swatch::NO_DATA);
@@ -150,7 +101,7 @@ impl BrdfSlices {
         let colour = |(i, pixel): (usize, &Pixel)| match pixel {
             Pixel::Outside => OUTSIDE,
             Pixel::Value(rgb) => tone.map_or([0; 3], |tone| ramp(tone.place(luminance(*rgb)))),
-            Pixel::Missing => NO_DATA[(i % self.resolution + i / self.resolution) % 10 / 5],
+            Pixel::Missing => no_data(i, self.resolution),
         };
         let colours: Vec<_> = pixels.iter().enumerate().map(colour).collect();
         plot.raster(canvas, &colours)
@@ -163,11 +114,7 @@ impl BrdfSlices {
     /// Whatever `out` reports.
     pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
         let mut list = Channels32::new();
-        let planes = self
-            .planes
-            .iter()
-            .flat_map(|p| self.phi_deg.iter().map(move |phi| (p, phi)));
-        for ((plane, phi), pixels) in planes.zip(&self.pixels) {
+        for ((plane, phi), pixels) in self.plates.each().zip(&self.pixels) {
             // A second point would begin a layer of its own.
             let phi = phi.to_string().replace('.', "p");
             let layer = format!("{}.phi_{phi}.", plane.name);
@@ -182,7 +129,13 @@ impl BrdfSlices {
     }
 }
 
-fn look(brdf: &dyn Brdf, plane: &Plane, phi: f64, resolution: usize) -> Vec<Pixel> {
+/// The colour of a pixel without data, of stripes.
+pub(super) fn no_data(pixel: usize, resolution: usize) -> Ink {
+    NO_DATA[(pixel % resolution + pixel / resolution) % 10 / 5]
+}
+
+/// A BRDF at the middles of the pixels of a plane, at an azimuth (rad).
+pub(super) fn look(brdf: &dyn Brdf, plane: &Plane, phi: f64, resolution: usize) -> Vec<Pixel> {
     let pair = |p| plane.form.inverse(&plane.coords(p, phi));
     let pairs: Vec<_> = middles(resolution).map(pair).collect();
     let inside: Vec<_> = pairs.iter().flatten().copied().collect();
@@ -280,9 +233,6 @@ fn number(v: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::brdf::testing::made;
-    use crate::geometry::Symmetry;
-    use crate::parametrization::find;
 
     #[test]
     fn levels_are_in_equal_ratios_and_brighter_is_brighter() {
@@ -296,20 +246,5 @@ mod tests {
         assert!(levels[0] >= 11.0 && levels[levels.len() - 1] <= 1000.0);
         // Every value has a colour of its own up to the brightest.
         assert!(tone.place(500.0) < tone.place(1000.0) && tone.place(1000.0) <= 1.0);
-    }
-
-    #[test]
-    fn a_cut_names_each_azimuth_once() {
-        let skew = made(Symmetry::NONE, |pair| {
-            (pair.omega_i.theta() <= 0.7).then_some([0.0])
-        });
-        let cut = |names: &[&str]| {
-            let charts: Vec<_> = names.iter().map(|name| find(name).unwrap()).collect();
-            BrdfSlices::new(&skew, &charts, &[0.0], 8).cut()
-        };
-        let places = ["φ_h = 0°", "φ_h = 0°, φ_o = 0°"].map(|p| format!("anisotropic, cut at {p}"));
-        let [one, two] = places.map(Some);
-        assert_eq!(cut(&["hybrid", "half-difference"]), one);
-        assert_eq!(cut(&["hybrid", "spherical"]), two);
     }
 }

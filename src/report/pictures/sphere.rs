@@ -6,12 +6,12 @@
 //! each point the tangent lies in the plane of normal and view, on the side of the view, so that
 //! every view has azimuth 0.
 
-use super::plot::{circle, text};
+use super::plot::circle;
 use crate::moments::Moments;
 use crate::numeric::luminance;
 use crate::parametrization::view_centered;
 use crate::report::pictures::slice::{Channels32, Pixel, push_layer, write_channels};
-use crate::report::svg::canvas::{Canvas, Ink};
+use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering};
 use glam::DVec3;
 use std::io::{self, Seek, Write};
 
@@ -208,7 +208,7 @@ impl FilterEllipse {
     }
 }
 
-/// The picture with filters over it: in red each point and, dashed, all of its elevation, in blue
+/// The picture with filters over it, and what their lines are below it: in red each point and, dashed, all of its elevation, in blue
 /// the mean and the ellipse of one standard deviation, drawn where a mirror would show the light
 /// that comes from there. The picture is inside the file.
 pub fn sphere_svg(
@@ -222,14 +222,15 @@ pub fn sphere_svg(
     const RED: Ink = [0xe0, 0x20, 0x10];
     const BLUE: Ink = [0x00, 0x50, 0xe0];
     const WHITE: Ink = [255; 3];
+    const DASHES: &str = "60 45";
+    const BELOW: f64 = 34.0;
     let place = |[x, y]: [f64; 2]| [0.5 * SIDE * (1.0 + x), TOP + 0.5 * SIDE * (1.0 - y)];
-    Canvas::draw([SIDE, SIDE + TOP], |canvas| {
-        text(canvas, [0.5 * SIDE, 18.0], title, 16.0, true);
+    Canvas::titled(title, [SIDE, SIDE + TOP + BELOW], 18.0, |canvas| {
         canvas.image([0.0, TOP], [SIDE; 2], &image.png(white));
         for e in ellipses {
             let elevation = circle(120).map(|p| place(p.map(|v| v * e.theta_o.sin())));
             let elevation: Vec<_> = elevation.collect();
-            canvas.dashed(&elevation, RED, 1.2, "60 45");
+            canvas.dashed(&elevation, RED, 1.2, DASHES);
         }
         for e in ellipses {
             let outline: Vec<_> = e.outline().into_iter().map(place).collect();
@@ -240,6 +241,19 @@ pub fn sphere_svg(
                 canvas.dot(place(at), radius + 0.5, WHITE);
                 canvas.dot(place(at), radius - 0.5, ink);
             }
+        }
+        let y = TOP + SIDE + 0.5 * BELOW;
+        canvas.dot([42.0, y], 3.5, RED);
+        canvas.dashed(&[[180.0, y], [204.0, y]], RED, 1.8, DASHES);
+        canvas.line(&[[350.0, y], [374.0, y]], BLUE, 2.2);
+        canvas.dot([362.0, y], 3.5, BLUE);
+        let names = [
+            (54.0, "view of a slice"),
+            (211.0, "its elevation"),
+            (381.0, "mean, one standard deviation"),
+        ];
+        for (x, name) in names {
+            canvas.text([x, y], name, Lettering::new(12.0, Align::Start));
         }
     })
 }

@@ -3,7 +3,7 @@
 use super::plot::{FRAME, Plot, Swatch, bar, circle, middles, swatches, text};
 use crate::geometry::DirectionPair;
 use crate::reconstruct::{Cover, Coverage};
-use crate::report::svg::canvas::{Canvas, Ink, fitted};
+use crate::report::svg::canvas::{Canvas, Ink};
 use crate::report::svg::plot::ramp;
 use std::f64::consts::FRAC_PI_2;
 
@@ -48,10 +48,8 @@ pub(crate) fn uncertainty_svg(
     let scale = relative.map(|_| Scale::covering(maps.iter().flat_map(Map::known)));
     let width = 2.0 * MARGIN + 3.0 * SIDE + 2.0 * GAP;
     let below = TOP + SIDE + 22.0;
-    Canvas::draw([width, below + 104.0], |canvas| {
+    Canvas::titled(title, [width, below + 104.0], 22.0, |canvas| {
         let middle = 0.5 * width;
-        let fits = fitted(title, 17.0, width - 2.0 * MARGIN);
-        text(canvas, [middle, 22.0], &fits, 15.5, true);
         for (i, (map, theta)) in maps.iter().zip(THETA_I_DEG).enumerate() {
             let plot = Plot::new([MARGIN + i as f64 * (SIDE + GAP), TOP], SIDE);
             let above = [plot.at[0] + 0.5 * SIDE, TOP - 18.0];

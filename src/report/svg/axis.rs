@@ -11,6 +11,9 @@ pub(in crate::report) const SIZE: f64 = 11.0;
 /// differences of larger ones overflow.
 const LARGEST: f64 = 1e300;
 
+/// Values on linear axes that are all below this are rounding of quantities about 1, and are shown as zeros.
+const ROUNDING: f64 = 1e-15;
+
 /// An axis with its range and ticks.
 pub(in crate::report) struct Ruler {
     scale: Scale,
@@ -184,9 +187,13 @@ fn ends(axis: &Axis, values: impl Iterator<Item = f64>, horizontal: bool) -> [f6
     }
     match axis.scale {
         // Labels of the two ends would differ only in the twelfth digit; the data is constant.
-        Scale::Linear if hi - lo <= 1e-4 * largest || largest < 1e-290 => {
+        Scale::Linear if hi - lo <= 1e-4 * largest || largest < ROUNDING => {
             let middle = 0.5 * lo + 0.5 * hi;
-            let half = if largest < 1e-290 { 1.0 } else { 0.1 * largest };
+            let half = if largest < ROUNDING {
+                1.0
+            } else {
+                0.1 * largest
+            };
             [middle - half, middle + half]
         }
         Scale::Linear if horizontal => [lo, hi],

@@ -7,6 +7,13 @@ use std::fmt::Write;
 /// Coordinates in a file are whole numbers, which are short: tenths of a pixel.
 const UNITS: f64 = 10.0;
 
+/// Font sizes of a title and of the notes below it, heights of their lines, and room at both sides, pixels.
+const TITLE: f64 = 16.5;
+const TITLE_LINE: f64 = 21.0;
+const NOTE: f64 = 12.0;
+const NOTE_LINE: f64 = 17.0;
+const SIDES: f64 = 14.0;
+
 /// R, G, B in sRGB.
 pub(in crate::report) type Ink = [u8; 3];
 
@@ -60,6 +67,13 @@ impl Lettering {
     pub(crate) fn ink(self, ink: Ink) -> Self {
         Self { ink, ..self }
     }
+
+    /// Smaller letters, down to half of these, for a text that is wider than `width` pixels.
+    pub(crate) fn within(self, text: &str, width: f64) -> Self {
+        let share = (width / text_width(text, self.size)).clamp(0.5, 1.0);
+        let size = self.size * share;
+        Self { size, ..self }
+    }
 }
 
 /// A picture under construction; x to the right and y down, in pixels.
@@ -87,18 +101,57 @@ struct Stroke {
 impl Canvas {
     /// A white picture of a size in pixels with what `body` draws, as an SVG text.
     pub(crate) fn draw(size: [f64; 2], body: impl FnOnce(&mut Canvas)) -> String {
-        let [width, height] = size.map(|s| s.clamp(1.0, 1e5).ceil());
+        Self::titled("", size, 0.0, body)
+    }
+
+    /// The picture with a title, whose further lines are notes in smaller letters; the middle of its first line is at the
+    /// height `y`. A title is never cut: one that is wider than the picture has several lines, and what `body` draws is
+    /// lower by these.
+    pub(crate) fn titled(
+        title: &str,
+        [width, height]: [f64; 2],
+        y: f64,
+        body: impl FnOnce(&mut Canvas),
+    ) -> String {
         let mut canvas = Canvas::default();
         body(&mut canvas);
+        let mut above = Canvas::default();
+        let mut lower = -TITLE_LINE;
+        for (i, part) in title.lines().enumerate() {
+            let (size, line) = if i == 0 {
+                (TITLE, TITLE_LINE)
+            } else {
+                (NOTE, NOTE_LINE)
+            };
+            let how = Lettering::new(size, Align::Middle);
+            let how = Lettering {
+                bold: i == 0,
+                ..how
+            };
+            for text in wrapped(part, 1.08 * size, width - 2.0 * SIDES) {
+                lower += line;
+                above.text([0.5 * width, y + lower], &text, how);
+            }
+        }
+        let lower = lower.max(0.0);
+        let [width, height] = [width, height + lower].map(|s| s.clamp(1.0, 1e5).ceil());
         let (drawn, images, texts) = (canvas.drawn, canvas.images, subscripts(&canvas.texts));
-        let (w, h) = (width * UNITS, height * UNITS);
+        let (above, w, h) = (subscripts(&above.texts), width * UNITS, height * UNITS);
+        let group = match lower {
+            0.0 => [String::new(), String::new()],
+            lower => [
+                format!("<g transform=\"translate(0 {})\">\n", lower * UNITS),
+                "</g>\n".into(),
+            ],
+        };
+        let [start, end] = group;
         // The paper has a class, so that a page may take it away.
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {w} {h}\" stroke-linejoin=\"round\" stroke-linecap=\"round\" \
              font-family=\"sans-serif\" text-anchor=\"middle\">\n\
              <rect class=\"paper\" width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n\
-             {images}{drawn}{texts}</svg>\n"
+             {start}{images}{drawn}{texts}{end}{above}</svg>\n"
         )
     }
 
@@ -334,6 +387,35 @@ pub(in crate::report) fn text_width(text: &str, size: f64) -> f64 {
     text.chars().map(em).sum::<f64>() * size
 }
 
+/// The text in lines of at most `width` pixels, at least one: between words, and within one that is wider.
+pub(in crate::report) fn wrapped(text: &str, size: f64, width: f64) -> Vec<String> {
+    let fits = |text: &str| text_width(text, size) <= width;
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let last = lines.len() - 1;
+        let joined = match lines[last].as_str() {
+            "" => word.to_owned(),
+            line => format!("{line} {word}"),
+        };
+        if fits(&joined) {
+            lines[last] = joined;
+            continue;
+        }
+        if !lines[last].is_empty() {
+            lines.push(String::new());
+        }
+        for letter in word.chars() {
+            let last = lines.len() - 1;
+            let longer = format!("{}{letter}", lines[last]);
+            match fits(&longer) || lines[last].is_empty() {
+                true => lines[last] = longer,
+                false => lines.push(letter.into()),
+            }
+        }
+    }
+    lines
+}
+
 /// The text, or its two ends with an ellipsis between them if it is wider than `width` pixels.
 pub(in crate::report) fn fitted(text: &str, size: f64, width: f64) -> String {
     if text_width(text, size) <= width {
@@ -405,6 +487,26 @@ mod tests {
         let short = fitted("hybrid h_bar:square-root;k:arcsine", 10.0, 120.0);
         assert!(short.starts_with("hybrid") && short.ends_with("arcsine"));
         assert!(text_width(&short, 10.0) <= 120.0);
+    }
+
+    #[test]
+    fn titles_are_whole_and_within_the_picture() {
+        let long =
+            "Relative error of the reconstruction of a/very/long/path/without/a/single/space.csv";
+        for width in [40.0, 90.0, 200.0, 3000.0] {
+            let lines = wrapped(long, 12.0, width);
+            assert!(lines.iter().all(|line| text_width(line, 12.0) <= width));
+            assert_eq!(lines.concat().replace(' ', ""), long.replace(' ', ""));
+            assert_eq!(lines.len() == 1, width == 3000.0);
+        }
+        let svg = |title: &str| Canvas::titled(title, [200.0, 50.0], 20.0, |_| ());
+        let height = |title: &str| -> f64 {
+            let svg = svg(title);
+            let (_, rest) = svg.split_once("height=\"").unwrap();
+            rest[..rest.find('"').unwrap()].parse().unwrap()
+        };
+        assert!(height("short") == 50.0 && height(long) > 70.0);
+        assert!(height("short\na note") > 50.0 && !svg(long).contains('…'));
     }
 
     #[test]

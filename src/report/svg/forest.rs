@@ -2,6 +2,7 @@
 
 use super::canvas::{Align, Canvas, Lettering, all_fitted, fitted, text_width};
 use super::{FAINT, FRAME, GRID, LABEL, LEGEND, MARGIN, axis, palette};
+use crate::report::svg::marker::Shape;
 use crate::report::svg::plot::{Axis, Forest};
 use axis::Ruler;
 
@@ -94,7 +95,7 @@ pub fn forest_svg(forest: &Forest) -> String {
                         }
                     }
                     if let Some(at) = place(line.ratio) {
-                        canvas.dot([at, y], 3.6, ink);
+                        canvas.marker(Shape::of(of.color), [at, y], 3.6, ink);
                     }
                 });
                 canvas.text([left + WIDTH + 12.0, y], &line.note, how.ink(FAINT));

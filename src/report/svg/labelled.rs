@@ -2,6 +2,7 @@
 
 use super::canvas::{Align, Canvas, Lettering, all_fitted, text_width};
 use super::{LEGEND, MARGIN, Sheet, palette};
+use crate::report::svg::marker::Shape;
 use crate::report::svg::plot::{Mark, Panel, Series};
 
 /// Width and height of the frame: the diagram can be read on a narrow screen, and two stand side by
@@ -14,7 +15,7 @@ const GAP: f64 = 14.0;
 /// Largest width of a name, pixels.
 const WIDEST: f64 = 180.0;
 
-/// Draws one panel, with dots on its points, whose tooltips are their values, and the names of its lines
+/// Draws one panel, with marks on its points, whose tooltips are their values, and the names of its lines
 /// right of them, if they have any.
 pub fn labelled(panel: &Panel) -> String {
     let mut bare = panel.clone();
@@ -57,7 +58,8 @@ pub fn labelled(panel: &Panel) -> String {
                     panel.y.label,
                     short(y)
                 );
-                canvas.tooltip(&values, |canvas| canvas.dot(at, 3.2, ink));
+                let shape = Shape::of(series.color);
+                canvas.tooltip(&values, |canvas| canvas.marker(shape, at, 3.2, ink));
                 end = Some(at);
             }
             let end = end.filter(|_| !name.is_empty());

@@ -2,8 +2,10 @@
 
 pub(in crate::report) mod axis;
 pub(in crate::report) mod canvas;
+mod clip;
 mod forest;
 mod labelled;
+pub(in crate::report) mod marker;
 pub(in crate::report) mod plot;
 #[cfg(test)]
 mod tests;
@@ -13,34 +15,42 @@ pub use labelled::labelled;
 
 use crate::report::each_once;
 use axis::Ruler;
-use canvas::{Align, Canvas, Ink, Lettering, all_fitted, fitted, text_width};
+use canvas::{Align, Canvas, Ink, Lettering, all_fitted, text_width, wrapped};
+use clip::{clipped, clipped_area};
+use marker::Shape;
 use plot::{Mark, Panel, Series, palette};
 
 const MARGIN: f64 = 16.0;
 const TITLE: f64 = 17.0;
 const PANEL_TITLE: f64 = 13.0;
+/// Height of a line of a panel's title.
+const PANEL_LINE: f64 = 17.0;
 const LABEL: f64 = 12.0;
 const LEGEND: f64 = 11.5;
 /// Height of a line of the legend.
 const LEGEND_LINE: f64 = 17.0;
 /// Width of the stroke in front of a name.
 const KEY: f64 = 24.0;
+/// The most points of a line that are marked.
+const MARKED: usize = 12;
 pub(in crate::report) const FRAME: Ink = [90, 90, 90];
 pub(in crate::report) const GRID: Ink = [228, 228, 228];
 const FAINT: Ink = [130, 130, 130];
 
-/// Draws panels row after row, `columns` in a row (at least one), below a title.
+/// Draws panels row after row, `columns` in a row (at least one), below a title, whose further lines are notes in
+/// smaller letters.
 ///
-/// Names of series stand below the panels: once if every panel has the same ones, else below each.
+/// Names of series stand below the panels: once if no two are of one colour and mark, else below each.
 /// Equal panels give equal bytes.
 pub fn svg(title: &str, panels: &[Panel], columns: usize) -> String {
     let sheet = Sheet::new(title, panels, columns);
-    Canvas::draw(sheet.size, |canvas| sheet.draw(canvas))
+    Canvas::titled(title, sheet.size, MARGIN + 0.7 * TITLE, |canvas| {
+        sheet.draw(canvas)
+    })
 }
 
 /// Layout of a sheet.
 struct Sheet<'a> {
-    title: &'a str,
     panels: Vec<Placed<'a>>,
     /// The legend of all panels, and the height at which it starts.
     legend: Option<(Legend<'a>, f64)>,
@@ -93,9 +103,10 @@ impl<'a> Sheet<'a> {
         let width = 2.0 * MARGIN + columns as f64 * cell;
 
         let entries: Vec<_> = panels.iter().map(entries).collect();
-        let mut named = entries.iter().filter(|e| !e.is_empty());
-        let first = named.next();
-        let shared = panels.len() > 1 && named.all(|e| Some(e) == first);
+        // One for all panels, if a colour and a mark have the same name in all.
+        let union = each_once(entries.iter().flatten().copied());
+        let looks = each_once(union.iter().map(|(_, color, mark)| (*color, *mark)));
+        let shared = panels.len() > 1 && !union.is_empty() && looks.len() == union.len();
         let mut top = MARGIN;
         if !title.is_empty() {
             top += 2.0 * TITLE;
@@ -104,8 +115,11 @@ impl<'a> Sheet<'a> {
         let mut rest = panels.iter().zip(rulers).zip(&entries).peekable();
         while rest.peek().is_some() {
             let row: Vec<_> = rest.by_ref().take(columns).collect();
-            if row.iter().any(|((p, _), _)| !p.title.is_empty()) {
-                top += 2.0 * PANEL_TITLE;
+            let titles = row.iter().map(|((p, _), _)| p.title.as_str());
+            let titles = titles.filter(|title| !title.is_empty());
+            let lines = titles.map(|title| wrapped(title, 1.08 * PANEL_TITLE, plot[0]).len());
+            if let Some(most) = lines.max() {
+                top += 2.0 * PANEL_TITLE + (most - 1) as f64 * PANEL_LINE;
             }
             let mut lowest = 0.0f64;
             for (i, ((panel, (x, y)), entries)) in row.into_iter().enumerate() {
@@ -123,15 +137,14 @@ impl<'a> Sheet<'a> {
             }
             top += plot[1] + 2.0 * axis::SIZE + 2.0 * LABEL + 8.0 + lowest;
         }
-        let legend = first.filter(|_| shared).map(|entries| {
-            let legend = Legend::new(entries.clone(), width - 2.0 * MARGIN);
+        let legend = shared.then(|| {
+            let legend = Legend::new(union, width - 2.0 * MARGIN);
             let at = top + 4.0;
             top = at + legend.height();
             (legend, at)
         });
         let colors = panels.iter().flat_map(|p| &p.series).map(|s| s.color);
         Self {
-            title,
             panels: placed,
             legend,
             plot,
@@ -141,10 +154,6 @@ impl<'a> Sheet<'a> {
     }
 
     fn draw(&self, canvas: &mut Canvas) {
-        let [width, _] = self.size;
-        let how = Lettering::new(TITLE, Align::Middle).bold();
-        let title = fitted(self.title, 1.08 * TITLE, width - 2.0 * MARGIN);
-        canvas.text([0.5 * width, MARGIN + 0.7 * TITLE], &title, how);
         for placed in &self.panels {
             self.axes(canvas, placed);
             for series in &placed.panel.series {
@@ -192,15 +201,18 @@ impl<'a> Sheet<'a> {
             canvas.text([x0 - 5.0, y], label, how);
         }
         let how = Lettering::new(LABEL, Align::Middle);
-        let label = fitted(&panel.x.label, LABEL, w + placed.left);
         let below = y1 + 4.0 + 1.3 * axis::SIZE + LABEL;
-        canvas.text([x0 + 0.5 * w, below], &label, how);
-        let label = fitted(&panel.y.label, LABEL, h + 20.0);
+        let fitted = how.within(&panel.x.label, w + placed.left);
+        canvas.text([x0 + 0.5 * w, below], &panel.x.label, fitted);
         let before = x0 - placed.left + 0.5 * LABEL + 6.0;
-        canvas.text([before, y0 + 0.5 * h], &label, how.upwards());
-        let how = Lettering::new(PANEL_TITLE, Align::Middle);
-        let title = fitted(&panel.title, 1.08 * PANEL_TITLE, w + placed.left);
-        canvas.text([x0 + 0.5 * w, y0 - PANEL_TITLE], &title, how.bold());
+        let fitted = how.within(&panel.y.label, h + 20.0);
+        canvas.text([before, y0 + 0.5 * h], &panel.y.label, fitted.upwards());
+        let bold = Lettering::new(PANEL_TITLE, Align::Middle).bold();
+        let title = wrapped(&panel.title, 1.08 * PANEL_TITLE, w);
+        for (i, line) in title.iter().rev().enumerate() {
+            let y = y0 - PANEL_TITLE - i as f64 * PANEL_LINE;
+            canvas.text([x0 + 0.5 * w, y], line, bold);
+        }
         let drawn = |s: &Series| s.points.iter().any(|&p| self.position(placed, p).is_some());
         if !panel.series.iter().any(drawn) {
             let middle = [x0 + 0.5 * w, y0 + 0.5 * h];
@@ -230,16 +242,21 @@ impl<'a> Sheet<'a> {
             .iter()
             .map(|&p| self.position(placed, p))
             .collect();
+        let shape = Shape::of(series.color);
         if series.mark == Mark::Points {
-            let radius = if points.len() > 150 { 1.6 } else { 2.6 };
+            let radius = if points.len() > 150 { 1.6 } else { 2.8 };
             for p in points.into_iter().flatten().filter(|&p| inside(p)) {
-                canvas.dot(p, radius, ink);
+                canvas.marker(shape, p, radius, ink);
             }
             return;
         }
         let Some(dashes) = series.mark.dashes() else {
             let corners: Vec<_> = points.into_iter().flatten().collect();
-            return canvas.area(&corners, ink, 0.16);
+            let corners = clipped_area(&corners, frame);
+            if !corners.is_empty() {
+                canvas.area(&corners, ink, 0.16);
+            }
+            return;
         };
         for run in points.split(Option::is_none) {
             let run: Vec<_> = run.iter().flatten().copied().collect();
@@ -252,6 +269,16 @@ impl<'a> Sheet<'a> {
             for line in clipped(&run, frame) {
                 canvas.dashed(&line, ink, self.stroke(), dashes);
             }
+        }
+        if series.name.is_empty() || entries(placed.panel).len() < 2 {
+            return;
+        }
+        // Of curves on one another each shows some of its own.
+        let every = points.len().div_ceil(MARKED);
+        let first = series.color % every.max(1);
+        let marked = points.into_iter().skip(first).step_by(every.max(1));
+        for p in marked.flatten().filter(|&p| inside(p)) {
+            canvas.marker(shape, p, 1.9 * self.stroke(), ink);
         }
     }
 
@@ -277,52 +304,6 @@ impl Mark {
             Self::Points | Self::Area => None,
         }
     }
-}
-
-/// The parts of a line inside a frame, without points too close to their neighbours to be
-/// distinguished.
-fn clipped(points: &[[f64; 2]], frame: [[f64; 2]; 2]) -> Vec<Vec<[f64; 2]>> {
-    const APART: f64 = 0.1;
-    let mut parts: Vec<Vec<[f64; 2]>> = Vec::new();
-    let mut open = false;
-    for ends in points.windows(2) {
-        let (a, b) = (ends[0], ends[1]);
-        let mut t = [0.0f64, 1.0f64];
-        for i in 0..2 {
-            let d = b[i] - a[i];
-            for (edge, sign) in [(frame[i][0], 1.0), (frame[i][1], -1.0)] {
-                // Inside where sign (a + t d − edge) ≥ 0.
-                let (at, slope) = (sign * (a[i] - edge), sign * d);
-                if slope == 0.0 {
-                    // A line along the edge is off it by rounding.
-                    if at < -1e-6 {
-                        t = [1.0, 0.0];
-                    }
-                } else if slope > 0.0 {
-                    t[0] = t[0].max(-at / slope);
-                } else {
-                    t[1] = t[1].min(-at / slope);
-                }
-            }
-        }
-        if !(t[0] <= t[1]) {
-            open = false;
-            continue;
-        }
-        let [from, to] = t.map(|t| [0, 1].map(|i| a[i] + t * (b[i] - a[i])));
-        if !open || t[0] > 0.0 {
-            parts.push(vec![from]);
-        }
-        if let Some(part) = parts.last_mut() {
-            let last = part[part.len() - 1];
-            // The first two stay, so that a short line is still one.
-            if part.len() == 1 || (to[0] - last[0]).hypot(to[1] - last[1]) >= APART {
-                part.push(to);
-            }
-        }
-        open = t[1] >= 1.0;
-    }
-    parts
 }
 
 /// Name, colour and mark of a series in a legend.
@@ -367,9 +348,11 @@ impl<'a> Legend<'a> {
             let ink = palette(*color, sheet.colors);
             let key = [[x, y], [x + KEY, y]];
             // A little wider than in the plot: short strokes look alike.
-            match mark.dashes() {
-                Some(dashes) => canvas.dashed(&key, ink, sheet.stroke() + 0.5, dashes),
-                None => canvas.dot([x + 0.5 * KEY, y], 2.8, ink),
+            if let Some(dashes) = mark.dashes() {
+                canvas.dashed(&key, ink, sheet.stroke() + 0.5, dashes);
+            }
+            if self.entries.len() > 1 || mark.dashes().is_none() {
+                canvas.marker(Shape::of(*color), [x + 0.5 * KEY, y], 3.2, ink);
             }
             let how = Lettering::new(LEGEND, Align::Start);
             canvas.text([x + KEY + 6.0, y], &names[i], how);

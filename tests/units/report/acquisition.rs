@@ -106,8 +106,7 @@ fn verdict(report: &str) -> &str {
 fn looks(chart: &str) -> impl Iterator<Item = [&str; 2]> {
     chart.split("<g><title>").skip(1).map(|told| {
         let name = told.split(['\n', '<']).next().unwrap();
-        let circle = told.split("<circle").nth(1).unwrap();
-        let color = circle.split("fill=\"").nth(1).unwrap();
+        let color = told.split("fill=\"").nth(1).unwrap();
         [name, color.split('"').next().unwrap()]
     })
 }

@@ -77,9 +77,9 @@ fn every_series_with_data_is_seen() {
         assert!(text.contains(&format!("\nseries {c}\n")));
     }
     let colors: BTreeSet<_> = text.split('#').skip(1).map(|part| &part[..6]).collect();
-    let is_twice = |c: &&&str| marks(&text, &format!("#{c}")) == 2;
-    // The ink of the axes is one more.
-    assert!(colors.iter().filter(is_twice).count() > 40);
+    // A line, its key, and marks on both.
+    let is_line = |c: &&&str| (4..50).contains(&marks(&text, &format!("#{c}")));
+    assert!(colors.iter().filter(is_line).count() >= 40);
 }
 
 const ORANGE: &str = "#D55E00";
@@ -178,6 +178,40 @@ fn what_leaves_the_range_is_cut_off() {
     }
     // Up, down, and the legend.
     assert_eq!(count, 3);
+}
+
+#[test]
+fn rounding_has_no_axis_of_its_own() {
+    let wave = |size: f64| -> Vec<(f64, Option<f64>)> {
+        (0..9)
+            .map(|i| (f64::from(i), Some(size * f64::from(i).sin())))
+            .collect()
+    };
+    let text = |size: f64| {
+        drawn(&[panel(
+            Scale::Linear,
+            vec![series(0, Mark::Line, &wave(size))],
+        )])
+    };
+    let [small, rounding] = [1e-9, 1e-17].map(text);
+    assert!(small.contains("·10⁻") && !rounding.contains("·10⁻"));
+    assert!(rounding.contains("\n1.0\n") && rounding.contains("\n−1.0\n"));
+}
+
+#[test]
+fn lines_of_one_panel_have_marks_of_their_own() {
+    let points: Vec<_> = (0..40)
+        .map(|i| (f64::from(i), Some(f64::from(i))))
+        .collect();
+    let two = [0, 1].map(|c| series(c, Mark::Line, &points)).to_vec();
+    let [one, two] = [two[..1].to_vec(), two].map(|s| drawn(&[panel(Scale::Linear, s)]));
+    // Circles on the first, squares on the second, at a few of its points, and in the legend.
+    let [circles, squares] = ["<circle", "z\"/>"].map(|tag| two.matches(tag).count());
+    assert!(
+        (4..15).contains(&circles) && (4..15).contains(&squares),
+        "{circles} {squares}"
+    );
+    assert!(!one.contains("<circle"));
 }
 
 #[test]

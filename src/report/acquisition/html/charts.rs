@@ -245,7 +245,12 @@ fn sheet(findings: &Findings, costs: &[Cost]) -> String {
         rankings.first().map_or(0, |r| r.scope.materials),
         "material",
     );
-    let title = format!("Error of each sampling by its best reconstruction, {of}");
+    let has_range = |p: &Panel| p.series.iter().any(|s| s.name.is_empty());
+    let note = match panels.iter().any(has_range) {
+        true => "\nacross a point: the least and the most its steps took",
+        false => "",
+    };
+    let title = format!("Error of each sampling by its best reconstruction, {of}{note}");
     svg(&title, &panels, rankings.len().max(1))
 }
 
