@@ -1,6 +1,6 @@
 //! Keys of configs from Python's keyword arguments and dictionaries, and the library's sentences.
 
-use crate::errors::{of_keys, other_type, refused};
+use crate::errors::{of_keys, other_type, refused, renamed};
 use crate::given::keys_of;
 use crate::material::PyMaterial;
 use gonio::brdf::Channels;
@@ -107,11 +107,17 @@ pub fn source(what: &str, keys: &Table) -> Source {
     Source::new(what, format!("\n{keys}"))
 }
 
-/// The member of a family that these keys name.
-pub fn read<T: ?Sized>(what: &str, family: &[Entry<T>], keys: Table) -> PyResult<Box<T>> {
+/// The member of a family that these keys name, its `kind` by an argument.
+pub fn read<T: ?Sized>(
+    what: &str,
+    argument: &str,
+    family: &[Entry<T>],
+    keys: Table,
+) -> PyResult<Box<T>> {
     let source = source(what, &keys);
     let table = source.table().map_err(of_keys)?;
-    registry::read(what, family, table).map_err(|e| of_keys(source.error(e)))
+    let read = registry::read(what, family, table).map_err(|e| of_keys(source.error(e)));
+    read.map_err(renamed("kind", argument))
 }
 
 /// A struct of keys.
@@ -154,7 +160,9 @@ pub fn channels(value: Option<&Bound<'_, PyAny>>) -> PyResult<Channels> {
         other => other,
     };
     keys.insert("channels".into(), channels);
-    parsed::<ChannelKeys>("channels", keys).map(|keys| keys.channels)
+    let read = parsed::<ChannelKeys>("channels", keys).map(|keys| keys.channels);
+    let read = read.map_err(renamed("channels.wavelengths_nm", "channels"));
+    read.map_err(renamed("wavelengths_nm", "channels"))
 }
 
 /// A whole number of an argument, from `least` to `most`.
