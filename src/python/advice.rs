@@ -1,6 +1,6 @@
 //! Advice: which poses and reconstruction are best for materials like some.
 
-use crate::errors::{of_argument, of_files, of_keys, refused, warn};
+use crate::errors::{of_argument, of_files, of_keys, refused, renamed, warn};
 use crate::given::detached;
 use crate::keys;
 use crate::run::{Stopped, config_source, kept};
@@ -76,7 +76,7 @@ pub fn advise<'py>(
     }
     let advised = advised?.map_err(|e| match e {
         Error::Data { .. } => of_files(e),
-        e => refuse(e),
+        e => renamed("instrument[0].file", "instrument")(refuse(e)),
     })?;
     for Failure { job, reason, .. } in &advised.failures {
         warn(py, &format!("{job}: {reason}"))?;

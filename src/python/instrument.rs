@@ -60,6 +60,12 @@ impl PyInstrument {
                     let name: PathBuf = spec
                         .extract()
                         .map_err(|_| other_type("spec", spec, "a name, a path or a dictionary"))?;
+                    // The text of a file is no name of one.
+                    if name.to_string_lossy().contains('\n') {
+                        return Err(refused(
+                            "spec is a text of several lines; allowed: a name, a path or a dictionary, as tomllib.loads makes of a text",
+                        ));
+                    }
                     let read = load_instrument(&name.to_string_lossy()).map_err(of_files);
                     read.map_err(renamed("instrument", "spec"))?
                 }

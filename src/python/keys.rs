@@ -3,6 +3,7 @@
 use crate::errors::{of_keys, other_type, refused, renamed};
 use crate::given::keys_of;
 use crate::material::PyMaterial;
+use gonio::Error;
 use gonio::brdf::Channels;
 use gonio::error::ParameterError;
 use gonio::experiment::{MAX_BUDGET, Source};
@@ -116,7 +117,8 @@ pub fn read<T: ?Sized>(
 ) -> PyResult<Box<T>> {
     let source = source(what, &keys);
     let table = source.table().map_err(of_keys)?;
-    let read = registry::read(what, family, table).map_err(|e| of_keys(source.error(e)));
+    let read = registry::read(what, family, table);
+    let read = read.map_err(|e| of_keys(in_dictionary(&keys, source.error(e))));
     read.map_err(renamed("kind", argument))
 }
 
@@ -124,7 +126,33 @@ pub fn read<T: ?Sized>(
 pub fn parsed<S: DeserializeOwned>(what: &str, keys: Table) -> PyResult<S> {
     let source = source(what, &keys);
     let table = source.table().map_err(of_keys)?;
-    registry::parse(table).map_err(|e| of_keys(source.error(e)))
+    registry::parse(table).map_err(|e| of_keys(in_dictionary(&keys, source.error(e))))
+}
+
+/// An error about keys, with the dictionary that they are in, which its line says, where the sentence does not begin with it.
+fn in_dictionary(keys: &Table, e: Error) -> Error {
+    let Error::Config { place, message } = e else {
+        return e;
+    };
+    // A line stands before the keys.
+    let line = place
+        .rsplit_once(':')
+        .and_then(|(_, line)| line.parse().ok());
+    let text = keys.to_string();
+    let lines = text
+        .lines()
+        .take(line.map_or(0, |line: usize| line.saturating_sub(1)));
+    let header = lines
+        .filter(|line| line.starts_with('[') && line.ends_with(']'))
+        .last();
+    let name = header.unwrap_or_default().trim_matches(['[', ']']);
+    let first = name.split('.').next().unwrap_or_default();
+    let path = message.strip_prefix("unknown key ").unwrap_or(&message);
+    let message = match first.is_empty() || path.starts_with(first) {
+        true => message,
+        false => format!("{name}: {message}"),
+    };
+    Error::Config { place, message }
 }
 
 /// Symmetries from their names, joined by commas or in a list; `none` has none of them.

@@ -11,8 +11,8 @@ use gonio::parametrization::{Parametrization, WarpSpec, find};
 use gonio::schedule::{
     Itinerary, Lattice, LatticeAxis, Pose, Positions, Schedule, Unreachable, Visit,
 };
-use pyo3::{BoundObject, PyTypeInfo};
 use pyo3::prelude::*;
+use pyo3::{BoundObject, PyTypeInfo};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -37,6 +37,8 @@ pub fn in_keywords(sentence: &str) -> String {
     let sentence = of_config(sentence);
     let mut words = sentence.split(' ').peekable();
     let mut out: Vec<String> = Vec::new();
+    // True behind a keyword with its value: another one follows a comma.
+    let mut is_open = false;
     while let Some(word) = words.next() {
         let plain = word.trim_start_matches(['(', '`', '"']);
         let name = plain.strip_prefix("--").unwrap_or_default();
@@ -44,17 +46,24 @@ pub fn in_keywords(sentence: &str) -> String {
         let (name, end) = name.split_at(name.find(|c| !is_letter(c)).unwrap_or(name.len()));
         if !name.starts_with(|c: char| c.is_ascii_lowercase()) {
             out.push(word.to_owned());
+            is_open = false;
             continue;
+        }
+        if let (true, Some(last)) = (is_open, out.last_mut()) {
+            last.push(',');
         }
         let before = word[..word.len() - plain.len()].replace('`', "");
         let (name, end) = (name.replace('-', "_"), end.replace('`', ""));
         let value = words.peek().filter(|_| end.is_empty());
         if let Some((value, rest)) = value.and_then(|value| of_value(&name, value)) {
             words.next();
+            is_open = rest.is_empty();
             out.push(format!("{before}{name}={value}{rest}"));
         } else if SWITCHES.contains(&name.as_str()) {
+            is_open = end.is_empty();
             out.push(format!("{before}{name}=True{end}"));
         } else {
+            is_open = false;
             out.push(format!("{before}{name}{end}"));
         }
     }
