@@ -779,6 +779,7 @@ def test_a_table_in_colour_is_opened_in_colour(tmp_path):
 def test_refusals_of_files_name_keywords(tmp_path):
     file, rows = tmp_path / "theirs.csv", "10,20,180,0.5\n20,30,0,0.4\n"
     texts = {
+        "theta_i,theta_o,phi_o,value\n1,1,1,1\n" + rows: ', "value": "4"}, angles="deg"; did you mean theta_i_deg?',
         "tilt,turn,out,what\n" + rows: "with columns, which says their names in the file, others are passed over",
         rows: 'a guess: columns={"theta_i": "1", "theta_o": "2", "phi_o": "3", "value": "4"}',
         "theta_i,theta_o,phi_o,value\n.1,.2,3.1,.5\n.2,.3,0,.4\n": "or angles with one of deg, rad",
