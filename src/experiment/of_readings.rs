@@ -128,18 +128,7 @@ impl ReadingsSpec {
         if let Some(method) = &self.reconstruction {
             method.check().map_err(of_method)?;
         }
-        let readings = load_readings(file, &self.assume()).map_err(|e| match e {
-            Error::Data {
-                path,
-                message,
-                source,
-            } => {
-                let source = source.map_or(String::new(), |e| format!(": {e}"));
-                let message = as_keys(&(message + &source));
-                BuildError::Data { path, message }
-            }
-            e => self.unusable(e),
-        })?;
+        let readings = self.readings()?;
         let measurement = &readings.measurement;
         let held = &measurement.channels;
         if held != scene && [held, scene].iter().any(|c| c.wavelengths().is_some()) {
@@ -158,6 +147,22 @@ impl ReadingsSpec {
             return Err(error.into());
         }
         Ok(readings)
+    }
+
+    /// The readings of the file.
+    fn readings(&self) -> Result<Readings, BuildError> {
+        load_readings(&self.keys.file, &self.assume()).map_err(|e| match e {
+            Error::Data {
+                path,
+                message,
+                source,
+            } => {
+                let source = source.map_or(String::new(), |e| format!(": {e}"));
+                let message = as_keys(&(message + &source));
+                BuildError::Data { path, message }
+            }
+            e => self.unusable(e),
+        })
     }
 
     fn assume(&self) -> Assume {
@@ -246,6 +251,10 @@ impl BrdfSpec for ReadingsSpec {
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
         self.load(channels).map(drop)
+    }
+
+    fn held_channels(&self) -> Result<Option<Channels>, BuildError> {
+        Ok(Some(self.readings()?.measurement.channels))
     }
 
     fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {

@@ -1,6 +1,6 @@
 //! Advice: which poses and reconstruction are best for materials like some.
 
-use crate::errors::{of_files, of_keys, refused, warn};
+use crate::errors::{of_argument, of_files, of_keys, refused, renamed, warn};
 use crate::given::detached;
 use crate::keys;
 use crate::run::{Stopped, config_source, kept};
@@ -44,7 +44,7 @@ pub fn advise<'py>(
         }
         _ => return Err(refused("allowed is one of budget and minutes")),
     };
-    let by = Metric::named(by).map_err(refused)?;
+    let by = Metric::named(by).map_err(of_argument("by"))?;
     let (source, refuse): (_, fn(Error) -> PyErr) = match config {
         Some(config) => config_source(config)?,
         None => (Source::new("advise", FORMULAS), of_keys),
@@ -76,7 +76,7 @@ pub fn advise<'py>(
     }
     let advised = advised?.map_err(|e| match e {
         Error::Data { .. } => of_files(e),
-        e => refuse(e),
+        e => renamed("instrument[0].file", "instrument")(refuse(e)),
     })?;
     for Failure { job, reason, .. } in &advised.failures {
         warn(py, &format!("{job}: {reason}"))?;

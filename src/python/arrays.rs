@@ -1,17 +1,22 @@
 //! Arrays in and out: directions, numbers, columns.
 
-use crate::errors::refused;
+use crate::errors::{refused, warn};
 use crate::given::detached;
+use crate::shapes::{Along, batch, broadcast, tuple};
 use gonio::brdf::{Brdf, Presence};
 use gonio::geometry::{Direction, DirectionPair};
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use numpy::{
+    PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
+use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// A new array of one number a row, (n,).
-pub type Column<'py> = PyResult<Bound<'py, PyArray1<f64>>>;
+/// A new array of any shape.
+pub type Shaped<'py> = PyResult<Bound<'py, PyArrayDyn<f64>>>;
 
 /// A new array of rows of numbers, (n, width).
 pub type Matrix<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
@@ -23,22 +28,30 @@ const CHUNK: usize = 1024;
 /// here goes back to the bit.
 const UNIT: f64 = 4.0 * f64::EPSILON;
 
-/// An array's numbers, f64, C-contiguous and aligned; what is masked is NaN.
-fn cast<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+/// An array's numbers, f64, C-contiguous and aligned; what is masked is NaN. `None` of what is no real number: a cast would drop
+/// imaginary parts, and read texts.
+fn cast<'py>(value: &Bound<'py, PyAny>) -> PyResult<Result<Bound<'py, PyAny>, String>> {
     let py = value.py();
     let numpy = py.import("numpy")?;
+    // One that is masked stays so.
+    let array = numpy.call_method1("asanyarray", (value,))?;
+    let dtype = array.getattr("dtype")?;
+    let kind: char = dtype.getattr("kind")?.extract()?;
+    if !"biuf".contains(kind) {
+        return Ok(Err(dtype.getattr("name")?.extract()?));
+    }
     let keys = PyDict::new(py);
     keys.set_item("dtype", "float64")?;
-    let array = match value.hasattr("mask")? && value.hasattr("filled")? {
+    let array = match array.hasattr("mask")? && array.hasattr("filled")? {
         // Integers have no NaN.
-        true => value
+        true => array
             .call_method1("astype", ("float64",))?
             .call_method1("filled", (f64::NAN,))?,
-        false => value.clone(),
+        false => array,
     };
     let array = numpy.call_method("ascontiguousarray", (array,), Some(&keys))?;
     // A field of packed records may be contiguous, but at odd addresses.
-    numpy.call_method1("require", (array, py.None(), "A"))
+    Ok(Ok(numpy.call_method1("require", (array, py.None(), "A"))?))
 }
 
 /// Any array-like as numbers in rows: cast to f64 and copied only where it is not so already; NaN where it is masked.
@@ -60,6 +73,16 @@ pub fn numbers<'py>(
             "{name} is a {kind} without numbers; allowed: an array of numbers"
         ))
     })?;
+    let array = array.map_err(|dtype| {
+        let kind = match dtype.as_str() {
+            "object" => "objects".into(),
+            text if text.starts_with("str") || text.starts_with("bytes") => "texts".into(),
+            other => format!("{other} numbers"),
+        };
+        refused(format!(
+            "{name} has {kind}; allowed: an array of real numbers"
+        ))
+    })?;
     array.extract::<PyReadonlyArrayDyn<'py, f64>>()
 }
 
@@ -68,13 +91,9 @@ pub fn slice<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>) -> PyResult<&'a [f64]> 
     array.as_slice().map_err(refused)
 }
 
-/// A shape as Python writes it.
+/// The shape of an array as Python writes it.
 pub fn shape(array: &PyReadonlyArrayDyn<'_, f64>) -> String {
-    let lengths: Vec<String> = array.shape().iter().map(usize::to_string).collect();
-    match lengths.as_slice() {
-        [one] => format!("({one},)"),
-        several => format!("({})", several.join(", ")),
-    }
+    tuple(array.shape())
 }
 
 /// One number a row.
@@ -89,16 +108,50 @@ pub fn list(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
     Ok(slice(&array)?.to_vec())
 }
 
-/// Rows of two arguments, each with its name and its number: as many of one as of the other, or one for all.
-fn matched(a: (&str, usize), b: (&str, usize)) -> PyResult<usize> {
-    match (a.1, b.1) {
-        (m, n) if m == n => Ok(n),
-        (1, n) | (n, 1) => Ok(n),
-        (m, n) => Err(refused(format!(
-            "{} has {m} rows and {} has {n}; allowed: as many, or one",
-            a.0, b.0
-        ))),
+/// Warns of angles beyond a turn: degrees, where radians are asked for.
+pub fn doubt_degrees<'a>(
+    py: Python<'_>,
+    name: &str,
+    angles: impl IntoIterator<Item = &'a f64>,
+) -> PyResult<()> {
+    let finite = angles.into_iter().filter(|x| x.is_finite());
+    let largest = finite.fold(
+        0.0,
+        |most: f64, x| if x.abs() > most.abs() { *x } else { most },
+    );
+    // A turn as f32 has it is one too.
+    if largest.abs() <= TAU * (1.0 + 1e-6) {
+        return Ok(());
     }
+    warn(
+        py,
+        &format!(
+            "{name} has the angle {largest}, beyond 2π: angles are in radians, and np.radians converts degrees"
+        ),
+    )
+}
+
+/// Warns of directions below the horizon: how many of `count` rows have each of the arguments there.
+fn doubt_horizon(py: Python<'_>, below: &[(&str, usize)], count: usize) -> PyResult<()> {
+    let below = below.iter().filter(|(_, n)| *n > 0);
+    let parts: Vec<String> = below
+        .map(|(name, n)| format!("{name} in {n} of {count}"))
+        .collect();
+    if parts.is_empty() {
+        return Ok(());
+    }
+    warn(
+        py,
+        &format!(
+            "below the horizon (z < 0) is {}: directions point away from the surface, and f_r is 0 below it",
+            parts.join(", ")
+        ),
+    )
+}
+
+/// True of a direction that no BRDF is defined for; the horizon itself is none.
+fn is_below(direction: Direction) -> bool {
+    direction.cos_theta() < 0.0
 }
 
 /// Directions as Python gives them.
@@ -110,31 +163,43 @@ pub struct Directions<'py> {
 }
 
 impl<'py> Directions<'py> {
-    /// Directions from (n, 3) vectors, (n, 2) angles, or one of either.
+    /// Directions from (…, 3) vectors or (…, 2) angles.
     pub fn read(value: &Bound<'py, PyAny>, name: &'static str) -> PyResult<Self> {
         let array = numbers(value, name)?;
-        let width = match *array.shape() {
-            [width] | [_, width] if width == 2 || width == 3 => width,
+        let width = match array.shape().last() {
+            Some(&width @ (2 | 3)) => width,
             _ => {
                 return Err(refused(format!(
-                    "{name} has the shape {}; allowed: (n, 3) vectors, or (n, 2) angles theta and phi in radians",
+                    "{name} has the shape {}; allowed: (…, 3) vectors, or (…, 2) angles theta and phi in radians",
                     shape(&array)
                 )));
             }
         };
+        if width == 2 {
+            doubt_degrees(value.py(), name, slice(&array)?)?;
+        }
         Ok(Self { name, array, width })
     }
 
-    /// The rows, which another thread may read.
-    pub fn rows(&self) -> PyResult<Rows<'_>> {
-        let values = slice(&self.array)?;
-        let count = values.len() / self.width;
+    /// Its name, its shape, and the axes of a row: for [`broadcast`].
+    pub fn shape(&self) -> (&str, &[usize], usize) {
+        (self.name, self.array.shape(), 1)
+    }
+
+    /// The lengths before the last.
+    pub fn batch(&self) -> &[usize] {
+        batch(self.array.shape(), 1)
+    }
+
+    /// The rows, which another thread may read, broadcast to a shape.
+    pub fn rows<'a>(&'a self, to: &'a [usize]) -> PyResult<Rows<'a>> {
+        let along = Along::new(self.array.shape(), 1, to);
         Ok(Rows {
             name: self.name,
-            values,
+            values: slice(&self.array)?,
             width: self.width,
-            count,
-            stride: if count == 1 { 0 } else { self.width },
+            along,
+            is_whole: along.own == to,
         })
     }
 }
@@ -145,45 +210,54 @@ pub struct Rows<'a> {
     name: &'static str,
     values: &'a [f64],
     width: usize,
-    count: usize,
-    /// Numbers from one row to the next: none where one row stands for all.
-    stride: usize,
+    along: Along<'a>,
+    /// True if no row stands for several.
+    is_whole: bool,
 }
 
 impl<'a> Rows<'a> {
-    /// Number of directions.
-    pub fn len(&self) -> usize {
-        self.count
-    }
-
-    /// The direction of a row; the only one of a single row.
+    /// The direction of a row.
     fn get(&self, row: usize) -> Option<Direction> {
-        let at = row * self.stride;
+        let at = self.along.at(row) * self.width;
         direction_of(self.values.get(at..at + self.width)?)
     }
 
-    /// Rows from one on, where they are vectors and no row stands for all.
+    /// Rows from one on, where they are vectors and no row stands for several.
     fn vectors(&self, first: usize, count: usize) -> Option<&'a [f64]> {
-        let plain = self.stride == 3;
+        let plain = self.is_whole && self.width == 3;
         plain.then(|| self.values.get(3 * first..3 * (first + count)))?
     }
 
     /// Every direction.
     ///
     /// # Errors
-    /// The first row without one.
+    /// The first row that is none.
     pub fn all(&self) -> PyResult<Vec<Direction>> {
-        let all = (0..self.len()).map(|i| self.get(i).ok_or_else(|| refused(self.sentence(i))));
-        all.collect()
+        let rows = 0..self.along.to.iter().product();
+        rows.map(|row| self.get(row).ok_or_else(|| refused(self.sentence(row))))
+            .collect()
     }
 
+    /// Every direction, with a warning of those below the horizon.
+    ///
+    /// # Errors
+    /// As [`all`](Self::all).
+    pub fn above(&self, py: Python<'_>) -> PyResult<Vec<Direction>> {
+        let all = self.all()?;
+        let below = all.iter().filter(|d| is_below(**d)).count();
+        doubt_horizon(py, &[(self.name, below)], all.len())?;
+        Ok(all)
+    }
+
+    /// The sentence about a row that is no direction.
     fn sentence(&self, row: usize) -> String {
-        let row = if self.len() == 1 { 0 } else { row };
-        let values = &self.values[row * self.width..(row + 1) * self.width];
+        let at = self.along.at(row) * self.width;
+        let values = self.values.get(at..at + self.width).unwrap_or_default();
         let values: Vec<String> = values.iter().map(f64::to_string).collect();
         format!(
-            "{}[{row}] is ({}), which is no direction; allowed: finite numbers, not all 0",
+            "{}{} is ({}), which is no direction; allowed: finite numbers, not all 0",
             self.name,
+            self.along.index(row),
             values.join(", ")
         )
     }
@@ -219,26 +293,50 @@ pub struct Pairs<'a> {
 pub struct Sides<'py> {
     light: Directions<'py>,
     sensor: Directions<'py>,
+    /// The shape that both broadcast to, without that of a direction.
+    pub shape: Vec<usize>,
 }
 
 impl<'py> Sides<'py> {
     /// The arguments `omega_i` and `omega_o` of a function.
     pub fn read(omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let light = Directions::read(omega_i, "omega_i")?;
+        let sensor = Directions::read(omega_o, "omega_o")?;
+        let shape = broadcast(light.shape(), sensor.shape())?;
         Ok(Self {
-            light: Directions::read(omega_i, "omega_i")?,
-            sensor: Directions::read(omega_o, "omega_o")?,
+            light,
+            sensor,
+            shape,
         })
     }
 
-    /// As many of one as of the other, or one for all.
+    /// The pairs, the last axis fastest.
     pub fn pairs(&self) -> PyResult<Pairs<'_>> {
-        let (light, sensor) = (self.light.rows()?, self.sensor.rows()?);
+        let lengths = self
+            .shape
+            .iter()
+            .try_fold(1, |n: usize, k| n.checked_mul(*k));
+        let count = lengths.ok_or_else(too_many)?;
         Ok(Pairs {
-            count: matched((light.name, light.len()), (sensor.name, sensor.len()))?,
-            light,
-            sensor,
+            count,
+            light: self.light.rows(&self.shape)?,
+            sensor: self.sensor.rows(&self.shape)?,
         })
     }
+}
+
+/// What is raised where two arrays broadcast to more than memory holds.
+fn too_many() -> PyErr {
+    PyMemoryError::new_err("omega_i and omega_o make more pairs than memory holds; allowed: fewer")
+}
+
+/// Numbers, all 0.
+fn zeros(count: usize, width: usize) -> PyResult<Vec<f64>> {
+    let all = count.checked_mul(width).ok_or_else(too_many)?;
+    // A lack of memory would end the process.
+    let room = Vec::<f64>::new().try_reserve_exact(all);
+    room.map_err(|_| too_many())?;
+    Ok(vec![0.0; all])
 }
 
 impl<'a> Pairs<'a> {
@@ -282,11 +380,32 @@ impl<'a> Pairs<'a> {
     ///
     /// # Errors
     /// The first row that is none.
-    pub fn all(&self) -> PyResult<Vec<DirectionPair>> {
-        let mut all = Vec::with_capacity(self.count);
+    fn all(&self) -> PyResult<Vec<DirectionPair>> {
+        let mut all = Vec::new();
+        let room = all.try_reserve_exact(self.count);
+        room.map_err(|_| too_many())?;
         self.read(0, self.count, &mut all)
             .map_err(|row| self.refused(row))?;
         Ok(all)
+    }
+
+    /// Every pair, with a warning of those below the horizon.
+    ///
+    /// # Errors
+    /// As [`all`](Self::all).
+    pub fn above(&self, py: Python<'_>) -> PyResult<Vec<DirectionPair>> {
+        let all = self.all()?;
+        let below = |of: fn(&DirectionPair) -> Direction| {
+            all.iter().filter(|pair| is_below(of(pair))).count()
+        };
+        let below = [below(|p| p.omega_i), below(|p| p.omega_o)];
+        self.doubt(py, below)?;
+        Ok(all)
+    }
+
+    fn doubt(&self, py: Python<'_>, [light, sensor]: [usize; 2]) -> PyResult<()> {
+        let below = [(self.light.name, light), (self.sensor.name, sensor)];
+        doubt_horizon(py, &below, self.count)
     }
 
     /// Every pair, above the horizon.
@@ -302,16 +421,16 @@ impl<'a> Pairs<'a> {
             } else {
                 self.sensor
             };
-            let row = if side.len() == 1 { 0 } else { row };
             return Err(refused(format!(
-                "{}[{row}] is not above the horizon; allowed: polar angles below 90°",
-                side.name
+                "{}{} is not above the horizon; allowed: polar angles below 90°",
+                side.name,
+                side.along.index(row)
             )));
         }
         Ok(all)
     }
 
-    /// `width` numbers a pair, made a chunk at a time in parallel and without the global lock.
+    /// `width` numbers a pair, made a chunk at a time in parallel and without the global lock; a warning of pairs below the horizon.
     ///
     /// # Errors
     /// The first row that is no pair.
@@ -322,23 +441,32 @@ impl<'a> Pairs<'a> {
         work: impl Fn(&[DirectionPair], &mut [f64]) + Sync,
     ) -> PyResult<Vec<f64>> {
         let (pairs, count) = (*self, self.count);
+        let mut out = zeros(count, width)?;
+        let (light, sensor) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let made = detached(py, || {
-            let mut out = vec![0.0; count * width];
             let chunks = out.par_chunks_mut(CHUNK * width.max(1)).enumerate();
             let wrong = chunks.map_init(Vec::new, |buffer, (i, out)| {
                 let rows = out.len() / width.max(1);
                 let read = pairs.read(i * CHUNK, rows, buffer);
                 if read.is_ok() {
+                    let below = |of: fn(&DirectionPair) -> Direction| {
+                        buffer.iter().filter(|pair| is_below(of(pair))).count()
+                    };
+                    light.fetch_add(below(|p| p.omega_i), Ordering::Relaxed);
+                    sensor.fetch_add(below(|p| p.omega_o), Ordering::Relaxed);
                     work(buffer, out);
                 }
                 read.err()
             });
-            match wrong.flatten().min() {
-                None => Ok(out),
-                Some(row) => Err(row),
-            }
+            wrong.flatten().min()
         });
-        made?.map_err(|row| self.refused(row))
+        match made? {
+            Some(row) => Err(self.refused(row)),
+            None => {
+                self.doubt(py, [light.into_inner(), sensor.into_inner()])?;
+                Ok(out)
+            }
+        }
     }
 
     /// f_r without the cosine, sr⁻¹, channel by channel; NaN where there is no data.
@@ -363,38 +491,51 @@ pub fn rows<'py>(py: Python<'py>, values: Vec<f64>, width: usize) -> Matrix<'py>
     PyArray1::from_vec(py, values).reshape([n, width])
 }
 
-/// A new array of vectors.
-pub fn vectors<'py>(py: Python<'py>, directions: impl Iterator<Item = Direction>) -> Matrix<'py> {
-    rows(
-        py,
-        directions.flat_map(|d| d.vector().to_array()).collect(),
-        3,
-    )
+/// A new array of a shape, with a last axis of `width` if there is one.
+pub fn shaped<'py>(
+    py: Python<'py>,
+    values: Vec<f64>,
+    shape: &[usize],
+    width: Option<usize>,
+) -> Shaped<'py> {
+    let shape: Vec<usize> = shape.iter().copied().chain(width).collect();
+    PyArray1::from_vec(py, values).reshape(shape)
 }
 
-/// Unit vectors, (n, 3), of polar angles from the normal and azimuths, in radians.
+/// A new array of vectors.
+pub fn vectors<'py>(py: Python<'py>, directions: impl Iterator<Item = Direction>) -> Matrix<'py> {
+    let values = directions.flat_map(|d| d.vector().to_array());
+    rows(py, values.collect(), 3)
+}
+
+/// Unit vectors, (…, 3), of polar angles from the normal and azimuths, in radians, whose shapes broadcast.
 ///
-/// Either may be one number for all.
+/// One of two numbers is (1, 3). Angles beyond 2π are warned of: they may be degrees.
 #[pyfunction]
 pub fn direction<'py>(
     py: Python<'py>,
     theta: &Bound<'py, PyAny>,
     phi: &Bound<'py, PyAny>,
-) -> Matrix<'py> {
-    let (theta, phi) = (list(theta, "theta")?, list(phi, "phi")?);
-    let n = matched(("theta", theta.len()), ("phi", phi.len()))?;
-    let at = |list: &[f64], i: usize| list[if list.len() == 1 { 0 } else { i }];
-    vectors(
-        py,
-        (0..n).map(|i| Direction::from_spherical(at(&theta, i), at(&phi, i))),
-    )
+) -> Shaped<'py> {
+    let (theta, phi) = (numbers(theta, "theta")?, numbers(phi, "phi")?);
+    doubt_degrees(py, "theta", slice(&theta)?)?;
+    doubt_degrees(py, "phi", slice(&phi)?)?;
+    let to = broadcast(("theta", theta.shape(), 0), ("phi", phi.shape(), 0))?;
+    let [along, about] = [&theta, &phi].map(|angles| Along::new(angles.shape(), 0, &to));
+    let (theta, phi) = (slice(&theta)?, slice(&phi)?);
+    let vector = |row: usize| {
+        let direction = Direction::from_spherical(theta[along.at(row)], phi[about.at(row)]);
+        direction.vector().to_array()
+    };
+    let all = 0..to.iter().product();
+    shaped(py, all.flat_map(vector).collect(), &to, Some(3))
 }
 
-/// Polar angles from the normal and azimuths of directions, (n, 2), in radians.
+/// Polar angles from the normal and azimuths of directions, (…, 2), in radians.
 #[pyfunction]
-pub fn angles<'py>(py: Python<'py>, omega: &Bound<'py, PyAny>) -> Matrix<'py> {
+pub fn angles<'py>(py: Python<'py>, omega: &Bound<'py, PyAny>) -> Shaped<'py> {
     let directions = Directions::read(omega, "omega")?;
-    let all = directions.rows()?.all()?;
+    let all = directions.rows(directions.batch())?.all()?;
     let values = all.iter().flat_map(|d| [d.theta(), d.phi()]);
-    rows(py, values.collect(), 2)
+    shaped(py, values.collect(), directions.batch(), Some(2))
 }

@@ -1,12 +1,14 @@
 //! Errors and warnings raised in Python, and its interrupts.
 
+use crate::words::{in_keywords, without_brackets};
 use gonio::Error;
-use pyo3::exceptions::PyValueError;
+use gonio::error::ParameterError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
-/// A `ValueError` with a sentence.
+/// A `ValueError` with a sentence, in which options of the command are keywords.
 pub fn refused(sentence: impl std::fmt::Display) -> PyErr {
-    PyValueError::new_err(sentence.to_string())
+    PyValueError::new_err(in_keywords(&sentence.to_string()))
 }
 
 /// A refusal of an argument of another type.
@@ -14,10 +16,41 @@ pub fn other_type(name: &str, value: &Bound<'_, PyAny>, allowed: &str) -> PyErr 
     refused(format!("{name} = {value}: allowed is {allowed}"))
 }
 
+/// A `TypeError` of what cannot be pickled.
+pub fn unpicklable(sentence: &str) -> PyErr {
+    PyTypeError::new_err(sentence.to_owned())
+}
+
+/// The error of a parameter that is an argument of another name.
+pub fn of_argument(argument: &str) -> impl Fn(ParameterError) -> PyErr {
+    move |e| refused(ParameterError::new(argument, e.value, e.allowed))
+}
+
+/// An error about `key` of the library, which is an argument of another name, or about a part of it.
+pub fn renamed(key: &str, argument: &str) -> impl Fn(PyErr) -> PyErr {
+    move |e| {
+        let sentence = Python::attach(|py| e.value(py).to_string());
+        let rest = sentence.strip_prefix(key);
+        match rest.filter(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_')) {
+            Some(rest) => refused(format!("{argument}{rest}")),
+            None => e,
+        }
+    }
+}
+
+/// An error about the keys of a dictionary that is an argument.
+pub fn within(argument: &str) -> impl Fn(PyErr) -> PyErr {
+    move |e| Python::attach(|py| refused(format!("{argument}: {}", e.value(py))))
+}
+
 /// The sentence of an error about keys that have no line: without the place.
 pub fn of_keys(e: Error) -> PyErr {
     match e {
-        Error::Config { message, .. } | Error::Infeasible { message, .. } => refused(message),
+        // An option of the command is an argument.
+        Error::Config { ref place, .. } if place.starts_with("--") => of_files(e),
+        Error::Config { message, .. } | Error::Infeasible { message, .. } => {
+            refused(without_brackets(&message))
+        }
         e => of_files(e),
     }
 }
@@ -28,8 +61,9 @@ pub fn of_files(e: Error) -> PyErr {
     refused(format!("{e}{reason}"))
 }
 
-/// Issues a sentence as a Python warning.
+/// Issues a sentence as a Python warning, in which options of the command are keywords.
 pub fn warn(py: Python<'_>, sentence: &str) -> PyResult<()> {
+    let sentence = in_keywords(sentence);
     py.import("warnings")?.call_method1("warn", (sentence,))?;
     Ok(())
 }

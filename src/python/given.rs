@@ -2,7 +2,8 @@
 
 use crate::arrays::{list, numbers, shape, slice, vectors};
 use crate::errors::refused;
-use crate::material::{PyMaterial, channel_names};
+use crate::material::{Origin, PyMaterial, channel_names};
+use crate::state::FormState;
 use gonio::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, InChannels, Presence};
 use gonio::error::ParameterError;
 use gonio::geometry::{DirectionPair, Symmetry};
@@ -123,7 +124,7 @@ impl Function {
     }
 
     /// A function as a BRDF.
-    pub fn shared(self) -> Arc<dyn Brdf> {
+    pub fn shared(self) -> Arc<Self> {
         FUNCTIONS.store(true, Ordering::Relaxed);
         Arc::new(self)
     }
@@ -169,6 +170,18 @@ impl Brdf for Function {
     }
 }
 
+/// True if keys name a material that only this process has.
+pub fn is_of_process(keys: &toml::Value) -> bool {
+    match keys {
+        toml::Value::Table(table) => {
+            let kind = table.get("kind").and_then(toml::Value::as_str);
+            kind == Some(KIND) || table.values().any(is_of_process)
+        }
+        toml::Value::Array(all) => all.iter().any(is_of_process),
+        _ => false,
+    }
+}
+
 /// A BRDF between the nodes of a lattice of coordinates, linear along each axis.
 pub struct Array {
     form: Arc<dyn Parametrization>,
@@ -179,7 +192,44 @@ pub struct Array {
     channels: Channels,
 }
 
+/// An array as a text of a pickle has it.
+#[derive(Serialize, Deserialize)]
+pub struct ArrayState {
+    form: FormState,
+    nodes: Vec<Vec<f64>>,
+    values: Vec<f64>,
+    channels: Channels,
+}
+
+impl ArrayState {
+    /// The array.
+    pub fn array(self) -> PyResult<Array> {
+        let lengths = self.nodes.iter().map(Vec::len).product::<usize>();
+        if lengths * self.channels.count() != self.values.len() {
+            return Err(refused(
+                "this pickle is damaged; allowed: one that gonio made",
+            ));
+        }
+        Ok(Array {
+            form: self.form.form()?,
+            nodes: self.nodes,
+            values: self.values,
+            channels: self.channels,
+        })
+    }
+}
+
 impl Array {
+    /// Its state, for pickle.
+    pub fn state(&self) -> PyResult<ArrayState> {
+        Ok(ArrayState {
+            form: FormState::of(&self.form)?,
+            nodes: self.nodes.clone(),
+            values: self.values.clone(),
+            channels: self.channels.clone(),
+        })
+    }
+
     /// From an array of `axes` and, if there are several, channels.
     ///
     /// # Errors
@@ -307,7 +357,7 @@ struct Number {
 
 /// The keys of a material in a config: its own, or a number where it has none.
 pub fn keys_of(material: &PyMaterial) -> toml::Table {
-    if let Some(keys) = &material.keys {
+    if let Origin::Keys(keys) = &material.origin {
         return keys.clone();
     }
     static JOIN: Once = Once::new();

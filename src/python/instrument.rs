@@ -1,19 +1,20 @@
 //! Instruments, and measuring with them.
 
-use crate::errors::{of_files, of_keys, other_type, refused, warn};
+use crate::errors::{of_files, of_keys, other_type, refused, renamed, warn, within};
 use crate::given::detached;
 use crate::keys::{self, parsed, source, table};
 use crate::material::PyMaterial;
 use crate::measurement::PyMeasurement;
 use crate::schedule::PySchedule;
+use crate::state::{Reduced, reduced, restored};
 use gonio::experiment::{IDEAL, PlannedInstrument, Use, load_instrument};
 use gonio::geometry::Symmetry;
-use gonio::instrument::{self, Bench, Ideal, Instrument};
+use gonio::instrument::{self, Bench, Ideal, Instrument, InstrumentSpec};
 use gonio::measurement::About;
 use gonio::schedule::Visit;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 use std::path::PathBuf;
 
 /// A machine that measures; without `spec` the ideal one, whose reading is the BRDF itself.
@@ -51,13 +52,22 @@ impl PyInstrument {
                 Ok(keys) => {
                     let source = source("instrument", &table(Some(keys))?);
                     let table = source.table().map_err(of_keys)?;
-                    instrument::read_table(table).map_err(|e| of_keys(source.error(e)))?
+                    let read = instrument::read_table(table);
+                    let read = read.map_err(|e| of_keys(source.error(e)));
+                    read.map_err(within("spec"))?
                 }
                 Err(_) => {
                     let name: PathBuf = spec
                         .extract()
                         .map_err(|_| other_type("spec", spec, "a name, a path or a dictionary"))?;
-                    load_instrument(&name.to_string_lossy()).map_err(of_files)?
+                    // The text of a file is no name of one.
+                    if name.to_string_lossy().contains('\n') {
+                        return Err(refused(
+                            "spec is a text of several lines; allowed: a name, a path or a dictionary, as tomllib.loads makes of a text",
+                        ));
+                    }
+                    let read = load_instrument(&name.to_string_lossy()).map_err(of_files);
+                    read.map_err(renamed("instrument", "spec"))?
                 }
             },
         };
@@ -107,6 +117,26 @@ impl PyInstrument {
             all.set_item(name, floats(&of))?;
         }
         Ok(all)
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let planned = self.planned.as_ref();
+        reduced::<Self>(py, &planned.map(|p| (&p.spec, &p.use_of)))
+    }
+
+    #[classmethod]
+    fn _restored(_class: &Bound<'_, PyType>, state: &str) -> PyResult<Self> {
+        let planned: Option<(InstrumentSpec, Use)> = restored(state)?;
+        let planned = planned.map(|(spec, use_of)| PlannedInstrument::new(spec, use_of));
+        Ok(Self { planned })
     }
 
     /// Its name; `ideal` of the one without flaws.

@@ -1,8 +1,9 @@
 //! Keys of configs from Python's keyword arguments and dictionaries, and the library's sentences.
 
-use crate::errors::{of_keys, other_type, refused};
+use crate::errors::{of_keys, other_type, refused, renamed};
 use crate::given::keys_of;
 use crate::material::PyMaterial;
+use gonio::Error;
 use gonio::brdf::Channels;
 use gonio::error::ParameterError;
 use gonio::experiment::{MAX_BUDGET, Source};
@@ -107,18 +108,51 @@ pub fn source(what: &str, keys: &Table) -> Source {
     Source::new(what, format!("\n{keys}"))
 }
 
-/// The member of a family that these keys name.
-pub fn read<T: ?Sized>(what: &str, family: &[Entry<T>], keys: Table) -> PyResult<Box<T>> {
+/// The member of a family that these keys name, its `kind` by an argument.
+pub fn read<T: ?Sized>(
+    what: &str,
+    argument: &str,
+    family: &[Entry<T>],
+    keys: Table,
+) -> PyResult<Box<T>> {
     let source = source(what, &keys);
     let table = source.table().map_err(of_keys)?;
-    registry::read(what, family, table).map_err(|e| of_keys(source.error(e)))
+    let read = registry::read(what, family, table);
+    let read = read.map_err(|e| of_keys(in_dictionary(&keys, source.error(e))));
+    read.map_err(renamed("kind", argument))
 }
 
 /// A struct of keys.
 pub fn parsed<S: DeserializeOwned>(what: &str, keys: Table) -> PyResult<S> {
     let source = source(what, &keys);
     let table = source.table().map_err(of_keys)?;
-    registry::parse(table).map_err(|e| of_keys(source.error(e)))
+    registry::parse(table).map_err(|e| of_keys(in_dictionary(&keys, source.error(e))))
+}
+
+/// An error about keys, with the dictionary that they are in, which its line says, where the sentence does not begin with it.
+fn in_dictionary(keys: &Table, e: Error) -> Error {
+    let Error::Config { place, message } = e else {
+        return e;
+    };
+    // A line stands before the keys.
+    let line = place
+        .rsplit_once(':')
+        .and_then(|(_, line)| line.parse().ok());
+    let text = keys.to_string();
+    let lines = text
+        .lines()
+        .take(line.map_or(0, |line: usize| line.saturating_sub(1)));
+    let header = lines
+        .filter(|line| line.starts_with('[') && line.ends_with(']'))
+        .last();
+    let name = header.unwrap_or_default().trim_matches(['[', ']']);
+    let first = name.split('.').next().unwrap_or_default();
+    let path = message.strip_prefix("unknown key ").unwrap_or(&message);
+    let message = match first.is_empty() || path.starts_with(first) {
+        true => message,
+        false => format!("{name}: {message}"),
+    };
+    Error::Config { place, message }
 }
 
 /// Symmetries from their names, joined by commas or in a list; `none` has none of them.
@@ -154,7 +188,9 @@ pub fn channels(value: Option<&Bound<'_, PyAny>>) -> PyResult<Channels> {
         other => other,
     };
     keys.insert("channels".into(), channels);
-    parsed::<ChannelKeys>("channels", keys).map(|keys| keys.channels)
+    let read = parsed::<ChannelKeys>("channels", keys).map(|keys| keys.channels);
+    let read = read.map_err(renamed("channels.wavelengths_nm", "channels"));
+    read.map_err(renamed("wavelengths_nm", "channels"))
 }
 
 /// A whole number of an argument, from `least` to `most`.

@@ -9,6 +9,7 @@ mod arrays;
 mod errors;
 mod files;
 mod given;
+mod html;
 mod instrument;
 mod keys;
 mod lists;
@@ -21,7 +22,10 @@ mod planner;
 mod reconstruction;
 mod run;
 mod schedule;
+mod shapes;
+mod state;
 mod table;
+mod words;
 
 use pyo3::prelude::*;
 

@@ -1,13 +1,17 @@
 //! Materials: models, tables, and reconstructions.
 
-use crate::arrays::{Column, Directions, Matrix, Sides, numbers, rows, shape, slice};
-use crate::errors::{of_files, of_keys, other_type, refused, warn};
+use crate::arrays::{Directions, Shaped, Sides, numbers, shape, shaped, slice};
+use crate::errors::{of_files, of_keys, other_type, refused, unpicklable, warn};
 use crate::files::{refuse_existing, unwritable, writer};
-use crate::given::{Array, Function, detached};
+use crate::given::{Array, ArrayState, Function, detached, is_of_process};
+use crate::html;
 use crate::keys::{self, channels, named, read, table};
 use crate::moments;
 use crate::parametrization::PyParametrization;
+use crate::shapes::{Along, broadcast};
+use crate::state::{Reduced, reduced_to, restored, text};
 use crate::table::{columns, of_json};
+use crate::words::in_keywords;
 use gonio::Error;
 use gonio::brdf::laws::max_albedo;
 use gonio::brdf::{Brdf, Channels, Part, SampleBrdf};
@@ -32,26 +36,57 @@ use std::sync::Arc;
 #[pyclass(frozen, subclass, name = "Material", module = "gonio")]
 pub struct PyMaterial {
     pub brdf: Arc<dyn Brdf>,
-    /// What a config has for it; none of functions, arrays and reconstructions.
-    pub keys: Option<toml::Table>,
+    /// What makes it again.
+    pub origin: Origin,
     /// A short name.
     #[pyo3(get)]
     pub label: String,
 }
 
+/// What a material was made of.
+pub enum Origin {
+    /// What a config has for it.
+    Keys(toml::Table),
+    /// A function of Python.
+    Function(Arc<Function>),
+    /// An array.
+    Array(Arc<Array>),
+    /// A measurement, which the reconstruction has.
+    Readings,
+}
+
 impl PyMaterial {
-    /// The material of all its keys.
-    fn build(py: Python<'_>, keys: toml::Table, channels: Channels) -> PyResult<Self> {
-        let spec = read("material", &materials(), keys)?;
+    /// The material of all its keys; without channels in those that its file holds.
+    fn build(py: Python<'_>, keys: toml::Table, channels: Option<Channels>) -> PyResult<Self> {
+        let spec = read("material", "kind", &materials(), keys)?;
         let built = detached(py, || {
+            let channels = channels.map_or_else(|| spec.widest_channels(), Ok)?;
             spec.check(&channels)?;
             spec.build(channels)
         })?;
         Ok(Self {
             brdf: Arc::from(built.map_err(refused)?),
-            keys: Some(spec.resolved()),
+            origin: Origin::Keys(spec.resolved()),
             label: spec.label(),
         })
+    }
+
+    fn of_function(function: Function) -> Self {
+        let (label, function) = (function.name.clone(), function.shared());
+        Self {
+            brdf: Arc::clone(&function) as Arc<dyn Brdf>,
+            origin: Origin::Function(function),
+            label,
+        }
+    }
+
+    fn of_array(array: Array, label: String) -> Self {
+        let array = Arc::new(array);
+        Self {
+            brdf: Arc::clone(&array) as Arc<dyn Brdf>,
+            origin: Origin::Array(array),
+            label,
+        }
     }
 
     fn sampler(&self) -> PyResult<&dyn SampleBrdf> {
@@ -74,10 +109,13 @@ impl PyMaterial {
         channels: Option<&Bound<'_, PyAny>>,
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        Self::build(py, named(kind, keys)?, self::channels(channels)?)
+        Self::build(py, named(kind, keys)?, Some(self::channels(channels)?))
     }
 
     /// The material of a file: a table in any format that is read, or readings, which are reconstructed.
+    ///
+    /// Without `channels` it has those of the file: R, G, B of a table in colour, e.g. of MERL, wavelengths of a spectral one, luminance of
+    /// readings in luminance. `channels="luminance"` needs a third of the memory.
     #[classmethod]
     #[pyo3(signature = (path, *, channels = None, **keys))]
     fn open(
@@ -96,7 +134,8 @@ impl PyMaterial {
             of_files(Error::data(path, message))
         })?;
         all.extend(table(keys)?);
-        Self::build(py, all, self::channels(channels)?)
+        let channels = channels.map(|given| self::channels(Some(given)));
+        Self::build(py, all, channels.transpose()?)
     }
 
     /// The material of a function: f_r in 1/sr without the cosine, (n,) or (n, channels), of (n, 3) unit vectors omega_i and omega_o, which
@@ -123,11 +162,7 @@ impl PyMaterial {
             channels: self::channels(channels)?,
             symmetry: symmetry.map_or(Ok(Symmetry::NONE), keys::symmetry)?,
         };
-        Ok(Self {
-            brdf: function.shared(),
-            keys: None,
-            label: name.to_owned(),
-        })
+        Ok(Self::of_function(function))
     }
 
     /// The material of an array over the nodes of coordinates, linear between them: f_r in 1/sr without the cosine, an index an axis, and
@@ -148,70 +183,64 @@ impl PyMaterial {
     ) -> PyResult<Self> {
         let form = PyParametrization::read(parametrization, symmetry)?.form;
         let array = Array::new(values, &axes, form, self::channels(channels)?)?;
-        Ok(Self {
-            brdf: Arc::new(array),
-            keys: None,
-            label: name.to_owned(),
-        })
+        Ok(Self::of_array(array, name.to_owned()))
     }
 
-    /// f_r in 1/sr without the cosine, (n, channels); NaN where there is no data, 0 below the horizon.
-    fn eval<'py>(&self, omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> Matrix<'py> {
+    /// f_r in 1/sr without the cosine, (…, channels); NaN where there is no data, 0 below the horizon, of which a warning tells.
+    ///
+    /// Shapes of directions broadcast: (n, 1, 3) and (m, 3) give (n, m, channels).
+    fn eval<'py>(&self, omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> Shaped<'py> {
         let py = omega_i.py();
-        let values = Sides::read(omega_i, omega_o)?
-            .pairs()?
-            .values(py, &*self.brdf)?;
-        rows(py, values, self.brdf.channels().count())
+        let sides = Sides::read(omega_i, omega_o)?;
+        let values = sides.pairs()?.values(py, &*self.brdf)?;
+        shaped(py, values, &sides.shape, Some(self.brdf.channels().count()))
     }
 
-    /// Light directions, (n, 3), for sensor directions from (n, 2) numbers in [0, 1); NaN where a draw is below the horizon.
+    /// Light directions, (…, 3), for sensor directions from (…, 2) numbers in [0, 1), whose shapes broadcast; NaN where a draw is below the
+    /// horizon.
     fn sample<'py>(
         &self,
         py: Python<'py>,
         omega_o: &Bound<'py, PyAny>,
         u: &Bound<'py, PyAny>,
-    ) -> Matrix<'py> {
+    ) -> Shaped<'py> {
         let sampler = self.sampler()?;
         let sensor = Directions::read(omega_o, "omega_o")?;
-        let sensor = sensor.rows()?.all()?;
         let u = numbers(u, "u")?;
-        let [n, 2] = *u.shape() else {
+        let Some(2) = u.shape().last() else {
             let shape = shape(&u);
-            return Err(refused(format!("u has the shape {shape}; allowed: (n, 2)")));
+            return Err(refused(format!("u has the shape {shape}; allowed: (…, 2)")));
         };
-        if sensor.len() != n && sensor.len() != 1 {
-            let rows = sensor.len();
-            return Err(refused(format!(
-                "omega_o has {rows} rows and u has {n}; allowed: as many, or one direction"
-            )));
-        }
+        let to = broadcast(sensor.shape(), ("u", u.shape(), 1))?;
+        let along = Along::new(u.shape(), 1, &to);
+        let sensor = sensor.rows(&to)?.above(py)?;
         let u = slice(&u)?;
         if let Some(x) = u.iter().find(|x| !(0.0..1.0).contains(*x)) {
             return Err(refused(format!("u has {x}; allowed: numbers in [0, 1)")));
         }
         let drawn = py.detach(|| {
-            let draw = |(i, u): (usize, &[f64])| {
-                let sensor = sensor[if sensor.len() == 1 { 0 } else { i }];
-                let light = sampler.sample(sensor, [u[0], u[1]]);
+            let draw = |(row, sensor): (usize, &Direction)| {
+                let at = 2 * along.at(row);
+                let light = sampler.sample(*sensor, [u[at], u[at + 1]]);
                 light.map_or([f64::NAN; 3], |light| light.vector().to_array())
             };
-            u.chunks_exact(2).enumerate().flat_map(draw).collect()
+            sensor.iter().enumerate().flat_map(draw).collect()
         });
-        rows(py, drawn, 3)
+        shaped(py, drawn, &to, Some(3))
     }
 
-    /// Density of `sample` at pairs, per steradian of omega_i, (n,).
-    fn pdf<'py>(&self, omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> Column<'py> {
+    /// Density of `sample` at pairs, per steradian of omega_i, in the shape that their directions broadcast to; 0 below the horizon, of
+    /// which a warning tells.
+    fn pdf<'py>(&self, omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> Shaped<'py> {
         let py = omega_i.py();
         let sampler = self.sampler()?;
-        let values = Sides::read(omega_i, omega_o)?
-            .pairs()?
-            .map(py, 1, |pairs, out| {
-                for (pair, out) in pairs.iter().zip(out) {
-                    *out = sampler.pdf(pair);
-                }
-            })?;
-        Ok(PyArray1::from_vec(py, values))
+        let sides = Sides::read(omega_i, omega_o)?;
+        let values = sides.pairs()?.map(py, 1, |pairs, out| {
+            for (pair, out) in pairs.iter().zip(out) {
+                *out = sampler.pdf(pair);
+            }
+        })?;
+        shaped(py, values, &sides.shape, None)
     }
 
     /// Moments of the slices at view elevations (radians): a column a moment and its uncertainty, NaN where undefined.
@@ -323,6 +352,101 @@ impl PyMaterial {
         }
     }
 
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let channels = text(self.brdf.channels())?;
+        match &self.origin {
+            Origin::Keys(keys) if is_of_process(&keys.clone().into()) => Err(unpicklable(
+                "a material of another one that is a function or an array cannot be pickled; allowed: to pickle that one, and to make this again",
+            )),
+            Origin::Keys(keys) => reduced_to::<Self, _>(py, ("keys", channels, keys.to_string())),
+            Origin::Function(of) => {
+                let symmetry = of.symmetry.names().join(",");
+                let function = of.function.clone_ref(py);
+                reduced_to::<Self, _>(py, ("function", channels, &self.label, function, symmetry))
+            }
+            Origin::Array(array) => {
+                let state = text(&array.state()?)?;
+                reduced_to::<Self, _>(py, ("array", channels, &self.label, state))
+            }
+            // A reconstruction has its own.
+            Origin::Readings => Err(unpicklable(
+                "readings are pickled with their reconstruction",
+            )),
+        }
+    }
+
+    /// What a pickle has: how it was made, its channels, and then keys, or a name with a function or an array.
+    #[classmethod]
+    #[pyo3(signature = (made, channels, name, of = None, symmetry = None))]
+    fn _restored(
+        _class: &Bound<'_, PyType>,
+        py: Python<'_>,
+        made: &str,
+        channels: &str,
+        name: &str,
+        of: Option<Bound<'_, PyAny>>,
+        symmetry: Option<&str>,
+    ) -> PyResult<Self> {
+        let channels: Channels = restored(channels)?;
+        let held = symmetry.unwrap_or_default().split(',');
+        match (made, of) {
+            ("function", Some(function)) => Ok(Self::of_function(Function {
+                function: function.unbind(),
+                name: name.to_owned(),
+                channels,
+                symmetry: Symmetry::named(held.filter(|name| !name.is_empty())).map_err(refused)?,
+            })),
+            ("array", Some(state)) => {
+                let array = restored::<ArrayState>(state.extract()?)?.array()?;
+                Ok(Self::of_array(array, name.to_owned()))
+            }
+            _ => {
+                let keys = toml::from_str(name).map_err(refused)?;
+                Self::build(py, keys, Some(channels))
+            }
+        }
+    }
+
+    /// A summary as a table, for notebooks.
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let this = slf.get();
+        let or_none = |names: Vec<String>| match names.is_empty() {
+            true => "none".into(),
+            false => names.join(", "),
+        };
+        let names = this.symmetry().into_iter().map(String::from);
+        let mut rows = vec![
+            vec!["channels".into(), or_none(this.channels())],
+            vec!["symmetry".into(), or_none(names.collect())],
+            vec![
+                "can_sample".into(),
+                if this.can_sample() { "True" } else { "False" }.into(),
+            ],
+        ];
+        if let Origin::Keys(keys) = &this.origin {
+            let keys = keys
+                .iter()
+                .map(|(key, value)| vec![key.clone(), value.to_string()]);
+            rows.extend(keys);
+        }
+        let remarks = this.remarks().into_iter();
+        rows.extend(remarks.map(|remark| vec!["remark".into(), remark]));
+        Ok(html::table(
+            &slf.repr()?.to_string(),
+            &[],
+            &rows,
+            rows.len(),
+        ))
+    }
+
     /// Names of the channels: "luminance", or "r", "g", "b", or wavelengths as "550nm".
     #[getter]
     fn channels(&self) -> Vec<String> {
@@ -351,7 +475,8 @@ impl PyMaterial {
     /// What should be told of it, a sentence each.
     #[getter]
     fn remarks(&self) -> Vec<String> {
-        self.brdf.remarks()
+        let remarks = self.brdf.remarks();
+        remarks.iter().map(|text| in_keywords(text)).collect()
     }
 
     fn __repr__(&self) -> String {

@@ -3,9 +3,12 @@
 use crate::arrays::{Matrix, Sides, numbers, rows, shape, slice};
 use crate::errors::{of_files, other_type, refused, warn};
 use crate::files::{self, refuse_existing, unwritable, writer};
+use crate::html::{self, HEAD};
 use crate::keys::{parsed, symmetry, table};
 use crate::material::channel_names;
-use crate::schedule::{PySchedule, form};
+use crate::schedule::{PySchedule, chosen, form};
+use crate::shapes::tuple;
+use crate::state::{MeasurementState, Reduced, reduced, restored};
 use gonio::brdf::{Channels, Wavelengths};
 use gonio::formats::{Readings, WRITE_READINGS, load_all_readings};
 use gonio::geometry::Symmetry;
@@ -13,7 +16,7 @@ use gonio::instrument::axis_names;
 use gonio::measurement::pab::by_light;
 use gonio::measurement::{About, Details, Flags, Measurement, Outcome};
 use gonio::numeric::LARGEST_READING;
-use gonio::schedule::{Assume, Conventions, Itinerary, Schedule, Sequence};
+use gonio::schedule::{Assume, Conventions, Itinerary, Pose, Schedule, Sequence};
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -23,7 +26,7 @@ use std::sync::Arc;
 /// Readings of a material: f_r in 1/sr without the cosine, at the poses of a schedule.
 ///
 /// `Measurement(omega_i, omega_o, values, type_a, type_b)` has readings of your own, (n,), (n, 3) for R, G, B, or
-/// (n, wavelengths), with standard uncertainties (k = 1) as wide as the values or as (n,): `type_a` is of what scatters
+/// (n, wavelengths); where the shapes of directions broadcast to (m, n), (m, n) and so on, with standard uncertainties (k = 1) as wide as the values or as (n,): `type_a` is of what scatters
 /// between readings, `type_b` of what they share. NaN is no reading. Values below 0 count as 0 in a copy,
 /// of which a warning tells.
 ///
@@ -32,25 +35,42 @@ use std::sync::Arc;
 #[pyclass(frozen, name = "Measurement", module = "gonio")]
 pub struct PyMeasurement {
     pub measurement: Arc<Measurement>,
-    about: About,
-    itinerary: Option<Itinerary>,
+    pub about: About,
+    pub itinerary: Option<Itinerary>,
 }
 
-/// Numbers of readings: as wide as there are channels, or one for all.
-fn wide(value: &Bound<'_, PyAny>, name: &str, rows: usize, channels: usize) -> PyResult<Vec<f64>> {
+/// Numbers of readings at pairs of a shape: as wide as there are channels, or one for all.
+fn wide(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    pairs: &[usize],
+    channels: usize,
+) -> PyResult<Vec<f64>> {
     let array = numbers(value, name)?;
-    match *array.shape() {
-        [n] if n == rows => {
+    match array.shape().strip_prefix(pairs) {
+        Some([]) => {
             let repeated = slice(&array)?.iter();
             Ok(repeated
                 .flat_map(|&x| std::iter::repeat_n(x, channels))
                 .collect())
         }
-        [n, width] if n == rows && width == channels => Ok(slice(&array)?.to_vec()),
+        Some(&[width]) if width == channels => Ok(slice(&array)?.to_vec()),
         _ => Err(refused(format!(
-            "{name} has the shape {}; allowed: ({rows},) or ({rows}, {channels})",
-            shape(&array)
+            "{name} has the shape {}; allowed: {} or {}",
+            shape(&array),
+            tuple(pairs),
+            tuple(&[pairs, &[channels]].concat())
         ))),
+    }
+}
+
+/// The name of an outcome.
+pub fn outcome_name(outcome: &Outcome) -> &'static str {
+    match outcome {
+        Outcome::Reading => "reading",
+        Outcome::NoData => "no-data",
+        Outcome::NotVisited => "not-visited",
+        Outcome::Unreachable(why) => why.name(),
     }
 }
 
@@ -120,12 +140,13 @@ impl PyMeasurement {
         parametrization: Option<&Bound<'_, PyAny>>,
         symmetry: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let pairs = Sides::read(omega_i, omega_o)?.pairs()?.visible()?;
+        let sides = Sides::read(omega_i, omega_o)?;
+        let pairs = sides.pairs()?.visible()?;
         let array = numbers(values, "values")?;
-        let width = match *array.shape() {
-            [_] => 1,
-            [_, width] => width,
-            _ => 0,
+        let is_flat = array.shape().len() <= sides.shape.len();
+        let width = match array.shape().last() {
+            Some(width) if !is_flat => *width,
+            _ => 1,
         };
         let channels = match wavelengths_nm {
             Some(nm) => {
@@ -142,13 +163,14 @@ impl PyMeasurement {
             }
         };
         let (rows, n) = (pairs.len(), channels.count());
-        if n > 1 && array.shape().len() == 1 {
+        if n > 1 && is_flat {
             return Err(refused(format!(
-                "values has the shape {}, of {n} wavelengths; allowed: ({rows}, {n})",
-                shape(&array)
+                "values has the shape {}, of {n} wavelengths; allowed: {}",
+                shape(&array),
+                tuple(&[&sides.shape, &[n][..]].concat())
             )));
         }
-        let mut values = wide(values, "values", rows, n)?;
+        let mut values = wide(values, "values", &sides.shape, n)?;
         let outcomes = values.chunks_exact(n).enumerate().map(|(i, row)| {
             let missing = row.iter().filter(|x| x.is_nan()).count();
             if let Some(x) = row.iter().find(|x| x.abs() > LARGEST_READING) {
@@ -174,7 +196,7 @@ impl PyMeasurement {
             let Some(given) = given else {
                 return Ok(vec![0.0; values.len()]);
             };
-            let mut all = wide(given, name, rows, n)?;
+            let mut all = wide(given, name, &sides.shape, n)?;
             let unknown = all.iter_mut().filter(|u| u.is_nan());
             unknown.for_each(|u| *u = 0.0);
             for (i, row) in all.chunks_exact_mut(n).enumerate() {
@@ -218,7 +240,7 @@ impl PyMeasurement {
     /// The readings of a file, or of several of one material: those that gonio wrote, any table of angles and values, or ALTA text.
     ///
     /// `columns`, `angles`, `elevation`, `azimuth`, `quantity`, `uncertainties`, `coverage_factor`, `polarisation`, `partial`, `mixed` and `no_reading` say how a file by others is read, as the options of
-    /// `gonio reconstruct` do.
+    /// `gonio reconstruct` do, e.g. `angles="deg"`, `columns={"theta_i": "tilt"}`.
     #[classmethod]
     #[pyo3(signature = (paths, *, parametrization = None, symmetry = None, **keys))]
     fn open(
@@ -293,6 +315,78 @@ impl PyMeasurement {
         self.measurement.outcomes.len()
     }
 
+    /// The readings of a number, a slice, a mask or an array of numbers of poses, each at most once; they are of no grid and took no
+    /// known time, unless they are all.
+    fn __getitem__(&self, key: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let all = &self.measurement;
+        let poses = chosen(key, all.outcomes.len())?;
+        let n = all.channels.count();
+        let rows = |of: &[f64]| {
+            let rows = poses.iter().map(|&i| i as usize * n);
+            rows.flat_map(|i| of[i..i + n].to_vec()).collect()
+        };
+        let details = all.details.as_ref().map(|details| Details {
+            type_a: rows(&details.type_a),
+            type_b: rows(&details.type_b),
+            flags: poses.iter().map(|&i| details.flags[i as usize]).collect(),
+        });
+        let places = poses.iter().filter_map(|&i| all.places.get(i as usize));
+        let measurement = Measurement {
+            schedule: self.schedule().of_poses(&poses).schedule,
+            channels: all.channels.clone(),
+            values: rows(&all.values),
+            outcomes: poses.iter().map(|&i| all.outcomes[i as usize]).collect(),
+            details,
+            half_angles_deg: all.half_angles_deg,
+            places: places.copied().collect(),
+        };
+        let are_all = poses.len() == all.outcomes.len() && poses.is_sorted();
+        let itinerary = self.itinerary.clone().filter(|_| are_all);
+        let mut about = self.about.clone();
+        about.schedule_hash = about.schedule_hash.filter(|_| are_all);
+        Ok(Self::new(measurement, about, itinerary))
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduced::<Self>(py, &MeasurementState::of(self)?)
+    }
+
+    #[classmethod]
+    fn _restored(_class: &Bound<'_, PyType>, state: &str) -> PyResult<Self> {
+        restored::<MeasurementState>(state)?.measurement()
+    }
+
+    /// The first readings as a table, for notebooks: angles in degrees, and at most three channels.
+    fn _repr_html_(&self) -> String {
+        let m = &self.measurement;
+        let n = m.channels.count();
+        let names = ["theta_i", "phi_i", "theta_o", "phi_o"].map(String::from);
+        let names = names.into_iter().chain(self.channels().into_iter().take(3));
+        let names: Vec<_> = names.chain(["outcome".into()]).collect();
+        let poses = m.schedule.poses.iter().zip(&m.outcomes).enumerate();
+        let row = |(i, (pose, outcome)): (usize, (&Pose, &Outcome))| {
+            let [light, sensor] = [pose.pair.omega_i, pose.pair.omega_o].map(html::degrees);
+            let values = m.values[i * n..(i + 1) * n].iter().take(3);
+            let values = values.map(|value| match outcome {
+                Outcome::Reading => html::number(*value),
+                _ => String::new(),
+            });
+            let angles = light.into_iter().chain(sensor);
+            let outcome = outcome_name(outcome).into();
+            angles.chain(values).chain([outcome]).collect()
+        };
+        let rows: Vec<_> = poses.take(HEAD).map(row).collect();
+        html::table(&self.__repr__(), &names, &rows, m.outcomes.len())
+    }
+
     /// f_r in 1/sr, without the cosine, (n, channels); NaN where there is no reading.
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> Matrix<'py> {
@@ -330,13 +424,7 @@ impl PyMeasurement {
     /// What became of each pose: reading, no-data, not-visited, or why the instrument cannot take it.
     #[getter]
     fn outcomes(&self) -> Vec<&'static str> {
-        let name = |outcome: &Outcome| match outcome {
-            Outcome::Reading => "reading",
-            Outcome::NoData => "no-data",
-            Outcome::NotVisited => "not-visited",
-            Outcome::Unreachable(why) => why.name(),
-        };
-        self.measurement.outcomes.iter().map(name).collect()
+        self.measurement.outcomes.iter().map(outcome_name).collect()
     }
 
     /// The poses.

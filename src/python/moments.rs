@@ -1,7 +1,7 @@
 //! Moments of slices, and their profiles over the view.
 
-use crate::arrays::list;
-use crate::errors::refused;
+use crate::arrays::{doubt_degrees, list};
+use crate::errors::{refused, within};
 use crate::given::detached;
 use crate::keys::{self, parsed, read, table};
 use crate::material::PyMaterial;
@@ -21,7 +21,7 @@ use serde_json::{Map, Value};
 /// An estimator from its keys; those of the default one need not name it.
 fn estimator(keys: toml::Table) -> PyResult<Box<dyn Estimator>> {
     let estimator: Box<dyn Estimator> = match keys.contains_key("kind") {
-        true => read("estimator", &moments::all(), keys)?,
+        true => read("estimator", "kind", &moments::all(), keys)?,
         false => Box::new(parsed::<PeakResolving>("estimator", keys)?),
     };
     estimator.check().map_err(refused)?;
@@ -33,7 +33,7 @@ fn settings(keys: Option<&Bound<'_, PyDict>>) -> PyResult<(MomentsSpec, Box<dyn 
     let mut keys = table(keys)?;
     let estimator = match keys.remove("estimator") {
         None => estimator(toml::Table::new())?,
-        Some(toml::Value::Table(keys)) => self::estimator(keys)?,
+        Some(toml::Value::Table(keys)) => self::estimator(keys).map_err(within("estimator"))?,
         Some(other) => {
             return Err(refused(format!(
                 "estimator = {other}; allowed: a dictionary"
@@ -55,6 +55,7 @@ pub fn moments_at(
     keys: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Profile> {
     let views = list(theta_o, "theta_o")?;
+    doubt_degrees(py, "theta_o", &views)?;
     let named = Channel::ALL.into_iter().find(|c| c.name() == channel);
     let unknown = || refused(ParameterError::new("channel", channel, Channel::names()));
     let channel = named.ok_or_else(unknown)?;

@@ -1,13 +1,14 @@
 //! Coordinates of pairs of directions.
 
-use crate::arrays::{Column, Matrix, Sides, numbers, rows, shape, slice};
+use crate::arrays::{Matrix, Shaped, Sides, doubt_degrees, numbers, rows, shape, shaped, slice};
 use crate::errors::{other_type, refused};
 use crate::keys::{named, read, symmetry, table};
+use crate::state::{FormState, Reduced, reduced, restored};
 use gonio::geometry::{Direction, Symmetry};
-use gonio::parametrization::{Coords, Parametrization, all};
-use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
+use gonio::parametrization::{Coords, Parametrization, Unit, all};
+use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -20,7 +21,7 @@ pub struct PyParametrization {
     pub form: Arc<dyn Parametrization>,
 }
 
-type Arrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+type Arrays<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
 
 impl PyParametrization {
     /// A parametrization as it is given to functions: one, or its name.
@@ -41,30 +42,57 @@ impl PyParametrization {
                 "a name, or a gonio.Parametrization",
             )
         })?;
-        Self::new(&name, folded, None)
+        Self::named(&name, folded, None, "parametrization")
     }
 
-    /// Coordinates in rows as wide as there are axes.
-    fn coordinates(&self, value: &Bound<'_, PyAny>) -> PyResult<Vec<Coords>> {
+    /// That of a name, which is an argument.
+    fn named(
+        name: &str,
+        symmetry: Option<&Bound<'_, PyAny>>,
+        warp: Option<&Bound<'_, PyDict>>,
+        argument: &str,
+    ) -> PyResult<Self> {
+        let mut keys = named(name, None)?;
+        let warp = table(warp)?;
+        if !warp.is_empty() {
+            keys.insert("warp".into(), warp.into());
+        }
+        let spec = read("parametrization", argument, &all(), keys)?;
+        let symmetry = symmetry.map_or(Ok(Symmetry::FULL), self::symmetry)?;
+        let form = spec.form(symmetry).map_err(refused)?;
+        Ok(Self { form })
+    }
+
+    /// Coordinates in rows as wide as there are axes, and the shape before them.
+    fn coordinates(&self, value: &Bound<'_, PyAny>) -> PyResult<(Vec<Coords>, Vec<usize>)> {
         let array = numbers(value, "coordinates")?;
         let axes = self.form.axes();
-        if array.shape().len() != 2 || array.shape()[1] != axes.len() {
-            let symbols: Vec<_> = axes.iter().map(|a| a.symbol).collect();
-            return Err(refused(format!(
-                "coordinates have the shape {}; allowed: (n, {}), {}",
-                shape(&array),
-                axes.len(),
-                symbols.join(", ")
-            )));
-        }
+        let batch = match array.shape().split_last() {
+            Some((width, [])) if *width == axes.len() => vec![1],
+            Some((width, batch)) if *width == axes.len() => batch.to_vec(),
+            _ => {
+                let symbols: Vec<_> = axes.iter().map(|a| a.symbol).collect();
+                return Err(refused(format!(
+                    "coordinates have the shape {}; allowed: (…, {}), {}",
+                    shape(&array),
+                    axes.len(),
+                    symbols.join(", ")
+                )));
+            }
+        };
         let rows = slice(&array)?.chunks_exact(axes.len());
-        Ok(rows
-            .map(|row| {
-                let mut coords = [0.0; 4];
-                coords[..row.len()].copy_from_slice(row);
-                coords
-            })
-            .collect())
+        for (i, axis) in axes.iter().enumerate() {
+            if axis.unit == Unit::Radian {
+                let name = format!("coordinates, {}", axis.symbol);
+                doubt_degrees(value.py(), &name, rows.clone().map(|row| &row[i]))?;
+            }
+        }
+        let coords = rows.map(|row| {
+            let mut coords = [0.0; 4];
+            coords[..row.len()].copy_from_slice(row);
+            coords
+        });
+        Ok((coords.collect(), batch))
     }
 }
 
@@ -77,41 +105,50 @@ impl PyParametrization {
         symmetry: Option<&Bound<'_, PyAny>>,
         warp: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let mut keys = named(name, None)?;
-        let warp = table(warp)?;
-        if !warp.is_empty() {
-            keys.insert("warp".into(), warp.into());
-        }
-        let spec = read("parametrization", &all(), keys)?;
-        let symmetry = symmetry.map_or(Ok(Symmetry::FULL), self::symmetry)?;
-        let form = spec.form(symmetry).map_err(refused)?;
+        Self::named(name, symmetry, warp, "name")
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduced::<Self>(py, &FormState::of(&self.form)?)
+    }
+
+    #[classmethod]
+    fn _restored(_class: &Bound<'_, PyType>, state: &str) -> PyResult<Self> {
+        let form = restored::<FormState>(state)?.form()?;
         Ok(Self { form })
     }
 
-    /// Coordinates of pairs above the horizon, (n, axes).
+    /// Coordinates of pairs above the horizon, (…, axes), where the shapes of directions broadcast; a warning tells of pairs below it.
     fn forward<'py>(
         &self,
         omega_i: &Bound<'py, PyAny>,
         omega_o: &Bound<'py, PyAny>,
-    ) -> Matrix<'py> {
+    ) -> Shaped<'py> {
         let py = omega_i.py();
         let n = self.form.axes().len();
-        let values = Sides::read(omega_i, omega_o)?
-            .pairs()?
-            .map(py, n, |pairs, out| {
-                let mut all = vec![[0.0; 4]; pairs.len()];
-                self.form.forward_batch(pairs, &mut all);
-                for (row, coords) in out.chunks_exact_mut(n).zip(all) {
-                    row.copy_from_slice(&coords[..n]);
-                }
-            })?;
-        rows(py, values, n)
+        let sides = Sides::read(omega_i, omega_o)?;
+        let values = sides.pairs()?.map(py, n, |pairs, out| {
+            let mut all = vec![[0.0; 4]; pairs.len()];
+            self.form.forward_batch(pairs, &mut all);
+            for (row, coords) in out.chunks_exact_mut(n).zip(all) {
+                row.copy_from_slice(&coords[..n]);
+            }
+        })?;
+        shaped(py, values, &sides.shape, Some(n))
     }
 
-    /// Light and sensor directions at coordinates, two arrays (n, 3); NaN where there is no pair above the horizon.
+    /// Light and sensor directions at coordinates, two arrays (…, 3); NaN where there is no pair above the horizon.
     fn inverse<'py>(&self, coordinates: &Bound<'py, PyAny>) -> PyResult<Arrays<'py>> {
         let py = coordinates.py();
-        let coords = self.coordinates(coordinates)?;
+        let (coords, batch) = self.coordinates(coordinates)?;
         let pairs = py.detach(|| {
             let all = coords.par_iter().map(|c| self.form.inverse(c));
             all.collect::<Vec<_>>()
@@ -121,15 +158,16 @@ impl PyParametrization {
                 let found = pair.as_ref().map(|p| of(p).vector().to_array());
                 found.unwrap_or([f64::NAN; 3])
             };
-            rows(py, pairs.iter().flat_map(vector).collect(), 3)
+            let values = pairs.iter().flat_map(vector).collect();
+            shaped(py, values, &batch, Some(3))
         };
         Ok((side(|p| p.omega_i)?, side(|p| p.omega_o)?))
     }
 
-    /// d omega_i d omega_o = J d(coordinates of the form with 4 axes), steradians², (n,); NaN where there is no pair.
-    fn jacobian<'py>(&self, coordinates: &Bound<'py, PyAny>) -> Column<'py> {
+    /// d omega_i d omega_o = J d(coordinates of the form with 4 axes), steradians², (…); NaN where there is no pair.
+    fn jacobian<'py>(&self, coordinates: &Bound<'py, PyAny>) -> Shaped<'py> {
         let py = coordinates.py();
-        let coords = self.coordinates(coordinates)?;
+        let (coords, batch) = self.coordinates(coordinates)?;
         let values = py.detach(|| {
             let at = |c: &Coords| match self.form.inverse(c) {
                 Some(_) => self.form.jacobian(c),
@@ -137,13 +175,13 @@ impl PyParametrization {
             };
             coords.par_iter().map(at).collect::<Vec<_>>()
         });
-        Ok(PyArray1::from_vec(py, values))
+        shaped(py, values, &batch, None)
     }
 
-    /// The representative, inside the ranges of the axes, of the configuration at coordinates, (n, axes); NaN if there is none.
-    fn canonical<'py>(&self, coordinates: &Bound<'py, PyAny>) -> Matrix<'py> {
+    /// The representative, inside the ranges of the axes, of the configuration at coordinates, (…, axes); NaN if there is none.
+    fn canonical<'py>(&self, coordinates: &Bound<'py, PyAny>) -> Shaped<'py> {
         let py = coordinates.py();
-        let coords = self.coordinates(coordinates)?;
+        let (coords, batch) = self.coordinates(coordinates)?;
         let n = self.form.axes().len();
         let at = |c: &Coords| self.form.canonical(c).unwrap_or([f64::NAN; 4]);
         let values = py.detach(|| {
@@ -152,7 +190,7 @@ impl PyParametrization {
                 .flat_map(|c| at(c).into_iter().take(n))
                 .collect()
         });
-        rows(py, values, n)
+        shaped(py, values, &batch, Some(n))
     }
 
     /// Name in configs.

@@ -5,11 +5,12 @@ use crate::instrument::{PyInstrument, check};
 use crate::keys::{self, named, read, symmetry};
 use crate::measurement::PyMeasurement;
 use crate::schedule::PySchedule;
+use crate::state::{Reduced, reduced_to, restored, text};
 use gonio::acquisition::{self, Task};
 use gonio::geometry::Symmetry;
 use gonio::metrics::Expected;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// What a planner answers: the next poses, or that the readings are enough.
@@ -23,6 +24,22 @@ pub struct PySuggestion {
     enough: bool,
     now: Option<(Expected, usize)>,
     then: Option<(Expected, usize)>,
+}
+
+/// Expected errors of a number of readings as plain numbers.
+type State = (Option<f64>, Option<f64>, [Option<f64>; 2], usize);
+
+fn state((e, readings): (Expected, usize)) -> State {
+    (e.nrmse, e.log_relative, e.shared, readings)
+}
+
+fn expected((nrmse, log_relative, shared, readings): State) -> (Expected, usize) {
+    let expected = Expected {
+        nrmse,
+        log_relative,
+        shared,
+    };
+    (expected, readings)
 }
 
 /// Expected errors, and what those of nine of ten materials are below.
@@ -56,6 +73,37 @@ impl PySuggestion {
         errors_of(py, self.then)
     }
 
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let known = [self.now, self.then].map(|known| known.map(state));
+        let schedule = self.schedule.clone_ref(py);
+        reduced_to::<Self, _>(py, (schedule, self.enough, text(&known)?))
+    }
+
+    #[classmethod]
+    fn _restored(
+        _class: &Bound<'_, PyType>,
+        schedule: Py<PySchedule>,
+        enough: bool,
+        known: &str,
+    ) -> PyResult<Self> {
+        let known: [Option<State>; 2] = restored(known)?;
+        let [now, then] = known.map(|known| known.map(expected));
+        Ok(Self {
+            schedule,
+            enough,
+            now,
+            then,
+        })
+    }
+
     fn __repr__(&self) -> String {
         if self.enough {
             return "<gonio.Suggestion enough>".into();
@@ -82,7 +130,8 @@ pub fn suggest(
     #[pyo3(from_py_with = keys::seed)] seed: u64,
     keys: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PySuggestion> {
-    let planner = read("planner", &acquisition::all(), named(planner, keys)?)?;
+    let named = named(planner, keys)?;
+    let planner = read("planner", "planner", &acquisition::all(), named)?;
     planner.check(&[]).map_err(refused)?;
     let given = symmetry.map(self::symmetry).transpose()?;
     let held = so_far.map(|m| m.measurement.schedule.parametrization.symmetry());

@@ -1,24 +1,26 @@
 //! Reconstructions: a BRDF of readings, and how uncertain it is.
 
-use crate::arrays::{Sides, rows};
+use crate::arrays::{Shaped, Sides, shaped};
 use crate::errors::refused;
 use crate::keys::{named, read};
-use crate::material::PyMaterial;
+use crate::material::{Origin, PyMaterial};
 use crate::measurement::PyMeasurement;
-use gonio::reconstruct::{Coverage, Replicated, Uncertain, all};
+use crate::state::{Reduced, reduced_to};
+use gonio::reconstruct::{Coverage, Reconstruct, Replicated, Uncertain, all};
 use gonio::validation::Reconstruction;
-use numpy::PyArray1;
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 use std::sync::Arc;
 
 /// A BRDF made of readings: a material that knows what it was made of.
 #[pyclass(frozen, extends = PyMaterial, name = "Reconstruction", module = "gonio")]
 pub struct PyReconstruction {
     made: Reconstruction,
+    measurement: Py<PyMeasurement>,
 }
 
-type Types<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
+type Types<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
 
 impl PyReconstruction {
     fn replicated(&self) -> Result<&Replicated, String> {
@@ -32,8 +34,8 @@ impl PyReconstruction {
 
 #[pymethods]
 impl PyReconstruction {
-    /// Standard uncertainties (k = 1) of the luminance at pairs, 1/sr: types A and B, each (n,); with `channels` of every channel,
-    /// each (n, channels). They are those of its readings and, made by kriging, between them.
+    /// Standard uncertainties (k = 1) of the luminance at pairs, 1/sr: types A and B, each in the shape that the directions broadcast to;
+    /// with `channels` of every channel, each (…, channels). They are those of its readings and, made by kriging, between them.
     #[pyo3(signature = (omega_i, omega_o, *, channels = false))]
     fn uncertainty<'py>(
         &self,
@@ -42,7 +44,8 @@ impl PyReconstruction {
         omega_o: &Bound<'py, PyAny>,
         channels: bool,
     ) -> PyResult<Types<'py>> {
-        let pairs = Sides::read(omega_i, omega_o)?.pairs()?.all()?;
+        let sides = Sides::read(omega_i, omega_o)?;
+        let pairs = sides.pairs()?.above(py)?;
         let known = py.detach(|| {
             self.replicated().map(|r| match channels {
                 true => r.channels_at(&pairs),
@@ -50,27 +53,50 @@ impl PyReconstruction {
             })
         });
         let known = known.map_err(refused)?;
-        let of = |u: fn(&Uncertain) -> f64| {
-            let all: Vec<f64> = known.iter().map(u).collect();
-            PyResult::Ok(match channels {
-                true => rows(py, all, self.made.measurement.channels.count())?.into_any(),
-                false => PyArray1::from_vec(py, all).into_any(),
-            })
+        let of = |u: fn(&Uncertain) -> f64| -> Shaped<'py> {
+            let width = channels.then(|| self.made.measurement.channels.count());
+            shaped(py, known.iter().map(u).collect(), &sides.shape, width)
         };
         Ok((of(|u| u.type_a)?, of(|u| u.type_b)?))
     }
 
-    /// How pairs lie to the readings, a name each: interpolated, extrapolated or unknown.
+    /// How pairs lie to the readings, a name each: interpolated, extrapolated or unknown; lists in lists where directions broadcast to
+    /// several axes.
     fn coverage<'py>(
         &self,
         omega_i: &Bound<'py, PyAny>,
         omega_o: &Bound<'py, PyAny>,
-    ) -> PyResult<Vec<&'static str>> {
+    ) -> PyResult<Bound<'py, PyAny>> {
         let py = omega_i.py();
-        let pairs = Sides::read(omega_i, omega_o)?.pairs()?.all()?;
+        let sides = Sides::read(omega_i, omega_o)?;
+        let pairs = sides.pairs()?.above(py)?;
         let found = py.detach(|| self.made.cover().map(|c| c.coverages(&pairs)));
         let found = found.map_err(refused)?.into_iter();
-        Ok(found.map(Coverage::name).collect())
+        let names: Vec<&str> = found.map(Coverage::name).collect();
+        let names = py.import("numpy")?.call_method1("array", (names,))?;
+        let shape = sides.shape.clone();
+        names
+            .call_method1("reshape", (shape,))?
+            .call_method0("tolist")
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        let keys = self.made.method.resolved().to_string();
+        let measurement = self.measurement.clone_ref(py);
+        reduced_to::<Self, _>(py, (measurement, keys))
+    }
+
+    /// The BRDF is made again, of the same readings.
+    #[classmethod]
+    fn _restored(
+        _class: &Bound<'_, PyType>,
+        py: Python<'_>,
+        measurement: Py<PyMeasurement>,
+        keys: &str,
+    ) -> PyResult<Py<Self>> {
+        let keys = toml::from_str(keys).map_err(refused)?;
+        let method = read("reconstruction", "reconstruction", &all(), keys)?;
+        made(py, measurement, Some(Arc::from(method)))
     }
 
     /// The method, with the keys that are not at their defaults.
@@ -96,13 +122,14 @@ impl PyReconstruction {
 #[pyo3(signature = (measurement, reconstruction = None, **keys))]
 pub fn reconstruct(
     py: Python<'_>,
-    measurement: &PyMeasurement,
+    measurement: Py<PyMeasurement>,
     reconstruction: Option<&str>,
     keys: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Py<PyReconstruction>> {
     let method = match reconstruction {
         Some(kind) => {
-            let method = read("reconstruction", &all(), named(kind, keys)?)?;
+            let named = named(kind, keys)?;
+            let method = read("reconstruction", "reconstruction", &all(), named)?;
             method.check().map_err(refused)?;
             Some(Arc::from(method))
         }
@@ -113,14 +140,26 @@ pub fn reconstruct(
         }
         None => None,
     };
-    let measurement = Arc::clone(&measurement.measurement);
-    let made = py.detach(|| Reconstruction::new(measurement, method));
+    made(py, measurement, method)
+}
+
+/// The BRDF of a measurement by a method, or by that which the readings choose.
+fn made(
+    py: Python<'_>,
+    measurement: Py<PyMeasurement>,
+    method: Option<Arc<dyn Reconstruct>>,
+) -> PyResult<Py<PyReconstruction>> {
+    let readings = Arc::clone(&measurement.get().measurement);
+    let made = py.detach(|| Reconstruction::new(readings, method));
     let made = made.map_err(refused)?;
     let material = PyMaterial {
         brdf: Arc::clone(&made.brdf),
-        keys: None,
+        origin: Origin::Readings,
         label: made.method.label(),
     };
-    let of = PyClassInitializer::from(material).add_subclass(PyReconstruction { made });
-    Py::new(py, of)
+    let reconstruction = PyReconstruction { made, measurement };
+    Py::new(
+        py,
+        PyClassInitializer::from(material).add_subclass(reconstruction),
+    )
 }

@@ -1,10 +1,12 @@
 //! Schedules: which poses are visited.
 
 use crate::arrays::{Matrix, Sides, rows, vectors};
-use crate::errors::{of_files, refused};
+use crate::errors::{of_files, other_type, refused};
 use crate::files::{self, refuse_existing, writer};
+use crate::html::{self, HEAD};
 use crate::keys::{self, named, read, symmetry};
 use crate::parametrization::PyParametrization;
+use crate::state::{Reduced, ScheduleState, reduced, restored};
 use gonio::Error;
 use gonio::formats::{READ_SCHEDULE, WRITE_SCHEDULE};
 use gonio::geometry::{DirectionPair, Symmetry};
@@ -13,12 +15,13 @@ use gonio::schedule::{self, Assume, Schedule, Sequence, Unreachable};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Poses to be measured: pairs of directions, with their coordinates.
 ///
-/// `Schedule(omega_i, omega_o)` has poses of your own, `plan(…)` those of a sample set, `Schedule.open(path)` those of
+/// `Schedule(omega_i, omega_o)` has poses of your own, all pairs in C order where their shapes broadcast to several axes, `plan(…)` those of a sample set, `Schedule.open(path)` those of
 /// a file. A file may list some poses of a lattice, in an order of its own: the arrays have every pose of the lattice as it is
 /// numbered, `order` says which of them are listed, and only these are measured.
 #[pyclass(frozen, name = "Schedule", module = "gonio")]
@@ -41,6 +44,32 @@ impl From<Arc<Schedule>> for PySchedule {
 }
 
 impl PySchedule {
+    /// These poses, by number, which are on no lattice then, unless they are all as they are numbered.
+    pub fn of_poses(&self, poses: &[u32]) -> Self {
+        let all = &self.schedule;
+        let are_all = poses.len() == all.poses.len() && poses.is_sorted();
+        let schedule = Schedule {
+            parametrization: Arc::clone(&all.parametrization),
+            sample_set: all.sample_set.clone(),
+            poses: poses.iter().map(|&i| all.poses[i as usize]).collect(),
+            lattice: all.lattice.clone().filter(|_| are_all),
+            unphysical_share: all.unphysical_share,
+            assumes: all.assumes.clone(),
+        };
+        let numbers: HashMap<u32, u32> = poses.iter().copied().zip(0..).collect();
+        let order = self.order.as_ref().map(|order| {
+            let listed = order.iter().filter_map(|pose| numbers.get(pose));
+            listed.copied().collect()
+        });
+        let lost = self.lost.iter();
+        let lost = lost.filter_map(|(pose, why)| Some((*numbers.get(pose)?, *why)));
+        Self {
+            schedule: Arc::new(schedule),
+            order,
+            lost: lost.collect(),
+        }
+    }
+
     fn pairs(&self) -> impl Iterator<Item = &DirectionPair> + Clone {
         self.schedule.poses.iter().map(|pose| &pose.pair)
     }
@@ -112,6 +141,41 @@ impl PySchedule {
         self.schedule.poses.len()
     }
 
+    /// The poses of a number, a slice, a mask or an array of numbers, each at most once.
+    fn __getitem__(&self, key: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(self.of_poses(&chosen(key, self.schedule.poses.len())?))
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
+        reduced::<Self>(py, &ScheduleState::of(self)?)
+    }
+
+    #[classmethod]
+    fn _restored(_class: &Bound<'_, PyType>, state: &str) -> PyResult<Self> {
+        restored::<ScheduleState>(state)?.schedule()
+    }
+
+    /// The first poses as a table, for notebooks: angles in degrees.
+    fn _repr_html_(&self) -> String {
+        let names = ["pose", "theta_i", "phi_i", "theta_o", "phi_o"];
+        let row = |(i, pair): (usize, &DirectionPair)| {
+            let [light, sensor] = [pair.omega_i, pair.omega_o].map(html::degrees);
+            let number = std::iter::once(i.to_string());
+            number.chain(light).chain(sensor).collect()
+        };
+        let rows: Vec<_> = self.pairs().enumerate().take(HEAD).map(row).collect();
+        let names = names.map(String::from);
+        html::table(&self.__repr__(), &names, &rows, self.schedule.poses.len())
+    }
+
     /// Directions towards the light, (n, 3).
     #[getter]
     fn omega_i<'py>(&self, py: Python<'py>) -> Matrix<'py> {
@@ -172,6 +236,26 @@ impl PySchedule {
     }
 }
 
+/// The poses of `count` that a key chooses: a number, a slice, a mask, or an array of numbers, as NumPy takes them.
+pub fn chosen(key: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
+    let numpy = key.py().import("numpy")?;
+    let all = numpy.call_method1("arange", (count,))?;
+    let chosen = numpy.call_method1("atleast_1d", (all.get_item(key)?,))?;
+    let chosen: Vec<u32> = chosen.call_method0("tolist")?.extract().map_err(|_| {
+        let allowed = "a number, a slice, a mask or a list of numbers, of one axis";
+        other_type("key", key, allowed)
+    })?;
+    let mut seen = vec![false; count];
+    for &pose in &chosen {
+        if std::mem::replace(&mut seen[pose as usize], true) {
+            return Err(refused(format!(
+                "key takes pose {pose} twice; allowed: each pose once"
+            )));
+        }
+    }
+    Ok(chosen)
+}
+
 /// The parametrization that is given, or half-difference.
 pub fn form(
     py: Python<'_>,
@@ -201,7 +285,8 @@ pub fn plan(
     #[pyo3(from_py_with = keys::seed)] seed: u64,
     keys: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PySchedule> {
-    let set = read("sample set", &schedule::all(), named(sample_set, keys)?)?;
+    let named = named(sample_set, keys)?;
+    let set = read("sample set", "sample_set", &schedule::all(), named)?;
     let form = form(py, parametrization, symmetry)?.form;
     set.check(form.axes()).map_err(refused)?;
     let schedule = py.detach(|| set.plan(&form, budget, seed));

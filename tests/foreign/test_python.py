@@ -1,17 +1,20 @@
 """The Python package: equal bits with the command and the library, laws, sentences, and what Python users do to arrays."""
 
 import ast
+import copy
 import csv
 import inspect
 import json
 import os
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
 import threading
 import time
 import warnings
+import xml.dom.minidom
 
 import pytest
 from conftest import lack, needs, optional
@@ -450,7 +453,7 @@ def test_what_is_missing_is_nan(gonio, tmp_path):
     table = tmp_path / "holes.binary"
     gonio("reconstruct", tmp_path / "readings.csv", "--reconstruction", "nearest", "--fill", "none", "-o", table)
     holed = g.Material.open(table)
-    values = holed.eval(cosine(5000, 1), cosine(5000, 2))
+    values = holed.eval(cosine(5000, 1), cosine(5000, 2))[:, 0]
     assert 0 < np.isfinite(values).sum() < 5000 and (values[np.isfinite(values)] > 0).all()
     measured = g.measure(holed, g.plan("sobol", 300))
     missing = np.array([o == "no-data" for o in measured.outcomes])
@@ -478,7 +481,9 @@ def test_a_function_is_a_material_like_any_other(tmp_path):
     made = g.Material.from_function(counted, symmetry=FULL, name="mine")
     light, sensor = cosine(3000, 1), cosine(3000, 2)
     assert np.array_equal(made.eval(light, sensor)[:, 0], half(light, sensor))
-    assert made.eval([[0.0, 0.6, -0.8]], UP)[0, 0] == 0 and made.symmetry == ["isotropic", "reciprocal", "bilateral"]
+    with pytest.warns(UserWarning, match="below the horizon"):
+        assert made.eval([[0.0, 0.6, -0.8]], UP)[0, 0] == 0
+    assert made.symmetry == ["isotropic", "reciprocal", "bilateral"]
     ggx = g.Material("ggx", alpha=0.3)
     same = g.Material.from_function(ggx.eval, symmetry=FULL)
     assert g.compare(ggx, same)["cosine"]["nrmse"] < 1e-15
@@ -517,7 +522,7 @@ def test_a_function_that_fails_is_said_in_one_sentence(tmp_path):
         lambda i, o: half(i, o)[:-1]: r"mine: .* has the shape \(.*,\) for .* pairs; allowed: \(",
         lambda i, o: 1 / 0: "mine: the function raised ZeroDivisionError: division by zero",
         lambda i: 1: "mine: the function raised TypeError",
-        lambda i, o: "bright": "mine: what the function returns is a str without numbers",
+        lambda i, o: "bright": "mine: what the function returns has texts",
     }
     for function, sentence in wrong.items():
         made = g.Material.from_function(function, symmetry=FULL, name="mine")
@@ -608,7 +613,8 @@ def test_any_array_is_taken():
     read_only.flags.writeable = False
     assert np.array_equal(ggx.eval(read_only, sensor), wanted)
     assert np.array_equal(g.Material("ggx", alpha=np.float32(0.5)).eval(light, sensor), g.Material("ggx", alpha=0.5).eval(light, sensor))
-    assert np.array_equal(ggx.eval(-light, sensor), np.zeros((1000, 1)))
+    with pytest.warns(UserWarning, match="below the horizon"):
+        assert np.array_equal(ggx.eval(-light, sensor), np.zeros((1000, 1)))
 
 
 def test_what_is_masked_is_missing():
@@ -631,6 +637,171 @@ def test_what_is_not_the_arrays_fault_is_passed_on(kind):
 
     with pytest.raises(kind):
         g.Material("lambert").eval(Array(), UP)
+
+
+def test_directions_broadcast():
+    ggx, hybrid = g.Material("ggx", alpha=0.3, channels="rgb"), g.Parametrization("hybrid")
+    light, sensor = cosine(4, 1)[:, None], cosine(5, 2)
+    both = np.broadcast_to(light, (4, 5, 3)).reshape(-1, 3), np.broadcast_to(sensor, (4, 5, 3)).reshape(-1, 3)
+    copy = g.reconstruct(g.measure(ggx, g.plan("sobol", 64)), "kriging")
+    for function, tail in [(ggx.eval, (3,)), (ggx.pdf, ()), (hybrid.forward, (3,)), (lambda i, o: copy.uncertainty(i, o)[0], ()), (copy.coverage, ())]:
+        wide = np.array(function(light, sensor[None]))
+        assert wide.shape == (4, 5, *tail) and np.array_equal(wide.reshape(20, *tail), function(*both))
+        assert np.array_equal(function(g.angles(light), sensor[2]), function(g.angles(light), sensor[2:3]))
+    u = np.random.default_rng(0).random((5, 2))
+    assert np.array_equal(ggx.sample(light, u)[3, :, :], ggx.sample(light[3], u), equal_nan=True)
+    assert g.direction([[0.1], [0.2]], [0.0, 1.0, 2.0]).shape == (2, 3, 3) and g.angles(light).shape == (4, 1, 2)
+    coordinates = hybrid.forward(light, sensor)
+    assert np.allclose(hybrid.forward(*hybrid.inverse(coordinates)), coordinates)
+    assert hybrid.jacobian(coordinates).shape == (4, 5) and hybrid.canonical(coordinates).shape == (4, 5, 3)
+    m = g.Measurement(light, sensor, ggx.eval(light, sensor), symmetry="none", parametrization="spherical")
+    assert np.array_equal(m.values, ggx.eval(*both)) and np.allclose(m.schedule.omega_o, both[1])
+    with pytest.raises(ValueError, match=r"omega_o\[4\] is \(0, 0, 0\)"):
+        ggx.eval(light, np.array([*sensor[:4], [0, 0, 0]]))
+    with pytest.raises(MemoryError, match="more pairs than memory holds"):
+        ggx.eval(np.ones((2**22, 1, 3)), np.ones((2**22, 3)))
+
+
+@pytest.mark.parametrize("wrong", [[[0, 0, 1 + 0j]], np.array([[0, 0, 1.0]], object), [["0", "0", "1"]], [[None, 0, 1]], np.array([[1, 2]], "m8[s]")])
+def test_what_is_no_real_number_is_refused(wrong):
+    lambert, s = g.Material("lambert"), g.Schedule(UP, UP)
+    calls = {
+        "omega_i": lambda: lambert.eval(wrong, UP),
+        "omega": lambda: g.angles(wrong),
+        "values": lambda: g.Measurement(s.omega_i, s.omega_o, wrong),
+        "coordinates": lambda: g.Parametrization("stark").inverse(wrong),
+        "theta_o": lambda: lambert.moments(wrong[0]),
+        "u": lambda: lambert.sample(UP, wrong),
+    }
+    for name, call in calls.items():
+        with pytest.raises(ValueError, match=f"^{name} has .*; allowed: an array of real numbers$"):
+            call()
+
+
+def test_what_may_be_degrees_or_below_the_horizon_is_doubted():
+    ggx, hd, low = g.Material("ggx", alpha=0.3), g.Parametrization("half-difference"), np.array([[0, 0.6, -0.8], [0, 0, 1], [0, 0.6, -0.8]])
+    copy = g.reconstruct(g.measure(ggx, g.plan("sobol", 64)), "kriging")
+    doubts = {
+        "theta has the angle -60, beyond 2π: angles are in radians, and np.radians converts degrees": lambda: g.direction([-60, 7], 0.1),
+        "phi has the angle 90,": lambda: g.direction(0.1, [[90]]),
+        "omega_o has the angle 45,": lambda: ggx.eval(UP, [45.0, 0.0]),
+        "coordinates, phi_d has the angle 30,": lambda: hd.inverse([[0.1, 0.1, 30]]),
+        r"below the horizon \(z < 0\) is omega_i in 2 of 3: ": lambda: ggx.eval(low, UP),
+        "is omega_i in 4 of 6, omega_o in 3 of 6: ": lambda: ggx.pdf(low[:, None], low[:2]),
+        "is omega_o in 2 of 3: ": lambda: ggx.sample(low, [[0.5, 0.5]]),
+        "is omega_i in 2 of 3: .*": lambda: hd.forward(low, UP),
+        "is omega_i in 2 of 3: .*f_r is 0 below it": lambda: copy.coverage(low, UP),
+        "is omega_o in 1 of 1: ": lambda: copy.uncertainty(UP, low[:1]),
+    }
+    for sentence, call in doubts.items():
+        with pytest.warns(UserWarning, match=sentence) as told:
+            call()
+        assert len(told) == 1
+    with pytest.warns(UserWarning, match="theta_o has the angle 30"), pytest.raises(ValueError, match="theta_o = 30"):
+        ggx.moments([30])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ggx.eval([[1.0, np.pi]], g.direction(np.pi / 2, np.float32(2 * np.pi)))
+
+
+def test_objects_are_pickled_to_the_bit(gonio, tmp_path):
+    light, sensor = cosine(50, 1), cosine(50, 2)
+    path = config(tmp_path, SCENE + '[[sample_set]]\nkind = "grid"\n[[parametrization]]\nkind = "hybrid"\n[[reconstruction]]\nkind = "cubic"\n')
+    gonio("schedule", path, "--budget", 60, "--instrument", "cornell", "--skip-unreachable", "-o", tmp_path / "poses.csv")
+    form = g.Parametrization("half-difference", symmetry="isotropic", warp={"theta_h": {"kind": "power", "exponent": 0.3}})
+    made = g.Material.from_array(np.arange(8.0).reshape(2, 2, 2), [[0.1, 1.0], [0.2, 1.0], [0, 1]], parametrization="half-difference", name="mine")
+    m = g.measure(g.Material("ggx", **GGX), g.plan("grid", 120, form), g.Instrument("cornell", realisation=7))
+    g.Material("ggx", alpha=0.2, channels="rgb").write(tmp_path / "table.binary")
+    materials = [g.Material("ggx", **GGX, channels=[400, 500.5]), g.Material.open(tmp_path / "table.binary"), made, g.Material.from_function(half, symmetry=FULL, channels="luminance"), g.reconstruct(m, "thin-plate", noise=True)]
+    for material in materials:
+        again = pickle.loads(pickle.dumps(material))
+        assert type(again) is type(material) and np.array_equal(again.eval(light, sensor), material.eval(light, sensor), equal_nan=True)
+        assert (repr(again), again.symmetry, again.channels) == (repr(material), material.symmetry, material.channels)
+        assert copy.copy(material) is material and copy.deepcopy([material])[0] is material
+    for measurement, name in ((m, "whole"), (m[5:40], "part"), (g.Measurement(light, sensor, np.ones((50, 3)), symmetry="none"), "own")):
+        again = pickle.loads(pickle.dumps(measurement))
+        measurement.write(tmp_path / f"{name}.csv")
+        again.write(tmp_path / f"{name}-again.csv")
+        assert (tmp_path / f"{name}.csv").read_bytes() == (tmp_path / f"{name}-again.csv").read_bytes()
+        assert again.values.tobytes() == measurement.values.tobytes() and again.seconds == measurement.seconds
+    # A grid stays one, and a file's order.
+    assert np.array_equal(g.reconstruct(pickle.loads(pickle.dumps(g.measure(made, g.plan("grid", 60)))), "cubic").eval(light, sensor), g.reconstruct(g.measure(made, g.plan("grid", 60)), "cubic").eval(light, sensor))
+    file = g.Schedule.open(tmp_path / "poses.csv")
+    again = pickle.loads(pickle.dumps(file))
+    assert np.array_equal(again.order, file.order) and again.omega_i.tobytes() == file.omega_i.tobytes()
+    assert pickle.loads(pickle.dumps(form)).forward(light, sensor).tobytes() == form.forward(light, sensor).tobytes()
+    machine = g.Instrument("cornell", limits=False)
+    seen = [g.measure(made, g.plan("sobol", 20), i).values for i in (machine, pickle.loads(pickle.dumps(machine)))]
+    assert seen[0].tobytes() == seen[1].tobytes() and pickle.loads(pickle.dumps(g.Instrument())).name == "ideal"
+    answer = g.suggest(4, m, instrument=g.Instrument("cornell"))
+    again = pickle.loads(pickle.dumps(answer))
+    assert (again.now, again.then, len(again.schedule)) == (answer.now, answer.then, 4) and answer.now
+    both = g.Material("sum", component=[{"weight": 0.5, "brdf": made}, {"weight": 0.5, "brdf": {"kind": "lambert"}}])
+    with pytest.raises(TypeError, match="a function or an array cannot be pickled"):
+        pickle.dumps(both)
+    assert copy.deepcopy(both) is both
+    with pytest.raises(ValueError, match="this pickle is not of this version"):
+        g.Schedule._restored("{}")
+
+
+def test_parts_of_measurements():
+    m = g.measure(g.Material("ggx", **GGX), g.plan("grid", 120), g.Instrument("cornell"))
+    numbers = np.arange(len(m))
+    for key in (slice(3, 10), slice(None, None, -2), np.isfinite(m.values[:, 0]), [4, 2], np.array([-1]), 7):
+        part, kept = m[key], np.atleast_1d(numbers[key])
+        assert len(part) == len(kept) and part.outcomes == [m.outcomes[i] for i in kept]
+        for name in ("values", "type_a", "type_b"):
+            assert np.array_equal(getattr(part, name), getattr(m, name)[kept], equal_nan=True)
+        assert all(np.array_equal(part.flags[flag], of[kept]) for flag, of in m.flags.items())
+        for schedule in (part.schedule, m.schedule[key]):
+            assert np.array_equal(schedule.omega_i, m.schedule.omega_i[kept]) and np.array_equal(schedule.coordinates, m.schedule.coordinates[kept])
+        assert part.seconds is None
+    assert m[:].seconds == m.seconds and len(m[0:0]) == 0 and len([*m]) == len(m)
+    with pytest.raises(ValueError, match="key takes pose 2 twice; allowed: each pose once"):
+        m[[2, 2]]
+    for key in (len(m), numbers[:3] > 0, "values"):
+        with pytest.raises(IndexError):
+            m[key]
+
+
+def test_a_table_in_colour_is_opened_in_colour(tmp_path):
+    colour = g.Material("lambert", albedo=[0.8, 0.4, 0.2], channels="rgb")
+    colour.write(tmp_path / "colour.binary")
+    opened = g.Material.open(tmp_path / "colour.binary")
+    assert opened.channels == ["r", "g", "b"] and np.allclose(opened.eval(UP, UP), np.array([[0.8, 0.4, 0.2]]) / np.pi)
+    assert g.Material.open(tmp_path / "colour.binary", channels="luminance").channels == ["luminance"]
+    for channels in ("luminance", "rgb", [450.0, 550.0]):
+        material = g.Material("lambert", albedo=0.5, channels=channels)
+        g.measure(material, g.plan("sobol", 40)).write(tmp_path / "readings.csv", force=True)
+        assert g.Material.open(tmp_path / "readings.csv").channels == material.channels
+
+
+def test_refusals_of_files_name_keywords(tmp_path):
+    file, rows = tmp_path / "theirs.csv", "10,20,180,0.5\n20,30,0,0.4\n"
+    texts = {
+        "theta_i,theta_o,phi_o,value\n1,1,1,1\n" + rows: ', "value": "4"}, angles="deg"; did you mean theta_i_deg?',
+        "tilt,turn,out,what\n" + rows: "with columns, which says their names in the file, others are passed over",
+        rows: 'a guess: columns={"theta_i": "1", "theta_o": "2", "phi_o": "3", "value": "4"}',
+        "theta_i,theta_o,phi_o,value\n.1,.2,3.1,.5\n.2,.3,0,.4\n": "or angles with one of deg, rad",
+        "theta_i_deg,theta_o_deg,phi_o_deg,value\n" + rows + "10": "partial=True reads up to the cut",
+    }
+    for text, advice in texts.items():
+        file.write_text(text)
+        for call in (g.Measurement.open, g.Material.open):
+            with pytest.raises(ValueError) as told:
+                call(file)
+            assert str(told.value).endswith(advice) and not any(mark in str(told.value) for mark in ("--", "`"))
+    with pytest.raises(ValueError, match="no format of schedules is known by this name; allowed: .*, or format$"):
+        g.plan("sobol", 4).write(tmp_path / "poses.what")
+
+
+def test_notebooks_show_tables():
+    m = g.measure(g.Material("ggx", **GGX), g.plan("sobol", 30))
+    for thing, cell in ((m, "<td>reading</td>"), (m.schedule, "<th>theta_o</th>"), (g.Material("ggx", **GGX), "<td>alpha</td><td>0.1</td>"), (g.reconstruct(m, "nearest"), "<td>luminance</td>")):
+        html = thing._repr_html_()
+        xml.dom.minidom.parseString(html)
+        assert cell in html and repr(thing).strip("<>") in html
+    assert m._repr_html_().count("<tr>") == 10 and "22 more" in m._repr_html_() and "more" not in m[:8]._repr_html_()
 
 
 def test_empty_arrays_stay_empty():
@@ -700,19 +871,21 @@ WRONG = [
     (lambda: g.plan("grid", 10, kind="sobol"), 'kind = "sobol" beside "grid"'),
     (lambda: g.Material("ggx", alhpa=0.1), "alhpa.*alpha"),
     (lambda: g.Material("ggx", alpha="wide"), "alpha.*wide"),
+    (lambda: g.Material("ggx", fresnel={"kind": "conductr"}), '^fresnel: kind = "conductr"'),
+    (lambda: g.Instrument("name = 'mine'\nabout = 'two lines'"), "^spec is a text of several lines"),
     (lambda: g.Material("ggx", alpha=object()), "alpha is a object; allowed: a number"),
     (lambda: g.Material("ggx", alpha=10**30), "64 bits"),
     (lambda: g.Material("lambert", channels="rbg"), "channels.*rbg"),
-    (lambda: g.Material("lambert", channels=[500, 400]), "400"),
+    (lambda: g.Material("lambert", channels=[500, 400]), "^channels.*400"),
     (lambda: g.Material.open("nowhere.binary"), "nowhere.binary: "),
     (lambda: g.Material.open("picture.gif"), "picture.gif: no format.*allowed: .binary"),
-    (lambda: g.Material("lambert").eval(np.zeros((4, 5)), UP), r"omega_i has the shape \(4, 5\); allowed: \(n, 3\) vectors"),
-    (lambda: g.Material("lambert").eval(np.zeros((2, 3, 3)), UP), r"shape \(2, 3, 3\)"),
+    (lambda: g.Material("lambert").eval(np.zeros((4, 5)), UP), r"omega_i has the shape \(4, 5\); allowed: \(…, 3\) vectors"),
+    (lambda: g.Material("lambert").eval(np.zeros((2, 3, 3)), UP), r"omega_i\[0, 0\] is \(0, 0, 0\)"),
     (lambda: g.Material("lambert").eval(5.0, UP), r"shape \(1,\)"),
-    (lambda: g.Material("lambert").eval(cosine(3), cosine(4)), "omega_i has 3 rows and omega_o has 4; allowed: as many, or one"),
+    (lambda: g.Material("lambert").eval(cosine(3), cosine(4)), r"omega_i has the shape \(3, 3\) and omega_o has \(4, 3\); allowed: shapes that broadcast"),
     (lambda: g.Material("lambert").eval([[0, 0, 1], [0, 0, 0]], UP), r"omega_i\[1\] is \(0, 0, 0\), which is no direction"),
     (lambda: g.Material("lambert").eval(UP, [[np.nan, 0, 0]]), r"omega_o\[0\] is \(NaN, 0, 0\)"),
-    (lambda: g.Material("lambert").eval("north", UP), "omega_i is a str without numbers"),
+    (lambda: g.Material("lambert").eval("north", UP), "omega_i has texts; allowed: an array of real numbers"),
     (lambda: g.Material("lambert").eval([[0, 0, 1], [0, 1]], UP), "omega_i is a list without numbers"),
     (lambda: g.Material("test-f").sample(UP, [[0.5, 0.5]]), "cannot draw directions"),
     (lambda: g.Material("ggx", alpha=0.1).sample(UP, [[0.5, 1.0]]), r"u has 1; allowed: numbers in \[0, 1\)"),
@@ -720,22 +893,24 @@ WRONG = [
     (lambda: g.Material("lambert").moments([2.0]), "theta_o = 2"),
     (lambda: g.Material("lambert").moments([0.5], channel="mauve"), "channel = mauve: allowed is luminance"),
     (lambda: g.Material("lambert").profile(views=0), "views = 0"),
+    (lambda: g.Material("lambert").profile(estimator={"sample": 1}), "^estimator: unknown key sample"),
     (lambda: g.Material("lambert").write("/nowhere/x.binary"), "/nowhere/x.binary: "),
     (lambda: g.Material("lambert").write("x.csv"), "x.csv: .*tables"),
     (lambda: g.Material("lambert").write("x.binary", size=7), "size: allowed is a whole number from 0 to 0"),
     (lambda: g.Material("lambert").write("x.binary", size=-1), "size: allowed"),
-    (lambda: g.Parametrization("hybird"), "hybird.*did you mean hybrid"),
+    (lambda: g.Parametrization("hybird"), '^name = "hybird".*did you mean hybrid'),
     (lambda: g.Parametrization("hybrid", symmetry="isotopic"), "symmetry = isotopic"),
     (lambda: g.Parametrization("hybrid", warp={"phi_h": "square-root"}), "phi_h"),
-    (lambda: g.Parametrization("hybrid").inverse([[0.1, 0.2]]), r"coordinates have the shape \(1, 2\); allowed: \(n, 3\), h_bar"),
-    (lambda: g.plan("gird", 10), "gird.*did you mean grid"),
+    (lambda: g.Parametrization("hybrid").inverse([[0.1, 0.2]]), r"coordinates have the shape \(1, 2\); allowed: \(…, 3\), h_bar"),
+    (lambda: g.plan("gird", 10), '^sample_set = "gird".*did you mean grid'),
+    (lambda: g.plan("grid", 10, "hybird"), '^parametrization = "hybird"'),
     (lambda: g.plan("grid", 0), "budget = 0: allowed is a whole number from 1"),
     (lambda: g.plan("grid", -1), "budget = -1"),
     (lambda: g.plan("sobol", 10, seed=-1), "seed = -1: allowed is a whole number from 0"),
     (lambda: g.Schedule(UP, [[0, 0, -1.0]]), r"omega_o\[0\] is not above the horizon"),
-    (lambda: g.Instrument("cornel"), "cornel.*did you mean cornell"),
+    (lambda: g.Instrument("cornel"), '^spec: "cornel".*did you mean cornell'),
     (lambda: g.Instrument("cornell", nose=False), "nose"),
-    (lambda: g.Instrument({"name": "mine"}), "about"),
+    (lambda: g.Instrument({"name": "mine"}), "^spec: .*about"),
     (lambda: g.Instrument().visits(g.plan("sobol", 9)), "the ideal instrument has no axes"),
     (lambda: g.Instrument(noise=False), "the ideal instrument has no keys"),
     (lambda: g.Measurement(UP, UP, [1.0, 2.0]), r"values has the shape \(2,\); allowed: \(1,\)"),
@@ -746,7 +921,7 @@ WRONG = [
     (lambda: g.Measurement(UP, UP, [1.0], wavelengths_nm=[400, 500, 600]), r"values has the shape \(1,\), of 3 wavelengths; allowed: \(1, 3\)"),
     (lambda: g.Measurement.open("nowhere.csv"), "nowhere.csv: cannot read"),
     (lambda: g.reconstruct(g.measure(g.Material("lambert"), g.plan("sobol", 20)), "cubic"), "cubic needs a grid"),
-    (lambda: g.reconstruct(g.measure(g.Material("lambert"), g.plan("sobol", 20)), "cubix"), "cubix"),
+    (lambda: g.reconstruct(g.measure(g.Material("lambert"), g.plan("sobol", 20)), "cubix"), '^reconstruction = "cubix"'),
     (lambda: g.reconstruct(g.measure(g.Material("lambert"), g.plan("sobol", 20)), "inverse-distance").uncertainty(UP, UP), "no uncertainty"),
     (lambda: g.compare(g.Material("lambert"), g.Material("lambert"), ["cosin"]), "measures = cosin"),
     (lambda: g.compare(g.Material("lambert"), g.Material("lambert"), mask_deg=100), "mask_deg = 100"),
@@ -769,16 +944,18 @@ WRONG = [
     (lambda: g.advise(budget=10, minutes=3.0), "allowed is one of budget and minutes"),
     (lambda: g.advise(minutes=3.0), "minutes is of an instrument"),
     (lambda: g.advise(minutes=-3.0, instrument="cornell"), "minutes = -3"),
-    (lambda: g.advise(budget=10, by="nrms"), "metric = nrms: allowed is nrmse.*did you mean nrmse"),
+    (lambda: g.advise(budget=10, by="nrms"), "^by = nrms: allowed is nrmse.*did you mean nrmse"),
     (lambda: g.advise(budget=10, most=0), "most = 0"),
     (lambda: g.advise(budget=10, seed=2**63), "seed = 9223372036854775808"),
-    (lambda: g.advise(budget=10, instrument="cornel"), "cornel"),
+    (lambda: g.advise(budget=10, instrument="cornel"), '^instrument = "cornel"'),
     (lambda: g.suggest(0), "batch = 0"),
-    (lambda: g.suggest(4, planner="adaptiv"), "adaptiv.*did you mean adaptive"),
+    (lambda: g.suggest(4, planner="adaptiv"), '^planner = "adaptiv".*did you mean adaptive'),
     (lambda: g.run({"material": [{"kind": "ggx", "alpha": -1}]}), r"^material\[0\].alpha = -1"),
     (lambda: g.run({"material": [{"kind": "lambert"}], "budgts": [1]}), "budgts"),
+    (lambda: g.run({"budgets": [9]}), "at least one material, or materials_dir$"),
+    (lambda: g.run({"materials_dir": "nowhere"}), 'choose another folder with set={"materials_dir": "DIR"}'),
     (lambda: g.run("nowhere.toml"), "nowhere.toml: cannot read"),
-    (lambda: g.direction([1, 2], [1, 2, 3]), "theta has 2 rows and phi has 3"),
+    (lambda: g.direction([1, 2], [1, 2, 3]), r"theta has the shape \(2,\) and phi has \(3,\)"),
 ]
 
 
@@ -884,6 +1061,10 @@ def test_the_notebook_runs(tmp_path):
     folder = PACKAGE / "examples"
     (tmp_path / "mitsuba_bsdf.py").write_text((folder / "mitsuba_bsdf.py").read_text())
     notebook = nbformat.read(folder / "readings_to_sphere.ipynb", 4)
+    # What it shows is stored, small, and says nothing of the machine it was made on.
+    stored = (folder / "readings_to_sphere.ipynb").read_text()
+    assert all(c.outputs for c in notebook.cells if c.cell_type == "code" and ("print(" in c.source or "Image(" in c.source) and "def " not in c.source)
+    assert len(stored) < 500_000 and not any(name in stored for name in ("/home/", "/tmp/", "/Users/", "site-packages", "Traceback"))
     nbclient.NotebookClient(notebook, timeout=600, resources={"metadata": {"path": tmp_path}}).execute()
     printed = "".join(o.get("text", "") for c in notebook.cells for o in c.get("outputs", []))
     away = [float(line.split("by ")[1].split()[0]) for line in printed.splitlines() if "differs from" in line]

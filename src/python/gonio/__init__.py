@@ -1,9 +1,10 @@
 """A virtual gonio-reflectometer, with NumPy arrays.
 
 A BRDF goes in, a BRDF comes out: a material, a schedule of poses, an instrument that measures, a reconstruction, and
-how far it is from the truth. Directions are (n, 3) vectors away from the surface, whose normal is z, or (n, 2) angles
-theta and phi in radians; one row stands for all. f_r is in 1/sr, without the cosine, NaN where there is no data.
-Errors are ValueError, with one sentence that names the key, its value and what is allowed.
+how far it is from the truth. Directions are (…, 3) vectors away from the surface, whose normal is z, or (…, 2) angles
+theta and phi in radians; shapes broadcast as NumPy's. f_r is in 1/sr, without the cosine, NaN where there is no data.
+Errors are ValueError, with one sentence that names the argument, its value and what is allowed. Doubts are UserWarning:
+angles beyond 2π, directions below the horizon.
 """
 
 from ._gonio import (

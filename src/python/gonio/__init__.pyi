@@ -1,12 +1,15 @@
 """Signatures: n is a number of rows; angles are radians unless a name ends in `_deg`; f_r is in 1/sr, without the cosine.
 
-Directions are (n, 3) vectors of any length, or (n, 2) angles theta (from the normal) and phi; (3,) and (2,) are one row,
-and one row stands for all. `**keys` are keys of a config: numbers, texts, paths, lists, dictionaries.
+Directions are (…, 3) vectors of any length, or (…, 2) angles theta (from the normal) and phi; (3,) and (2,) are (1, 3) and
+(1, 2). Shapes of two arguments broadcast as NumPy's: (n, 1, 3) and (m, 3) are n times m pairs, and values have the shape (n, m),
+or (n, m, channels). Arrays are of real numbers. Angles beyond 2π and directions below the horizon are a UserWarning a call.
+`**keys` are keys of a config: numbers, texts, paths, lists, dictionaries. Objects do not change; pickle and copy take all
+of them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
-from typing import Any, final
+from typing import Any, SupportsIndex, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,11 +18,13 @@ _Floats = NDArray[np.float64]
 _Table = dict[str, Any]
 _Symmetry = str | Sequence[str]
 _Path = str | PathLike[str]
+_Key = SupportsIndex | slice | Sequence[int] | NDArray[np.bool_] | NDArray[np.integer[Any]]
 
 __version__: str
 
 class Material:
     def __new__(cls, kind: str, /, *, channels: str | ArrayLike | None = None, **keys: Any) -> Material: ...
+    # Without channels: those of the file, R, G, B of a table in colour.
     @classmethod
     def open(cls, path: _Path, *, channels: str | ArrayLike | None = None, **keys: Any) -> Material: ...
     @classmethod
@@ -66,7 +71,8 @@ class Material:
 @final
 class Reconstruction(Material):
     def uncertainty(self, omega_i: ArrayLike, omega_o: ArrayLike, *, channels: bool = False) -> tuple[_Floats, _Floats]: ...
-    def coverage(self, omega_i: ArrayLike, omega_o: ArrayLike) -> list[str]: ...
+    # Lists in lists where directions broadcast to several axes.
+    def coverage(self, omega_i: ArrayLike, omega_o: ArrayLike) -> list[Any]: ...
     @property
     def method(self) -> str: ...
 
@@ -102,6 +108,7 @@ class Schedule:
     def open(cls, path: _Path, *, parametrization: str | None = None, symmetry: _Symmetry | None = None) -> Schedule: ...
     def write(self, path: _Path, *, format: str | None = None, force: bool = False) -> None: ...
     def __len__(self) -> int: ...
+    def __getitem__(self, key: _Key, /) -> Schedule: ...
     @property
     def omega_i(self) -> _Floats: ...
     @property
@@ -147,6 +154,7 @@ class Measurement:
     ) -> Measurement: ...
     def write(self, path: _Path, *, format: str | None = None, force: bool = False) -> None: ...
     def __len__(self) -> int: ...
+    def __getitem__(self, key: _Key, /) -> Measurement: ...
     @property
     def values(self) -> _Floats: ...
     @property
