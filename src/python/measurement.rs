@@ -368,7 +368,7 @@ impl PyMeasurement {
     fn _repr_html_(&self) -> String {
         let m = &self.measurement;
         let n = m.channels.count();
-        let names = ["theta_i", "phi_i", "theta_o", "phi_o"].map(String::from);
+        let names = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"].map(String::from);
         let names = names.into_iter().chain(self.channels().into_iter().take(3));
         let names: Vec<_> = names.chain(["outcome".into()]).collect();
         let poses = m.schedule.poses.iter().zip(&m.outcomes).enumerate();

@@ -165,7 +165,13 @@ impl PySchedule {
 
     /// The first poses as a table, for notebooks: angles in degrees.
     fn _repr_html_(&self) -> String {
-        let names = ["pose", "theta_i", "phi_i", "theta_o", "phi_o"];
+        let names = [
+            "pose",
+            "theta_i_deg",
+            "phi_i_deg",
+            "theta_o_deg",
+            "phi_o_deg",
+        ];
         let row = |(i, pair): (usize, &DirectionPair)| {
             let [light, sensor] = [pair.omega_i, pair.omega_o].map(html::degrees);
             let number = std::iter::once(i.to_string());

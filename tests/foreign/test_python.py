@@ -797,7 +797,7 @@ def test_refusals_of_files_name_keywords(tmp_path):
 
 def test_notebooks_show_tables():
     m = g.measure(g.Material("ggx", **GGX), g.plan("sobol", 30))
-    for thing, cell in ((m, "<td>reading</td>"), (m.schedule, "<th>theta_o</th>"), (g.Material("ggx", **GGX), "<td>alpha</td><td>0.1</td>"), (g.reconstruct(m, "nearest"), "<td>luminance</td>")):
+    for thing, cell in ((m, "<td>reading</td>"), (m.schedule, "<th>theta_o_deg</th>"), (g.Material("ggx", **GGX), "<td>alpha</td><td>0.1</td>"), (g.reconstruct(m, "nearest"), "<td>luminance</td>")):
         html = thing._repr_html_()
         xml.dom.minidom.parseString(html)
         assert cell in html and repr(thing).strip("<>") in html
