@@ -1,6 +1,6 @@
 //! Runs of the experiments `moments` and `relations`.
 
-use super::common;
+use super::common::{self, says};
 use super::pages::of_repository;
 use super::{Bench, MATERIALS, assert_same, csv_rows, number, results};
 use serde_json::{Map, Value, json};
