@@ -106,7 +106,9 @@ fn verdict(report: &str) -> &str {
 fn looks(chart: &str) -> impl Iterator<Item = [&str; 2]> {
     chart.split("<g><title>").skip(1).map(|told| {
         let name = told.split(['\n', '<']).next().unwrap();
-        let color = told.split("fill=\"").nth(1).unwrap();
+        // A line across has none.
+        let mut fills = told.split("fill=\"").skip(1);
+        let color = fills.find(|fill| !fill.starts_with("none")).unwrap();
         [name, color.split('"').next().unwrap()]
     })
 }
