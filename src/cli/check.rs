@@ -7,7 +7,9 @@ use crate::brdf::BuildError;
 use crate::error::{Error, count, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::relations::RelationsPlan;
-use crate::experiment::{Allowance, AnyPlan, Experiment, Head, Material, Plan, Router, Source};
+use crate::experiment::{
+    Allowance, AnyPlan, Experiment, Head, Material, POSES_A_MINUTE, Plan, Router, Source,
+};
 use crate::formats::of_file;
 use crate::geometry::Symmetry;
 use crate::instrument;
@@ -218,8 +220,16 @@ impl Description {
                 method.label()
             )
         });
+        let by_minutes = match plan.minutes.is_empty() {
+            true => String::new(),
+            false => format!(", if the instrument takes {POSES_A_MINUTE} poses a minute"),
+        };
+        let learns = match plan.sample_sets.iter().any(|set| set.learns()) {
+            true => "; to choose poses from readings comes on top",
+            false => "",
+        };
         self.text(&format!(
-            "to reconstruct and compare: about {} on {}, within a factor of three{longest}\n",
+            "to reconstruct and compare: about {} on {}, within a factor of three{by_minutes}{longest}{learns}\n",
             HumanDuration(Duration::from_secs_f64((all / cores as f64).max(1.0))),
             count(cores, "core"),
         ))

@@ -6,6 +6,7 @@ use crate::experiment::{ADVICE, config_schema, instrument_schema};
 use crate::files::write_atomically;
 use crate::schedule::{Choice, choice};
 use clap::Args;
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -75,17 +76,26 @@ impl Init {
             true => ("gonio-instrument.schema.json", instrument_schema()),
             false => ("gonio-config.schema.json", config_schema()),
         };
+        let schema_path = path.with_file_name(schema);
+        if schema_path == path {
+            let message =
+                "this is the name of the schema that is written beside it; choose another with -o";
+            return Err(Error::output(path, message));
+        }
+        let is_ours = |text: String| text.contains("json-schema.org") && text.contains("gonio");
+        if !fs::read_to_string(&schema_path).is_ok_and(is_ours) {
+            refuse_unwritable(&schema_path, self.force)?;
+        }
         // Editors of TOML check and complete by the file that this comment names, relative to the config.
         let text = format!("#:schema {schema}\n{text}");
         let result = write_atomically(&path, |out| out.write_all(text.as_bytes()));
         written(&path, result)?;
-        let schema = path.with_file_name(schema);
-        let result = write_atomically(&schema, |out| writeln!(out, "{json:#}"));
-        written(&schema, result)?;
+        let result = write_atomically(&schema_path, |out| writeln!(out, "{json:#}"));
+        written(&schema_path, result)?;
         note(&format!(
             "{} is written, and {} for editors; next: gonio check {0}",
             path.display(),
-            schema.display(),
+            schema_path.display(),
         ));
         Ok(())
     }

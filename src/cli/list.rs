@@ -2,6 +2,7 @@
 
 use super::{JsonArgs, print, print_json};
 use crate::acquisition;
+use crate::brdf::{BrdfSpec, Channels};
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::{self, Kind, Row, Use};
 use crate::formats;
@@ -148,6 +149,16 @@ impl Member {
         self.facts = facts.into_iter().collect();
         self
     }
+}
+
+/// Kinds of material that need no key.
+pub(super) fn kinds_alone() -> Vec<String> {
+    let all = experiment::materials();
+    let is_alone = |entry: &&Entry<dyn BrdfSpec>| {
+        registry::read_text(entry, "").is_ok_and(|spec| spec.check(&Channels::Luminance).is_ok())
+    };
+    let alone = all.iter().filter(is_alone);
+    alone.map(|entry| entry.kind.into()).collect()
 }
 
 /// Names of the members of a family: of instruments, those of presets.

@@ -560,7 +560,7 @@ fn refuse_existing(path: &Path, force: bool) -> Result<(), Error> {
     match destination(path)?.exists() && !force {
         true => Err(Error::output(
             path,
-            "this file exists; choose another with -o, or --force to replace it",
+            "this file exists; allowed: another name, or --force to replace it",
         )),
         false => files::claim(path).map_err(|e| Error::output(path, e)),
     }

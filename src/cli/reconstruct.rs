@@ -160,7 +160,7 @@ enum Truth {
 }
 
 /// The name of the choice by cross-validation.
-const AUTO: &str = "auto";
+pub(super) const AUTO: &str = "auto";
 
 impl Reconstruct {
     pub(super) fn run(self) -> Result<(), Error> {

@@ -1,6 +1,7 @@
 //! `gonio completions` and `gonio man`: what the command line says of itself.
 
 use super::list::{self, Family};
+use super::reconstruct::AUTO;
 use super::{Cli, make_folder, print, refuse_existing, text, write_file};
 use crate::error::Error;
 use clap::builder::PossibleValuesParser;
@@ -25,46 +26,132 @@ impl Completions {
         let mut command = with_names(Cli::command(), self.shell);
         let mut bytes = Vec::new();
         clap_complete::generate(self.shell, &mut command, "gonio", &mut bytes);
-        let mut script = text(bytes)?;
-        if self.shell == Shell::Zsh {
-            for family in [Family::Materials, Family::Instruments] {
-                let names = format!("({})", list::names(family).join(" "));
-                let both = format!("{{_alternative \"names:name:{names}\" \"files:file:_files\"}}");
-                script = script.replace(&names, &both);
-            }
-        }
-        print(&script)
+        let script = text(bytes)?;
+        print(&match self.shell {
+            Shell::Bash => bash_with_files(&script),
+            Shell::Zsh => zsh_with_files(&script),
+            _ => script,
+        })
     }
 }
 
-/// The command with the names of members of registries as values of its arguments, for completion alone.
+/// What an argument takes: names of members of registries, and files or not.
+struct Taken {
+    names: Vec<String>,
+    files: bool,
+}
+
+impl Taken {
+    /// `None` of an argument that takes anything else.
+    fn new(command: &Command, arg: &Arg) -> Option<Self> {
+        let names_alone = |family| {
+            let names = list::names(family);
+            Some(Self {
+                names,
+                files: false,
+            })
+        };
+        match arg.get_id().as_str() {
+            "parametrization" | "error_map_in" => return names_alone(Family::Parametrizations),
+            "sample_set" => return names_alone(Family::SampleSets),
+            "planner" => return names_alone(Family::Planners),
+            "reconstruction" => {
+                let mut taken = names_alone(Family::Reconstructions)?;
+                let is_free = command.get_name() == "reconstruct";
+                taken.names.extend(is_free.then(|| AUTO.to_owned()));
+                return Some(taken);
+            }
+            _ => {}
+        }
+        let value = arg.get_value_names()?.first()?;
+        let mut names = match value.as_str() {
+            "NAME|FILE" => list::names(Family::Instruments),
+            value if value.starts_with("CONFIG") => list::kinds_alone(),
+            _ => return None,
+        };
+        if command.get_name() == "check" {
+            names.extend(list::names(Family::Instruments));
+        }
+        Some(Self { names, files: true })
+    }
+
+    /// The names in one line.
+    fn line(&self) -> String {
+        self.names.join(" ")
+    }
+
+    /// The lists of names beside which there may be files, of a command and all below it.
+    fn beside_files(command: &Command) -> Vec<String> {
+        let own = command
+            .get_arguments()
+            .filter_map(|a| Self::new(command, a));
+        let own = own.filter(|taken| taken.files).map(|taken| taken.line());
+        let below = command.get_subcommands().flat_map(Self::beside_files);
+        let mut all: Vec<String> = own.chain(below).collect();
+        all.sort();
+        all.dedup();
+        all
+    }
+}
+
+/// The command with names of members of registries as values of its arguments, for completion alone.
 fn with_names(command: Command, shell: Shell) -> Command {
-    let command = command.mut_args(|arg| match family(&arg) {
-        // Bash completes files where no name matches, the script of zsh is changed for it; others would complete names alone.
-        Some((_, true)) if !matches!(shell, Shell::Bash | Shell::Zsh) => arg,
-        Some((family, _)) => arg.value_parser(PossibleValuesParser::new(list::names(family))),
+    let before = command.clone();
+    let command = command.mut_args(|arg| match Taken::new(&before, &arg) {
+        // The scripts of these two are changed so that they complete files too; others would complete names alone.
+        Some(taken) if taken.files && !matches!(shell, Shell::Bash | Shell::Zsh) => arg,
+        Some(taken) => arg.value_parser(PossibleValuesParser::new(taken.names)),
         None => arg,
     });
     command.mut_subcommands(|inner| with_names(inner, shell))
 }
 
-/// The family that an argument takes a member of, and whether it takes files as well.
-fn family(arg: &Arg) -> Option<(Family, bool)> {
-    let of_id = match arg.get_id().as_str() {
-        "parametrization" => Some(Family::Parametrizations),
-        "reconstruction" => Some(Family::Reconstructions),
-        "sample_set" => Some(Family::SampleSets),
-        "planner" => Some(Family::Planners),
-        _ => None,
-    };
-    let value = arg.get_value_names().and_then(|names| names.first());
-    let of_value = value.and_then(|value| match value.as_str() {
-        "NAME|FILE" => Some(Family::Instruments),
-        value if value.starts_with("CONFIG") => Some(Family::Materials),
-        _ => None,
-    });
-    let named = of_id.map(|family| (family, false));
-    named.or_else(|| of_value.map(|family| (family, true)))
+/// Adds files to what begins as a word does.
+const BASH_FILES: &str = r#"_gonio_files() {
+    local file
+    compopt -o filenames 2>/dev/null
+    while IFS= read -r file; do COMPREPLY+=("${file}"); done < <(compgen -f -- "${cur}")
+}
+
+"#;
+
+/// A script for bash that completes files beside names where an argument takes both.
+fn bash_with_files(script: &str) -> String {
+    let lists = Taken::beside_files(&Cli::command());
+    let (mut out, mut of_files) = (BASH_FILES.to_owned(), false);
+    for line in script.lines() {
+        let has = || lists.iter().any(|names| line.contains(names));
+        let code = line.trim_start();
+        if code.starts_with("opts=") {
+            of_files = has();
+        }
+        out += line;
+        out += match code.starts_with("COMPREPLY=(") {
+            true if code.contains("${opts}") && of_files => {
+                "; [[ ${cur} == -* ]] || _gonio_files\n"
+            }
+            true if has() => "; _gonio_files\n",
+            _ => "\n",
+        };
+    }
+    out
+}
+
+/// A script for zsh that completes files beside names where an argument takes both.
+fn zsh_with_files(script: &str) -> String {
+    let (mut script, mut functions) = (script.to_owned(), String::new());
+    for (i, names) in Taken::beside_files(&Cli::command()).iter().enumerate() {
+        let function = format!("_gonio_{i}");
+        script = script.replace(&format!("({names})"), &function);
+        functions += &format!(
+            "{function}() {{ _alternative 'names:name:({names})' 'files:file:_files' }}\n"
+        );
+    }
+    // The first line says what the file completes.
+    match script.split_once('\n') {
+        Some((first, rest)) => format!("{first}\n\n{functions}{rest}"),
+        None => script,
+    }
 }
 
 #[derive(Debug, Args)]

@@ -184,12 +184,25 @@ pub enum Allowance {
 /// Poses that an instrument visits in a minute, times the schedules that are tried to find out.
 const MINUTE_WORK: f64 = 300.0;
 
+/// Poses that an instrument takes in a minute, about: the presets take 6 to 30.
+pub(crate) const POSES_A_MINUTE: f64 = 20.0;
+
 impl Allowance {
     /// The number of poses or readings; `None` for minutes.
     pub fn count(self) -> Option<usize> {
         match self {
             Allowance::Poses(n) | Allowance::Readings(n) => Some(n),
             Allowance::Minutes(_) => None,
+        }
+    }
+
+    /// About the number of readings.
+    pub(super) fn usual(self) -> usize {
+        match self {
+            Allowance::Minutes(minutes) => {
+                (minutes * POSES_A_MINUTE).min(MAX_BUDGET as f64) as usize
+            }
+            _ => self.readings(),
         }
     }
 

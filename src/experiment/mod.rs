@@ -89,6 +89,8 @@ mod wording;
 
 pub use advice::{ADVICE, Advice, AdviceSpec, Advised, AgainstFirst, FORMULAS, Spread};
 pub use any::AnyPlan;
+#[cfg(feature = "cli")]
+pub(crate) use choices::POSES_A_MINUTE;
 pub(crate) use choices::are_named;
 pub use choices::{
     Allowance, Choice, Coordinates, DEFAULT, IDEAL, MAX_BUDGET, Material, Method, NONE, OWN,

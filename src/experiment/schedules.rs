@@ -134,7 +134,7 @@ impl Plan {
 
     /// Time to reconstruct a material on one core, and to compare it, s: about, without that of planning.
     pub(super) fn job_seconds(&self, unit: &Unit, method: usize) -> f64 {
-        let (readings, method) = (unit.allowance.readings(), &self.methods[method].method);
+        let (readings, method) = (unit.allowance.usual(), &self.methods[method].method);
         // How many pairs suffice is not known beforehand.
         let [fewest, most] = [
             self.metrics.pairs,

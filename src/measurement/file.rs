@@ -273,7 +273,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
             }
             incomplete += 1;
         } else if values.is_none() && reason.is_none() {
-            empty += 1;
+            empty += columns.span(&table, row).len();
         }
         negative.see(table.lines[row], || columns.cells(&table, row));
         let outcome = match (&values, reason) {
@@ -381,6 +381,11 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         let what = "without an angle or a wavelength that others are at: passed over";
         warnings.push(format!("{} {what}", count(unplaced, "row")));
     }
+    // Cells of marks are empty by now.
+    let empty = empty.saturating_sub(marks.count());
+    if !intact && empty > 0 {
+        warnings.push(format!("{} empty: no reading", count_are(empty, "cell")));
+    }
     if incomplete > 0 {
         let what = "without the value of some channel: no reading";
         warnings.push(format!("{} {what}", count(incomplete, "pose")));
@@ -406,8 +411,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         notes,
         warnings,
         rows: table.lines.len() + outside.at_horizon + outside.behind + unplaced,
-        // Cells of marks are empty by now.
-        lost: marks.count().max(empty) + incomplete + unplaced,
+        lost: marks.count() + empty + incomplete + unplaced,
         unread: table.unread(),
         intact,
     })

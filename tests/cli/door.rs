@@ -152,17 +152,39 @@ fn shells_and_man_know_every_command() {
         }
     }
     // Members of registries are completed, and files beside them where an argument takes both.
-    let words = [
-        ["compgen -W \"spherical half-difference", "sobol"],
-        ["a-optimal", "cornell"],
-        ["ggx", "kriging"],
-    ];
-    for word in words.as_flattened() {
-        for shell in ["bash", "zsh"] {
-            let script = bench.good(format!("completions {shell}"));
-            assert!(script.contains(word) || shell == "zsh", "{shell}: {word}");
-        }
+    bench.write("gfile.toml", "");
+    let script = bench.good("completions bash");
+    bench.write("script.bash", &script);
+    for [words, found] in table(
+        "tabulate g | gfile.toml ggx
+         measure p.csv --config g | gfile.toml ggx
+         measure p.csv --instrument c | cornell
+         check ros | rosi
+         reconstruct a.csv --error-map-in hy | hybrid
+         reconstruct a.csv --reconstruction a | auto
+         next a.csv --planner a-o | a-optimal
+         schedule c.toml --sample-set so | sobol",
+    ) {
+        let all: Vec<&str> = words.split(' ').collect();
+        let [.., before, word] = &all[..] else {
+            panic!("{words}");
+        };
+        let asks = format!(
+            "source script.bash; COMP_WORDS=(gonio {words}); COMP_CWORD={}; _gonio gonio {word} {before}; \
+             printf '%s\\n' \"${{COMPREPLY[@]}}\" | sort",
+            all.len()
+        );
+        let mut bash = std::process::Command::new("bash");
+        let output = bash
+            .args(["-c", &asks])
+            .current_dir(bench.path(""))
+            .output();
+        let output = String::from_utf8(output.unwrap().stdout).unwrap();
+        let completed: Vec<&str> = output.lines().collect();
+        assert_eq!(completed.join(" "), found, "{words}");
     }
+    let zsh = bench.good("completions zsh");
+    says(&zsh, "#compdef gonio … _alternative 'names:name:(cornell");
     assert!(bench.good("man").starts_with(".ie"));
     bench.good("man -o man1");
     for command in commands.iter().filter(|c| **c != "help") {

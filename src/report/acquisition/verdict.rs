@@ -201,7 +201,7 @@ fn leaders(findings: &Findings, ranking: &Ranking, a: usize) -> Option<String> {
     let each: Vec<String> = groups.iter().map(by).collect();
     let each = each.join("; ");
     let these = match scope.materials {
-        1 => "this 1 material".into(),
+        1 => "this material".into(),
         n => format!("these {}", count(n, "material")),
     };
     let found = match &names[..] {
@@ -215,10 +215,13 @@ fn leaders(findings: &Findings, ranking: &Ranking, a: usize) -> Option<String> {
     let mean = best(a).and_then(|line| line.cells[a]).map(|c| c.mean);
     let least = match (mean, findings.allowances.get(a)) {
         (Some(mean), Some(at)) => format!(
-            ". The least error at {at} is {} {}, the geometric mean over {}",
+            ". The least error at {at} is {} {}{}",
             scope.metric.name(),
             error(Some(mean)),
-            count(scope.materials, "material"),
+            match scope.materials {
+                1 => String::new(),
+                n => format!(", the geometric mean over {}", count(n, "material")),
+            },
         ),
         _ => String::new(),
     };
@@ -227,8 +230,8 @@ fn leaders(findings: &Findings, ranking: &Ranking, a: usize) -> Option<String> {
         measure => format!(", {measure} pairs"),
     };
     Some(format!(
-        "Of {} ways to sample and to reconstruct, {found}{least}{pairs}.",
-        ranking.lines.len()
+        "Of {} to sample and to reconstruct, {found}{least}{pairs}.",
+        count(ranking.lines.len(), "way")
     ))
 }
 

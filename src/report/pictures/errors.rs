@@ -45,10 +45,10 @@ impl Cell {
 }
 
 impl ErrorMap {
-    /// Azimuths of the planes, degrees.
-    const PHI_DEG: [f64; 4] = [0.0, 30.0, 60.0, 90.0];
+    /// Azimuths of the planes, shares of their range: 0°, 30°, 60° and 90°, of spherical coordinates 0° to 180°.
+    const AZIMUTHS: [f64; 4] = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
 
-    /// Looks at the middles of `resolution` × `resolution` equal cells of each plane, at azimuths of 0°, 30°, 60° and 90°,
+    /// Looks at the middles of `resolution` × `resolution` equal cells of each plane at [four azimuths](Self::AZIMUTHS),
     /// first azimuth 0 for truths that are not isotropic.
     pub fn new(
         truth: &dyn Brdf,
@@ -56,7 +56,12 @@ impl ErrorMap {
         parametrizations: &[Entry<ParametrizationSpec>],
         resolution: usize,
     ) -> Self {
-        let plates = Plates::new(parametrizations, &Self::PHI_DEG, truth.symmetry());
+        let azimuths = |plane: &Plane| {
+            let [low, high] = plane.azimuth_deg;
+            let at = |share: f64| (low + share * (high - low)).round();
+            Self::AZIMUTHS.map(at).to_vec()
+        };
+        let plates = Plates::new(parametrizations, azimuths, truth.symmetry());
         let cells = |(plane, phi): &(&Plane, f64)| -> Vec<Cell> {
             let look = |brdf| look(brdf, plane, phi.to_radians(), resolution);
             let both = look(truth).into_iter().zip(look(reconstruction));

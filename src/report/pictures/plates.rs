@@ -18,29 +18,33 @@ const LEGEND: f64 = 98.0;
 /// The first two axes of parametrizations at azimuths.
 pub(super) struct Plates {
     planes: Vec<Plane>,
-    phi_deg: Vec<f64>,
+    /// Azimuths of each plane, degrees, as many of one as of all others.
+    phi_deg: Vec<Vec<f64>>,
     /// An isotropic BRDF is the same whatever the first azimuth.
     isotropic: bool,
 }
 
 impl Plates {
-    /// Planes of parametrizations at azimuths (degrees), for a BRDF of a symmetry.
+    /// Planes of parametrizations at `azimuths` (degrees) of each, equally many, for a BRDF of a symmetry.
     pub(crate) fn new(
         parametrizations: &[Entry<ParametrizationSpec>],
-        phi_deg: &[f64],
+        azimuths: impl Fn(&Plane) -> Vec<f64>,
         symmetry: Symmetry,
     ) -> Self {
+        let planes: Vec<Plane> = parametrizations.iter().map(Plane::new).collect();
         Self {
-            planes: parametrizations.iter().map(Plane::new).collect(),
-            phi_deg: phi_deg.to_vec(),
+            phi_deg: planes.iter().map(azimuths).collect(),
+            planes,
             isotropic: symmetry.isotropic,
         }
     }
 
     /// Every plane with its azimuth, degrees; those of the first parametrization first.
     pub(crate) fn each(&self) -> impl Iterator<Item = (&Plane, f64)> {
-        let all = |plane| self.phi_deg.iter().map(move |phi| (plane, *phi));
-        self.planes.iter().flat_map(all)
+        let all = |(plane, phis): (_, &'_ Vec<f64>)| -> Vec<(&Plane, f64)> {
+            phis.iter().map(|phi| (plane, *phi)).collect()
+        };
+        self.planes.iter().zip(&self.phi_deg).flat_map(all)
     }
 
     /// A text with the azimuths that are 0 in the planes of an anisotropic BRDF; `None` for an
@@ -66,7 +70,7 @@ impl Plates {
         draw: impl Fn(&mut Canvas, &Plot, usize),
         legend: impl FnOnce(&mut Canvas, [f64; 2]),
     ) -> String {
-        let columns = self.phi_deg.len();
+        let columns = self.phi_deg.first().map_or(0, Vec::len);
         let width = 2.0 * MARGIN + NAME + columns.max(3) as f64 * STEP[0];
         let below = TOP + self.planes.len() as f64 * STEP[1];
         let title = match self.cut() {
@@ -102,7 +106,7 @@ mod tests {
     fn a_cut_names_each_azimuth_once() {
         let cut = |names: &[&str]| {
             let charts: Vec<_> = names.iter().map(|name| find(name).unwrap()).collect();
-            Plates::new(&charts, &[0.0], Symmetry::NONE).cut()
+            Plates::new(&charts, |_| vec![0.0], Symmetry::NONE).cut()
         };
         let places = ["φ_h = 0°", "φ_h = 0°, φ_o = 0°"].map(|p| format!("anisotropic, cut at {p}"));
         let [one, two] = places.map(Some);

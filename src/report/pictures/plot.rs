@@ -32,6 +32,8 @@ pub(super) struct Plane {
     pub y: Axis,
     /// Label of the coordinate that is fixed.
     pub azimuth: &'static str,
+    /// Its range, degrees.
+    pub azimuth_deg: [f64; 2],
     /// Label of the azimuth that is 0 in all planes, by which an anisotropic BRDF differs.
     pub turn: &'static str,
 }
@@ -39,7 +41,7 @@ pub(super) struct Plane {
 impl Plane {
     pub(crate) fn new(entry: &Entry<ParametrizationSpec>) -> Self {
         let form = entry.form(Symmetry::FULL);
-        let [x, y, _] = form.axes() else {
+        let [x, y, z] = form.axes() else {
             unreachable!("isotropic forms have three axes");
         };
         let [azimuth, turn] = form.plane_labels();
@@ -48,6 +50,7 @@ impl Plane {
             x: *x,
             y: *y,
             azimuth,
+            azimuth_deg: z.range.map(f64::to_degrees),
             turn,
             form,
         }

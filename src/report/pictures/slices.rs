@@ -49,7 +49,7 @@ impl BrdfSlices {
         resolution: usize,
     ) -> Self {
         let resolution = resolution.clamp(2, 1024);
-        let plates = Plates::new(parametrizations, phi_deg, brdf.symmetry());
+        let plates = Plates::new(parametrizations, |_| phi_deg.to_vec(), brdf.symmetry());
         let look = |(plane, phi): &(&Plane, f64)| look(brdf, plane, phi.to_radians(), resolution);
         let planes: Vec<_> = plates.each().collect();
         Self {

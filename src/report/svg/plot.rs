@@ -182,9 +182,10 @@ pub(crate) fn color_of(parametrization: &str) -> usize {
         return place;
     }
     let all = crate::parametrization::all();
-    let mut others = all.iter().filter(|e| !FIRST.contains(&e.kind));
-    let place = others.position(|e| e.kind == parametrization);
-    (FIRST.len() + place.unwrap_or(0)) % CYCLE.len()
+    let others: Vec<_> = all.iter().filter(|e| !FIRST.contains(&e.kind)).collect();
+    let place = others.iter().position(|e| e.kind == parametrization);
+    // What follows no parametrization has the colour behind all of them.
+    (FIRST.len() + place.unwrap_or(others.len())) % CYCLE.len()
 }
 
 /// The colour at a place of a cycle of `count`: one of a few, or a step of a scale from dark to

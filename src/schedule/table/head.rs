@@ -121,9 +121,15 @@ impl Head {
                 .count();
             if (has_angle || by_user > 0) && ours.count() + by_user >= 2 {
                 let units = content.get(i + 1).copied();
-                let units = units.and_then(|(line, text)| Some((line, cells(text, separator)?)));
+                let units = units.and_then(|(line, text)| {
+                    let of = |s| cells(text, s).filter(|cells| cells.len() == labels.len());
+                    Some((line, of(separator).or_else(|| of(b' '))?))
+                });
                 let head = Self::new(line, labels, units, separator, i);
-                return Some(head.with_rows(&content));
+                return Some(match hint {
+                    Some(_) => head,
+                    None => head.with_rows(&content),
+                });
             }
         }
         let numbered = conventions.are_numbers();
@@ -153,12 +159,19 @@ impl Head {
     /// This head with what stands between the cells of the first row, where that is not what stands between names.
     fn with_rows(mut self, content: &[(usize, &str)]) -> Self {
         let first = content.iter().find(|(line, _)| *line > self.last);
-        let fits = |separator: u8| {
-            let found = first.and_then(|(_, text)| cells(text, separator));
-            found.is_none_or(|found| found.len() == self.labels.len())
+        let of = |separator: u8| {
+            let found = first.and_then(|(_, text)| cells(text, separator))?;
+            (found.len() == self.labels.len()).then_some(found)
         };
-        if !fits(self.separator) {
-            let other = SEPARATORS.into_iter().find(|s| fits(*s));
+        let fits = |separator: &u8| {
+            let whole = |cells: Vec<String>| {
+                let ends = |cell: &String| cell.ends_with([',', ';']);
+                are_numbers(&cells, *separator, false) && !cells.iter().any(ends)
+            };
+            of(*separator).is_some_and(whole)
+        };
+        if of(self.separator).is_none() {
+            let other = SEPARATORS.into_iter().find(fits);
             self.separator = other.unwrap_or(self.separator);
         }
         self

@@ -83,7 +83,7 @@ pub(super) fn separator(text: &str) -> Option<u8> {
     [b';', b'\t', b','].into_iter().find(|&separator| {
         let kind = |(_, cells): (usize, Vec<String>)| line_of(&cells, separator != b',');
         let all = lines(text, separator).take(TITLES).map(kind);
-        let mut sheet = all.skip_while(|line| matches!(line, Line::Other));
+        let mut sheet = all.skip_while(|line| !matches!(line, Line::Key(..)));
         matches!(sheet.next(), Some(Line::Key(..)))
             && sheet
                 .take(1 + KEYS.len())
@@ -127,6 +127,7 @@ impl Table {
                     }
                     keys[key] = Some(value);
                 }
+                _ if self.columns.is_empty() => self.prose += 1,
                 Line::Head(all) if keys[0].is_some() && azimuths.is_empty() => azimuths = all,
                 Line::Row(theta, cells) if !azimuths.is_empty() => {
                     let (found, expected) = (cells.len(), azimuths.len());
@@ -142,7 +143,6 @@ impl Table {
                         self.numbers.extend([theta_i, phi_i, theta, phi, value]);
                     }
                 }
-                Line::Other if self.columns.is_empty() => self.prose += 1,
                 _ => {
                     let message = "this is no line of a sheet; allowed: theta_i and its angle, a row of azimuths below an \
                                    empty cell, rows of a polar angle and values";
