@@ -200,7 +200,7 @@ fn shells_and_man_know_every_command() {
 fn the_estimate_of_a_check_adds_up() {
     let bench = Bench::new();
     let seconds = |sets: &str| {
-        let found = bench.json(&format!("check small.toml --json {sets}"));
+        let found = bench.json(format!("check small.toml --json {sets}"));
         found["core_seconds"].as_f64().unwrap()
     };
     let budgets = |list: &str, kind: &str| {
