@@ -48,7 +48,7 @@ impl ErrorMap {
     /// Azimuths of the planes, shares of their range: 0°, 30°, 60° and 90°, of spherical coordinates 0° to 180°.
     const AZIMUTHS: [f64; 4] = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
 
-    /// Looks at the middles of `resolution` × `resolution` equal cells of each plane at [four azimuths](Self::AZIMUTHS),
+    /// Looks at the middles of `resolution` × `resolution` equal cells of each plane at azimuths of four shares of their range,
     /// first azimuth 0 for truths that are not isotropic.
     pub fn new(
         truth: &dyn Brdf,

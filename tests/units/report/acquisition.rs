@@ -216,7 +216,7 @@ fn the_verdict_is_what_was_found() {
              is 1/100 of that of unwarped half-difference: better on 3 of 3 materials … 1/100 at 400 poses … \
              3 materials cannot show that others follow.
          1 | 1.5 | neither | 1 material cannot show that others follow
-         1 | 1.5 | neither | mean over 1 material,",
+         1 | 1.5 | neither | on this material: by cubic",
     ) {
         let rows = rows(materials.parse().unwrap(), ratio.parse().unwrap(), truth);
         says(verdict(&report(&rows)), parts);
