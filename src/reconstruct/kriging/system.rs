@@ -279,8 +279,8 @@ impl Data {
         let mut weights = self.values.clone();
         if kernel.share > 0.0 {
             back(factor, &mut weights);
-            let levels = weights.column_iter().map(|w| kernel.level * w.sum());
-            let levels = levels.collect();
+            let levels = weights.column_iter();
+            let levels = levels.map(|w| kernel.level * w.sum()).collect();
             return Solved { weights, levels };
         }
         let mut ones = DMatrix::from_element(self.sites.len(), 1, 1.0);
@@ -340,11 +340,13 @@ impl Data {
         let count = self.values.ncols() as f64;
         let mut loss = (0..n).map(|i| factor[(i, i)].ln()).sum::<f64>();
         // ½ K⁻¹ − ½ Σ s α αᵀ, the derivative by K.
-        // Only the lower triangle is made: what is above the panel of a column's diagonal stays 0.
+        // The lower triangle alone is read, but for functions of a prior: what is above the panel of a column's diagonal stays 0.
+        let is_whole = kernel.share > 0.0;
         let mut by = by_columns([n, n], TASK, |of| {
             let mut columns = DMatrix::zeros(n, of.len());
             columns.rows_mut(of.start, of.len()).fill_diagonal(0.5);
-            back_below(&factor, &mut columns, of.start / PANEL * PANEL);
+            let panel = if is_whole { 0 } else { of.start / PANEL };
+            back_below(&factor, &mut columns, panel * PANEL);
             columns
         });
         for (y, alpha) in self.values.column_iter().zip(weights.column_iter()) {
@@ -354,7 +356,6 @@ impl Data {
             let share = -0.5 * freedom / (FREEDOM + square) / count;
             by.ger(share, &alpha, &alpha, 1.0);
         }
-        by.fill_upper_triangle_with_lower_triangle();
         let terms = kernel.flat();
         let blocks = kernel::blocks(&self.sites.columns);
         let parts: Vec<Vec<f64>> = tasks(n, TASK)
