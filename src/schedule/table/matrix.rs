@@ -72,9 +72,14 @@ fn lines(text: &str, separator: u8) -> impl Iterator<Item = (usize, Vec<String>)
     });
     let mut cells = Cells::new(separator);
     content.map(move |(number, line)| {
-        let cells = cells.split(line);
-        let cells = cells.map(|cells| cells.map(String::from).collect());
-        (number, cells.unwrap_or_default())
+        let found: Option<Vec<String>> =
+            cells.split(line).map(|all| all.map(String::from).collect());
+        // After a quote that is not closed nothing else can be split.
+        let found = found.unwrap_or_else(|| {
+            cells = Cells::new(separator);
+            Vec::new()
+        });
+        (number, found)
     })
 }
 
