@@ -30,6 +30,13 @@ fn played(bench: &Bench, page: &str, level: Level) -> String {
                     continue;
                 }
                 let shown = bench.shown(command);
+                // Progress that a slow machine prints.
+                let is_progress =
+                    |line: &&str| line.starts_with("gonio: ") && line.contains(" left  ");
+                let lines = shown
+                    .split_inclusive('\n')
+                    .filter(|line| !is_progress(line));
+                let shown: String = lines.collect();
                 now += &format!("{line}\n{shown}");
                 if !shown.is_empty() && !shown.ends_with('\n') {
                     now.push('\n');
