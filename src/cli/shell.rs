@@ -42,8 +42,8 @@ struct Taken {
 }
 
 impl Taken {
-    /// `None` of an argument that takes anything else.
-    fn new(command: &Command, arg: &Arg) -> Option<Self> {
+    /// What an argument takes of the command of this name; `None` if it is anything else.
+    fn new(command: &str, arg: &Arg) -> Option<Self> {
         let names_alone = |family| {
             let names = list::names(family);
             Some(Self {
@@ -57,7 +57,7 @@ impl Taken {
             "planner" => return names_alone(Family::Planners),
             "reconstruction" => {
                 let mut taken = names_alone(Family::Reconstructions)?;
-                let is_free = command.get_name() == "reconstruct";
+                let is_free = command == "reconstruct";
                 taken.names.extend(is_free.then(|| AUTO.to_owned()));
                 return Some(taken);
             }
@@ -69,7 +69,7 @@ impl Taken {
             value if value.starts_with("CONFIG") => list::kinds_alone(),
             _ => return None,
         };
-        if command.get_name() == "check" {
+        if command == "check" {
             names.extend(list::names(Family::Instruments));
         }
         Some(Self { names, files: true })
@@ -84,7 +84,7 @@ impl Taken {
     fn beside_files(command: &Command) -> Vec<String> {
         let own = command
             .get_arguments()
-            .filter_map(|a| Self::new(command, a));
+            .filter_map(|a| Self::new(command.get_name(), a));
         let own = own.filter(|taken| taken.files).map(|taken| taken.line());
         let below = command.get_subcommands().flat_map(Self::beside_files);
         let mut all: Vec<String> = own.chain(below).collect();
@@ -96,8 +96,8 @@ impl Taken {
 
 /// The command with names of members of registries as values of its arguments, for completion alone.
 fn with_names(command: Command, shell: Shell) -> Command {
-    let before = command.clone();
-    let command = command.mut_args(|arg| match Taken::new(&before, &arg) {
+    let name = command.get_name().to_owned();
+    let command = command.mut_args(|arg| match Taken::new(&name, &arg) {
         // The scripts of these two are changed so that they complete files too; others would complete names alone.
         Some(taken) if taken.files && !matches!(shell, Shell::Bash | Shell::Zsh) => arg,
         Some(taken) => arg.value_parser(PossibleValuesParser::new(taken.names)),

@@ -29,7 +29,7 @@ const THETA_O_DEG: [f64; 3] = [10.0, 40.0, 70.0];
 /// Pixels along a side of a slice.
 const RESOLUTION: usize = 128;
 
-/// Pixels along a side of an error map: as many values as a few thousandths of those of a sphere.
+/// Pixels along a side of an error map: four planes have a fiftieth of the points of a sphere.
 const CELLS: usize = 96;
 
 /// Raised when pictures look different: a folder that is gone on with holds no two looks.

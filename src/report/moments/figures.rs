@@ -212,7 +212,7 @@ fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Result<
     // Random estimates are further off than one of their uncertainties now and then.
     let no_more = found().all(|[v, u]| v.abs() <= (5.0 * u).max(1e-9));
     // An energy or a covariance may be as small as its lobe is narrow.
-    let may_vanish = component.order() % 2 == 1 || component.order() > 2;
+    let may_vanish = !matches!(component.order(), 0 | 2);
     let why = if found().next().is_none() {
         Some("without data")
     } else if no_more && bilateral && component.is_odd() {
