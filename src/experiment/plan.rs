@@ -244,6 +244,10 @@ impl Plan {
                         let with = format!(" in {} coordinates", coordinates.label());
                         at.key(&e.key).error(format!("{e}{with}"))
                     })?;
+                    // Poses that are chosen for a reconstruction take seconds, and there are some for any budget.
+                    if planned.set.assumes().is_some() {
+                        continue;
+                    }
                     let own: Vec<f64> = form.axes().iter().map(|a| a.density).collect();
                     let probed = match planned.set.tuned(&own) {
                         Some(untuned) => untuned.plan(&form, probe, self.seeds[0]),

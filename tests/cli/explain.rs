@@ -162,11 +162,12 @@ fn run(bench: &Bench, more: &str) -> Counts {
 fn the_quickstart_does_what_its_rows_need() {
     let bench = Bench::new();
     let text = pages::read("configs/quickstart.toml");
-    let text = text.replace("[250, 1000, 4000, 16000]", "[250, 1000]");
+    let text = text.replace("[250, 1000, 4000, 16000]", "[30, 60]");
     let text = text.replace(
         "tolerance = 0.04\nmax_pairs = 16384",
-        "pairs = 600\nmax_pairs = 1",
+        "pairs = 200\nmax_pairs = 1",
     );
+    let text = text.replace("up_to = 250", "up_to = 30");
     let plan = plan(&bench, &text);
     let shown = bench.good("run c.toml -q -o a --explain");
     let counts = Counts::of(&bench, "a");

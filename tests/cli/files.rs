@@ -27,7 +27,8 @@ fn the_way_through_files_ends_where_a_run_does() {
     let bench = Bench::new();
     let config = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/quickstart.toml");
     let set = "--set material=[{kind=\"ggx\",alpha=0.3}] --set budgets=[250] --set 'metrics={ pairs = 500, max_pairs = 1 }'";
-    bench.good(format!("run {config} -o run -q {set}"));
+    let sets = "--set sample_set=[{kind=\"grid\"}] --set reconstruction=[{kind=\"multilinear\"},{kind=\"cubic\"}]";
+    bench.good(format!("run {config} -o run -q {set} {sets}"));
     let rows = bench.rows("run");
     let material = rows.iter().map(|r| r.material.as_str());
     let material = { material }.find(|name| name.contains("ggx")).unwrap();

@@ -20,7 +20,7 @@ fn kinds() -> [Kind; 4] {
     let small = small.replace("seeds = [1, 2]", "seeds = [1]");
     let moments = |kind: &str, order: usize| {
         format!(
-            "experiment = {kind:?}\n[moments]\nviews = 9\norder = {order}\n\
+            "experiment = {kind:?}\n[moments]\nviews = 3\norder = {order}\n\
              estimator = {{ kind = \"peak-resolving\", tolerance = 1e-2 }}\n{MATERIALS}"
         )
     };
@@ -39,7 +39,7 @@ fn kinds() -> [Kind; 4] {
     [
         kind(acquisition, "results.jsonl", 16, 8),
         kind(study, "results.jsonl", 16, 8),
-        kind(moments("moments", 4), "profiles.jsonl", 3, 3),
+        kind(moments("moments", 2), "profiles.jsonl", 3, 3),
         kind(relations, "relations.jsonl", 3, 3),
     ]
 }

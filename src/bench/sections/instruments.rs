@@ -7,8 +7,8 @@ use crate::geometry::Symmetry;
 use crate::instrument::{Bench, Instrument, Order, Parts, presets, read};
 use crate::measurement::Measurement;
 use crate::parametrization::usual_form;
+use crate::reconstruct::default_for;
 use crate::schedule::{Grid, SampleSet, Schedule};
-use crate::validation::chosen;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -77,7 +77,9 @@ fn rung(
         Ok((measured, itinerary.seconds() / 60.0))
     };
     let judge = move |(measured, minutes): (Measurement, f64)| {
-        let copy = chosen(&measured).reconstruct(&measured).map_err(text)?;
+        let copy = default_for(&measured)
+            .reconstruct(&measured)
+            .map_err(text)?;
         let values = truth.set.evaluate(&*copy);
         Ok(truth.judged(&values, &[minutes, measured.readings() as f64]))
     };
