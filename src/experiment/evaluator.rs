@@ -394,18 +394,18 @@ impl Comparison<'_> {
             let event = Event::Reconstructed(&job, &truth, &copy);
             events.observer.observe(&event)?;
         }
-        if let Some(of_truth) = &only.1.profile {
+        if let (Some(of_truth), Some(table)) = (&only.1.profile, &judge.plan.moments) {
             events.go_on()?;
             let copy = judge.counters.reconstruction(copy, Stage::Moments);
-            let (profile, seconds) = judge
-                .counters
-                .timed(Stage::Moments, || judge.profile(&copy));
+            let (seed, estimator) = (judge.plan.seeds[0], &*table.estimator);
+            let (profile, seconds) = judge.counters.timed(Stage::Moments, || {
+                Profile::against(of_truth, &copy, &table.spec, estimator, seed)
+            });
             // The truth went the same way before.
             let profile = profile.map_err(Error::internal)?;
-            compared.moments = profile.map(|profile| {
-                let errors = MomentErrors::between(of_truth, &profile);
-                (errors, of_truth.unresolved() + profile.unresolved())
-            });
+            let errors = MomentErrors::between(of_truth, &profile);
+            let unresolved = of_truth.unresolved() + profile.unresolved();
+            compared.moments = Some((errors, unresolved));
             compared.moment_seconds = Some(seconds);
         }
         Ok(())

@@ -29,6 +29,18 @@ pub trait Estimator: Resolved + fmt::Debug + Send + Sync {
     /// The moments up to `order`, and nothing of higher orders. `seed` matters to random
     /// estimators only. The result does not depend on the number of threads.
     fn estimate(&self, slice: &Slice<'_>, order: Order, seed: u64) -> SliceMoments;
+
+    /// The moments of a slice of a reconstruction, of which the differences from those of its `truth` count: by default as
+    /// [`estimate`](Self::estimate) has them. An estimator with a tolerance need not spend more on a large difference than leaves it known.
+    fn estimate_against(
+        &self,
+        slice: &Slice<'_>,
+        _truth: &Moments,
+        order: Order,
+        seed: u64,
+    ) -> SliceMoments {
+        self.estimate(slice, order, seed)
+    }
 }
 
 /// Moments of a slice, with their reliability and cost.

@@ -38,28 +38,12 @@ declare! {
 impl PeakResolving {
     /// Most evaluations of the first mesh of a slice.
     const LEAST_EVALUATIONS: usize = 300_000;
-}
 
-impl Estimator for PeakResolving {
-    fn label(&self) -> String {
-        format!("{}-{:.0e}", Self::KIND, self.tolerance)
-    }
+    /// Largest share of a difference from a truth that its uncertainty may be, where that is more than the tolerance.
+    const OF_DIFFERENCE: f64 = 0.2;
 
-    fn tolerance(&self) -> f64 {
-        self.tolerance
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        in_left_open("tolerance", self.tolerance, 0.0, 0.1)?;
-        if self.max_evaluations < Self::LEAST_EVALUATIONS {
-            let allowed = format!("a whole number, at least {}", Self::LEAST_EVALUATIONS);
-            let key = "max_evaluations";
-            return Err(ParameterError::new(key, self.max_evaluations, allowed));
-        }
-        Ok(())
-    }
-
-    fn estimate(&self, slice: &Slice<'_>, order: Order, _seed: u64) -> SliceMoments {
+    /// Integrates a slice; against the moments of a truth, if there are any.
+    fn integrate(&self, slice: &Slice<'_>, truth: Option<&Moments>, order: Order) -> SliceMoments {
         let mut work = Workspace::default();
         let mut peaks = Vec::new();
         let theta_o = slice.theta_o;
@@ -72,7 +56,7 @@ impl Estimator for PeakResolving {
             .into_iter()
             .map(|r| Cell::new(slice, order, r, &mut work))
             .collect();
-        let mut balance = Balance::new(cells, order, self.tolerance);
+        let mut balance = Balance::new(cells, order, self.tolerance, truth);
         let mut evaluations = balance.cells.len() * EVALUATIONS + 2 * Peak::EVALUATIONS;
         loop {
             if balance.excess() <= 1.0 {
@@ -98,6 +82,40 @@ impl Estimator for PeakResolving {
             }
         }
         balance.finish(evaluations)
+    }
+}
+
+impl Estimator for PeakResolving {
+    fn label(&self) -> String {
+        format!("{}-{:.0e}", Self::KIND, self.tolerance)
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        in_left_open("tolerance", self.tolerance, 0.0, 0.1)?;
+        if self.max_evaluations < Self::LEAST_EVALUATIONS {
+            let allowed = format!("a whole number, at least {}", Self::LEAST_EVALUATIONS);
+            let key = "max_evaluations";
+            return Err(ParameterError::new(key, self.max_evaluations, allowed));
+        }
+        Ok(())
+    }
+
+    fn estimate(&self, slice: &Slice<'_>, order: Order, _seed: u64) -> SliceMoments {
+        self.integrate(slice, None, order)
+    }
+
+    fn estimate_against(
+        &self,
+        slice: &Slice<'_>,
+        truth: &Moments,
+        order: Order,
+        _seed: u64,
+    ) -> SliceMoments {
+        self.integrate(slice, Some(truth), order)
     }
 }
 
@@ -233,21 +251,24 @@ struct Judged {
     cell: Cell,
     /// Errors of the components, in their scales, along both angles together.
     errors: [f64; 15],
-    /// Largest error of a component along θ and along φ, in units of the tolerance.
+    /// Largest error of a component along θ and along φ, in units of what is allowed of it.
     shares: [f64; 2],
 }
 
 /// The cells, their moments, and the errors of each.
-struct Balance {
+struct Balance<'t> {
     cells: Vec<Judged>,
     order: Order,
     tolerance: f64,
+    truth: Option<&'t Moments>,
+    /// Largest error of each component, in its scale.
+    allowed: [f64; 15],
     /// Propagation of errors with the moments of the cells at its making.
     propagation: Propagation,
     refreshed: usize,
 }
 
-impl Balance {
+impl<'t> Balance<'t> {
     /// An estimate is the difference of two rules, which now and then are wrong together, at a step
     /// in particular: it counts this many times.
     const SAFETY: f64 = 4.0;
@@ -258,14 +279,17 @@ impl Balance {
     /// promise too much.
     const SIGMAS: f64 = 3.0;
 
-    fn new(cells: Vec<Cell>, order: Order, tolerance: f64) -> Self {
+    fn new(cells: Vec<Cell>, order: Order, tolerance: f64, truth: Option<&'t Moments>) -> Self {
         let mut balance = Self {
             propagation: Propagation::new(cells.iter(), order),
             refreshed: cells.len(),
             cells: Vec::new(),
             order,
             tolerance,
+            truth,
+            allowed: [tolerance; 15],
         };
+        balance.allow();
         balance.cells = cells.into_iter().map(|c| balance.judged(c)).collect();
         balance
     }
@@ -275,7 +299,31 @@ impl Balance {
         let cells = self.cells.iter().map(|c| &c.cell);
         self.propagation = Propagation::new(cells, self.order);
         self.refreshed = self.cells.len();
+        self.allow();
         self.cells = self.cells.iter().map(|c| self.judged(c.cell)).collect();
+    }
+
+    /// Finds what is allowed with the moments that there are now: the tolerance, or a share of the largest difference of the components
+    /// of an order from the truth.
+    fn allow(&mut self) {
+        let Some(truth) = self.truth else {
+            return;
+        };
+        let (values, scales) = (self.propagation.tally.values(), self.propagation.scales);
+        let mut most = [0.0_f64; 5];
+        for c in self.order.components() {
+            let (i, truth) = (c.index(), truth.get(c));
+            if let (Some(value), Some(truth)) = (values[i], truth)
+                && scales[i] > 0.0
+            {
+                let off = (value - truth.value).abs() / scales[i];
+                most[c.order()] = most[c.order()].max(off);
+            }
+        }
+        for c in self.order.components() {
+            let of_difference = PeakResolving::OF_DIFFERENCE * most[c.order()];
+            self.allowed[c.index()] = self.tolerance.max(of_difference);
+        }
     }
 
     fn judged(&self, cell: Cell) -> Judged {
@@ -285,12 +333,12 @@ impl Balance {
                 .propagation
                 .errors(cell.centre, &cell.differences[axis]);
             let mut largest = 0.0_f64;
-            for (sum, e) in both.iter_mut().zip(errors) {
+            for ((sum, e), allowed) in both.iter_mut().zip(errors).zip(self.allowed) {
                 let e = Self::SAFETY * e;
                 *sum += e;
-                largest = largest.max(e);
+                largest = largest.max(e / allowed);
             }
-            largest / self.tolerance
+            largest
         });
         Judged {
             cell,
@@ -320,12 +368,21 @@ impl Balance {
         1e-14 + f64::EPSILON / sides.fold(FRAC_PI_2, f64::min)
     }
 
-    /// The largest error in units of what rounding leaves of the tolerance; of half of it where
+    /// The largest error in units of what rounding leaves of the allowed one; of half of it where
     /// rounding takes more, which no refinement mends.
     fn excess(&self) -> f64 {
-        // The 1e-9 keeps the sum of both below the tolerance whichever way it is rounded.
-        let left = (1.0 - 1e-9) * self.tolerance - self.rounding();
-        largest(&self.totals()) / left.max(0.5 * self.tolerance)
+        let rounding = self.rounding();
+        // The 1e-9 keeps the sum of both below what is allowed whichever way it is rounded.
+        self.largest(|error, allowed| {
+            error / ((1.0 - 1e-9) * allowed - rounding).max(0.5 * allowed)
+        })
+    }
+
+    /// The largest of a function of the error of each component and of what is allowed of it.
+    fn largest(&self, of: impl Fn(f64, f64) -> f64) -> f64 {
+        let both = self.totals().into_iter().zip(self.allowed);
+        both.map(|(error, allowed)| of(error, allowed))
+            .fold(0.0, f64::max)
     }
 
     /// The cells to be halved, worst first, each with the angle to halve: so many that the others
@@ -381,7 +438,8 @@ impl Balance {
                 });
             }
         }
-        let excess = (largest(&self.totals()) + self.rounding()) / self.tolerance;
+        let rounding = self.rounding();
+        let excess = self.largest(|error, allowed| (error + rounding) / allowed);
         SliceMoments {
             moments,
             unresolved: (excess > 1.0 && !nothing).then_some(Unresolved::Tolerance { excess }),
@@ -390,10 +448,6 @@ impl Balance {
             evaluations,
         }
     }
-}
-
-fn largest(errors: &[f64; 15]) -> f64 {
-    errors.iter().copied().fold(0.0, f64::max)
 }
 
 /// Propagation of errors from sums to moments, to first order.

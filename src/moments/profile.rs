@@ -122,6 +122,32 @@ impl Profile {
         estimator: &dyn Estimator,
         seed: u64,
     ) -> Result<Self, ParameterError> {
+        Self::made(brdf, channel, spec, estimator, seed, None)
+    }
+
+    /// The profile of a reconstruction, which is compared with that of its truth, of the same views: slices are integrated by
+    /// [`Estimator::estimate_against`].
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn against(
+        truth: &Self,
+        brdf: &dyn Brdf,
+        spec: &MomentsSpec,
+        estimator: &dyn Estimator,
+        seed: u64,
+    ) -> Result<Self, ParameterError> {
+        Self::made(brdf, truth.channel, spec, estimator, seed, Some(truth))
+    }
+
+    fn made(
+        brdf: &dyn Brdf,
+        channel: Channel,
+        spec: &MomentsSpec,
+        estimator: &dyn Estimator,
+        seed: u64,
+        truth: Option<&Self>,
+    ) -> Result<Self, ParameterError> {
         spec.check()?;
         let diffuse = match spec.split {
             Split::None => 0.0,
@@ -134,7 +160,10 @@ impl Profile {
             let seed = seed
                 .wrapping_mul(0x9e37_79b9_7f4a_7c15)
                 .wrapping_add(i as u64);
-            let mut found = estimator.estimate(&slice, spec.order, seed);
+            let mut found = match truth.map(|truth| &truth.slices[i].moments) {
+                Some(truth) => estimator.estimate_against(&slice, truth, spec.order, seed),
+                None => estimator.estimate(&slice, spec.order, seed),
+            };
             noise::add(&slice, &mut found.moments);
             Ok(found)
         });
