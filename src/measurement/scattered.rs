@@ -25,7 +25,6 @@ pub(super) struct Rows<'a> {
     places: Vec<Place>,
     /// Rows with a direction that is not above the horizon.
     pub below_horizon: usize,
-    negative: Negative,
     /// Material and instrument that the header names.
     pub about: About,
     unread: Vec<String>,
@@ -98,7 +97,6 @@ impl<'a> Rows<'a> {
         self.pairs.push(pair);
         self.places.push(Place { file: 0, line });
         self.raw.extend(values);
-        self.negative.see(line, || values.iter().copied());
         for (to, numbers) in [(&mut self.values, values), (&mut self.radii, radii)] {
             for &number in numbers {
                 let refused = |e| {
@@ -140,12 +138,18 @@ impl<'a> Rows<'a> {
         let mut marks = Marks::default();
         let seen = self.raw.iter().filter(|v| is_among(**v, &found));
         seen.for_each(|mark| marks.see(&mark.to_string()));
+        // A mark is no reading, so it counts as no 0 either.
+        let mut negative = Negative::default();
+        let each = self.raw.chunks_exact(channels.count());
+        for (raw, place) in each.clone().zip(&self.places) {
+            let read = raw.iter().filter(|v| !is_among(**v, &found)).copied();
+            negative.see(place.line, || read.clone());
+        }
         let outcome = |raw: &[f64]| match raw.iter().any(|v| is_among(*v, &found)) {
             true => Outcome::NoData,
             false => Outcome::Reading,
         };
-        let outcomes = self.raw.chunks_exact(channels.count()).map(outcome);
-        let outcomes = outcomes.collect();
+        let outcomes = each.map(outcome).collect();
         let measurement = Measurement {
             channels,
             outcomes,
@@ -175,7 +179,7 @@ impl<'a> Rows<'a> {
             about: self.about,
             notes: notes.collect(),
             warnings: (peak.iter().map(ToString::to_string))
-                .chain(self.negative.warning())
+                .chain(negative.warning())
                 .chain(marks.warning())
                 .chain(folded.warning())
                 .collect(),

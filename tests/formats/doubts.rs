@@ -106,7 +106,7 @@ fn what_can_hardly_be_meant_is_doubted() {
         FOUR,value\nGOOD |
         FOUR,value\nGOOD10,0,40,180,-1 | the value of line 5 is below 0 and counts as 0
         FOUR,value\nGOOD10,0,40,180,-1\n10,0,50,180,-1\n10,0,60,180,-1e-9 | 3 rows have values below 0, which count as 0, the first in line 5; -1 in 2 of them may stand for no data, whose cells should be empty
-        #DIM 2 1\n#PARAM_IN RUSIN_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 -1\n0.2 0.2 -1 | the first in line 4; -1 in 2 of them
+        #DIM 2 1\n#PARAM_IN RUSIN_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 .5\n0.2 0.2 -1\n0.3 0.2 -1 | the first in line 5; -1 in 2 of them
         FOUR,value\n0.1,0,1.2,3.14,1\n0.1,0,1.5,3.14,1 | no polar angle is above 1.50°, as if radians
         RADIANS,value\n0.1,0,1.2,3.14,1\n0.1,0,1.5,3.14,1 |
         FOUR,value\n0.1,0,1.2,3.14,1\n0.1,0,1.5,3.14,1\n10,0,20,180,1 |

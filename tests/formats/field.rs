@@ -393,7 +393,7 @@ fn unusual_files_are_read_as_they_are_meant() {
         Sample 12, white tile\nmeasured;2026-05-04\ntheta_i;15\n;0;90;180\n10;.5;.25;1 |  | 0.25 0.5 1 |
         "Sample 12\nmeasured;2026-05-04\ntheta_i;15\n;0;90;180\n10;.5;.25;1 |  | 0.25 0.5 1 |
         theta_i_deg\tphi_i_deg\ttheta_o_deg\tphi_o_deg\tvalue\n10 0 20 180 .5\n10 0  20 90 .25 |  | 0.25 0.5 |
-        type bsdf_data\nformat angles=deg bsdf=value scale=2\n30 0\n50 0 9999\n40 0 .25 |  | 0.5 | 9999 in 1 cell"#,
+        type bsdf_data\nformat angles=deg bsdf=value scale=2\n30 0\n50 0 -999\n40 0 .25 |  | 0.5 | -999 in 1 cell"#,
     ) {
         let text = text
             .replace("T,", &format!("{},", super::ANGLES))
@@ -409,6 +409,9 @@ fn unusual_files_are_read_as_they_are_meant() {
             .zip(&want)
             .for_each(|(a, b)| near(*a, *b, 1e-12, &text));
         says(&told, part);
+        // What is no reading does not count as 0.
+        let is_twice = told.contains("taken for no reading") && told.contains("below 0");
+        assert!(!is_twice, "{told}");
     }
     for [text, part] in table(
         r#"
