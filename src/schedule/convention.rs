@@ -4,6 +4,7 @@
 use super::names::{self, ANGLES};
 use crate::error::{excerpt, reason};
 use crate::geometry::DirectionPair;
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -295,6 +296,9 @@ fn filling<'l>(pattern: &str, label: &'l str) -> Option<&'l str> {
     Some(filling).filter(|filling| !filling.is_empty())
 }
 
+/// Columns that `--columns` names, of which there may be tens of thousands: our names by place, and those without units.
+type Given = (FxHashMap<usize, String>, FxHashSet<String>);
+
 impl Conventions {
     /// The place of the column that `theirs` is: its label, or its number from 1.
     fn place(theirs: &str, labels: &[String]) -> Option<usize> {
@@ -327,9 +331,9 @@ impl Conventions {
         !self.columns.is_empty() && self.columns.iter().all(is_number)
     }
 
-    /// The columns that `--columns` names: our names and their places, one for each label that is like a pattern.
-    fn given(&self, labels: &[String]) -> Result<Vec<(String, usize)>, String> {
-        let mut given: Vec<(String, usize)> = Vec::new();
+    /// The columns that `--columns` names, one for each label that is like a pattern.
+    fn given(&self, labels: &[String]) -> Result<Given, String> {
+        let (mut given, mut roles) = Given::default();
         for (ours, theirs) in &self.columns {
             let option = format!("--columns {}={}", excerpt(ours), excerpt(theirs));
             let found: Vec<(String, usize)> = match ours.contains(ANY) && theirs.contains(ANY) {
@@ -351,16 +355,15 @@ impl Conventions {
                 ));
             }
             for (ours, i) in found {
-                let mut earlier = given.iter();
-                if earlier.any(|(o, at)| role(o) == role(&ours) || *at == i) {
+                let is_new = roles.insert(role(&ours).to_owned());
+                if !is_new || given.insert(i, ours).is_some() {
                     return Err(format!(
                         "{option}: one of them is named before; allowed: each once"
                     ));
                 }
-                given.push((ours, i));
             }
         }
-        Ok(given)
+        Ok((given, roles))
     }
 
     /// Our names of these columns, with units.
@@ -368,10 +371,10 @@ impl Conventions {
     /// # Errors
     /// A sentence: a name that is not there or there twice.
     pub(crate) fn our_names(&self, labels: &[String]) -> Result<Vec<NamedColumn>, String> {
-        let given = self.given(labels)?;
+        let (given, roles) = self.given(labels)?;
         let name = |(i, label): (usize, &String)| {
-            let by_user = given.iter().find(|(_, at)| *at == i);
-            let written = by_user.map_or(label, |(ours, _)| ours);
+            let by_user = given.get(&i);
+            let written = by_user.unwrap_or(label);
             let found = names::ours(written);
             let (mut name, mut factor) = match found {
                 Some(found) => (found.name, found.factor),
@@ -379,7 +382,7 @@ impl Conventions {
             };
             let is_given = by_user.is_some();
             let mut unsaid = None;
-            if !is_given && given.iter().any(|(ours, _)| role(ours) == role(&name)) {
+            if !is_given && roles.contains(role(&name)) {
                 name.clear();
             }
             if ANGLES.contains(&name.as_str()) {

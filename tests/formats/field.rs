@@ -6,6 +6,7 @@ use gonio::formats::{Readings, load_readings, of_name};
 use gonio::schedule::{Assume, Conventions, Sequence};
 use serde_json::{Value, json};
 use std::io::Write;
+use std::time::{Duration, Instant};
 
 /// Poses, degrees.
 const POSES: [[f64; 4]; 7] = [
@@ -230,6 +231,14 @@ fn wavelengths_are_in_any_unit() {
         );
         assert_eq!(m.value(1).unwrap(), [1.0, 2.0, 3.0].map(|x| x * value(1)));
     }
+    // A pattern may name as many columns as a line has room for.
+    let labels: Vec<String> = (0..20_000).map(|i| format!("R{i}")).collect();
+    let row = "10,0,20,0".to_owned() + &",.5".repeat(labels.len());
+    let text = HEAD.replace("value", &labels.join(",")) + &row;
+    let start = Instant::now();
+    let refused = try_read(&text, conventions("columns=value_*nm=R*")).err();
+    says(&chain(&refused.unwrap()), "allowed is 1 to 512 of them");
+    assert!(start.elapsed() < Duration::from_secs(3));
 }
 
 #[test]
