@@ -12,6 +12,7 @@ use super::file::read_measurement;
 use super::scattered::refuse_columns;
 use super::{About, Measurement, Readings};
 use crate::error::{count, excerpt};
+use crate::schedule::names;
 use crate::schedule::{Assume, Conventions, FileError, Polarisation, Sequence, UncertaintyUnit};
 use rustc_hash::FxHashMap;
 use serde::Deserialize;
@@ -234,20 +235,23 @@ fn long_form(
     };
     let brdf = needed("BRDF")?;
     let n = brdf.values.len();
-    let mut names: Vec<String> = Vec::new();
-    let mut columns: Vec<Vec<f64>> = Vec::new();
-    let mut add = |key: &str, ours: &str, v: Variable| {
+    let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
+    let mut add = |key: &str, ours: &str, allowed: &str, v: Variable| {
         same_length(key, v.values.len(), n)?;
-        names.push(format!("{ours} [{}]", v.unit));
-        columns.push(v.values);
+        let name = format!("{ours} [{}]", v.unit);
+        if names::ours(&name).is_none() {
+            let unit = excerpt(&v.unit);
+            return Err(format!("data.{key}.unit = {unit}: allowed are {allowed}"));
+        }
+        columns.push((name, v.values));
         Ok::<(), String>(())
     };
     for (key, ours) in ANGLES {
-        add(key, ours, needed(key)?)?;
+        add(key, ours, "deg, ° and rad", needed(key)?)?;
     }
     for key in ["wavelength_i", "wavelength_r"] {
         if let Some(v) = variable::<Variable>(data, key)? {
-            add(key, "wavelength", v)?;
+            add(key, "wavelength", "nm, μm and m", v)?;
             break;
         }
     }
@@ -283,15 +287,14 @@ fn long_form(
             at + 1
         ));
     }
-    names.push("value".into());
-    let mut text = names.join(",");
+    let mut text: String = columns.iter().map(|(name, _)| name.clone() + ",").collect();
     text += if uncertainties.is_some() {
-        ",uncertainty\n"
+        "value,uncertainty\n"
     } else {
-        "\n"
+        "value\n"
     };
     let mut push = |row: usize, value: Option<[f64; 2]>| {
-        for column in &columns {
+        for (_, column) in &columns {
             let _ = write!(text, "{},", column[row]);
         }
         if let Some([value, _]) = value {
@@ -329,7 +332,7 @@ fn long_form(
             continue;
         }
         let which = usize::from(*state == Polarised::P);
-        let key: Vec<u64> = columns.iter().map(|column| column[row].to_bits()).collect();
+        let key: Vec<u64> = columns.iter().map(|(_, c)| c[row].to_bits()).collect();
         // Repeats are taken in their order.
         let known = places.entry(key).or_default();
         match known.iter().find(|at| both[**at].1[which].is_none()) {

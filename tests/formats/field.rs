@@ -440,6 +440,11 @@ fn unusual_files_are_read_as_they_are_meant() {
             "data.BRDF.unit = %: allowed are 1/sr, sr^-1",
         ),
         (
+            "/data/theta_i/unit",
+            json!("grad"),
+            "data.theta_i.unit = grad: allowed are deg, ° and rad",
+        ),
+        (
             "/data/uBRDF/unit",
             json!("1"),
             "unit of uncertainties = 1: allowed are 1/sr, sr^-1 and %",
