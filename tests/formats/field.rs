@@ -402,6 +402,7 @@ fn unusual_files_are_read_as_they_are_meant() {
         Sample 12, white tile\nmeasured;2026-05-04\ntheta_i;15\n;0;90;180\n10;.5;.25;1 |  | 0.25 0.5 1 |
         "Sample 12\nmeasured;2026-05-04\ntheta_i;15\n;0;90;180\n10;.5;.25;1 |  | 0.25 0.5 1 |
         theta_i_deg\tphi_i_deg\ttheta_o_deg\tphi_o_deg\tvalue\n10 0 20 180 .5\n10 0  20 90 .25 |  | 0.25 0.5 |
+        theta_i;15\n;0;90\n10;.5;.25\nSheet 2, steep;;\ntheta_i;30\n;0;90\n10;.75;1 |  | 0.25 0.5 0.75 1 |
         type bsdf_data\nformat angles=deg bsdf=value scale=2\n30 0\n50 0 -999\n40 0 .25 |  | 0.5 | -999 in 1 cell"#,
     ) {
         let text = text
@@ -426,6 +427,8 @@ fn unusual_files_are_read_as_they_are_meant() {
         r#"
         theta_i;15\nwavelength_nm;450\n;0;90;180\n10;.1;.1;.1 | :2: this is no line of a sheet
         theta_i;15\n;0;90;180\n10;.1;.2;.3\nmean;.1;.2;.3 | :4: this is no line of a sheet
+        theta_i;15\n;0;90;180\n10;.1;.2;.3\nsmoothed\n20;.1;.2;.3 | :5: this is no line of a sheet
+        theta_i;15\n;0;90;180\n10;.1;.2;.3\nwavelength_nm;550\ntheta_i;15 | :4: this is no line of a sheet
         theta_i;15\n;0;90;180\n10;.1;.2 | 2 values where there are 3 azimuths; --partial reads up to the cut
         theta_i;15\nphi_i [rad];1.5\n;0;90;180\n10;.1;.2;.3 | its unit is not that of the angle before"#,
     ) {

@@ -8,6 +8,7 @@
 //! ```
 //!
 //! Rows are polar angles of the sensor, columns its azimuths; further sheets follow. A line `phi_i;…` may be beside that of theta_i.
+//! Titles are read past: any line above the first sheet, lines of text without a number above others.
 
 use super::FileError;
 use super::cells::Cells;
@@ -29,6 +30,8 @@ enum Line {
     Head(Vec<f64>),
     /// A polar angle and the cells.
     Row(f64, Vec<String>),
+    /// Text without a number or a name of ours.
+    Title,
     /// Anything else.
     Other,
 }
@@ -59,6 +62,9 @@ fn line_of(cells: &[String], comma: bool) -> Line {
                 Line::Head(azimuths)
             }
             (Some(theta), _) => Line::Row(theta, cells[1..].to_vec()),
+            _ if names::ours(first).is_none() && rest.iter().find_map(number).is_none() => {
+                Line::Title
+            }
             _ => Line::Other,
         },
     }
@@ -131,6 +137,12 @@ impl Table {
                         azimuths.clear();
                     }
                     keys[key] = Some(value);
+                }
+                // Not below the light of a sheet; the next has its own.
+                Line::Title if keys[0].is_some() != azimuths.is_empty() => {
+                    self.prose += 1;
+                    keys[0] = None;
+                    azimuths.clear();
                 }
                 _ if self.columns.is_empty() => self.prose += 1,
                 Line::Head(all) if keys[0].is_some() && azimuths.is_empty() => azimuths = all,
