@@ -115,7 +115,7 @@ impl PyMaterial {
     /// The material of a file: a table in any format that is read, or readings, which are reconstructed.
     ///
     /// Without `channels` it has those of the file: R, G, B of a table in colour, e.g. of MERL, wavelengths of a spectral one, luminance of
-    /// readings in luminance. `channels="luminance"` needs a third of the memory.
+    /// readings or a table in luminance. `channels="luminance"` needs a third of the memory.
     #[classmethod]
     #[pyo3(signature = (path, *, channels = None, **keys))]
     fn open(

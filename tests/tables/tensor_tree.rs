@@ -273,6 +273,7 @@ fn what_stands_for_no_reading_is_none() {
     let path = dir.path().join("a.xml");
     let spec = member(brdf::all(), "tensor-tree", &format!("path = {path:?}"));
     std::fs::write(&path, text(["0.5", "-999", "n.a.", "-0.01"])).unwrap();
+    assert_eq!(spec.widest_channels().unwrap(), Channels::Luminance);
     let table = spec.build(Channels::Luminance).unwrap();
     let marks = "taken for no reading: -999 in 1 cell, n.a. in 1 cell";
     assert_eq!(table.remarks(), [marks, "1 value is below 0: taken as 0"]);

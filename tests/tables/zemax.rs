@@ -191,7 +191,7 @@ fn what_stands_for_no_reading_is_none() {
         }
         std::fs::write(&path, row(&all)).unwrap();
         let spec = member(brdf::all(), "zemax", &format!("path = {path:?}\n{keys}"));
-        let table = spec.build(Channels::Luminance).unwrap();
+        let table = spec.build(spec.widest_channels().unwrap()).unwrap();
         (table.remarks(), table)
     };
     // The azimuth of the table is the light's own: at the normal, any.

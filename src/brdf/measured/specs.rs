@@ -21,7 +21,7 @@ pub(super) trait TableFile: Debug + Serialize + Send + Sync {
     /// Checks the keys and the header of the file, and that a scene in `channels` can make use of it.
     fn fits(&self, channels: &Channels) -> Result<(), TableError>;
 
-    /// The channels of the file; `None` of one that every scene in luminance or R, G, B can make use of.
+    /// The channels of the file; `None` of R, G, B.
     fn channels(&self) -> Result<Option<Channels>, TableError> {
         Ok(None)
     }

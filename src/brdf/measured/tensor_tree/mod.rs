@@ -198,7 +198,11 @@ file_table! {
 
     fn fits(&self, channels: &Channels) -> Result<(), TableError> {
         without_wavelengths("path", self.path.display(), channels)?;
-        check(&text(&self.path)?)
+        check(&text(&self.path)?).map(drop)
+    }
+
+    fn channels(&self) -> Result<Option<Channels>, TableError> {
+        check(&text(&self.path)?).map(Some)
     }
 
     fn symmetries(&self, _channels: &Channels) -> Result<Symmetry, TableError> {

@@ -159,12 +159,15 @@ fn grid(values: &[f64], side: usize, size: usize, corner: [usize; 3]) -> Node {
     })))
 }
 
-/// Checks what the file is, without its numbers.
+/// Checks what the file is, without its numbers: the channels that it holds.
 ///
 /// # Errors
 /// [`TableError`].
-pub fn check(text: &str) -> Result<(), TableError> {
-    blocks(text).map(drop)
+pub fn check(text: &str) -> Result<Channels, TableError> {
+    Ok(match blocks(text)? {
+        [_, None, _] => Channels::Luminance,
+        _ => Channels::Rgb,
+    })
 }
 
 /// The numbers of the blocks that are there, luminance first.

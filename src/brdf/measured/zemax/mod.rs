@@ -246,6 +246,11 @@ file_table! {
         self.head(channels, |_| Ok(()))
     }
 
+    fn channels(&self) -> Result<Option<Channels>, TableError> {
+        let is_grey = head(&text(&self.path)?)?.content == file::Content::Monochrome;
+        Ok(is_grey.then_some(Channels::Luminance))
+    }
+
     fn symmetries(&self, channels: &Channels) -> Result<Symmetry, TableError> {
         self.head(channels, |head| Ok(head.angles.symmetry()))
     }
