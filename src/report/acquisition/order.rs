@@ -80,6 +80,18 @@ pub(super) fn sorted(ranking: &Ranking) -> Vec<&Line> {
     lines.into_iter().map(|(_, l)| l).collect()
 }
 
+/// Of the lines of a choice's [`subject`] the best at allowance `a`.
+pub(super) fn best_at<'r>(
+    ranking: &'r Ranking,
+    factor: Factor,
+    choice: &Choice,
+    a: usize,
+) -> Option<&'r Line> {
+    let own = |l: &&Line| subject(factor, &l.choice) == subject(factor, choice);
+    let known = ranking.lines.iter().filter(|l| whole(l, a).is_some());
+    known.filter(own).min_by_key(|l| whole(l, a)?.place)
+}
+
 /// The best choice of each [`subject`] over all budgets, the best first: one reconstruction each, whatever
 /// the budget. Choices with an error at every budget come before the others: a curve needs several
 /// points.

@@ -1,7 +1,7 @@
 //! The diagrams of a report.
 
 use super::super::findings::{Against, compared_at, level, method_beside};
-use super::super::order::{best_of_each, error_of, sampling, whole};
+use super::super::order::{best_at, best_of_each, error_of, sampling, whole};
 use super::super::verdict::{Contest, number, of_all, said};
 use super::figure::chart;
 use super::materials::Material;
@@ -49,27 +49,41 @@ const COMPUTING: Cost = Cost {
     range: |c| c.seconds_range,
 };
 
-/// The chart of the verdict: the error of every sampling by its best reconstruction against readings, with the interval of the
-/// ratio of the pair where the challenger is among these. `None` of fewer than two budgets.
+/// The chart of the verdict: the error of every sampling by its best reconstruction of each budget against readings, with the
+/// interval of the ratio of the pair where the challenger is among these. `None` of fewer than two budgets.
 pub(super) fn decisive(
     findings: &Findings,
     ranking: &Ranking,
     contest: Option<&Contest>,
     looks: &Looks,
 ) -> Option<Markup> {
-    let lines = best_of_each(ranking, looks.factor);
+    let best = |line: &Line, a: usize| best_at(ranking, looks.factor, &line.choice, a);
+    let least = best_of_each(ranking, looks.factor).into_iter();
+    let mut least: Vec<Line> = least.cloned().collect();
+    for line in &mut least {
+        let cells = (0..line.cells.len()).map(|a| best(line, a).unwrap_or(&*line).cells[a]);
+        line.cells = cells.collect();
+    }
+    let lines: Vec<&Line> = least.iter().collect();
+    let by = |line: &Line| {
+        let by = |(a, at): (usize, &String)| {
+            Some([at.clone(), method_beside(&best(line, a)?.choice, findings)])
+        };
+        let groups = grouped(findings.allowances.iter().enumerate().filter_map(by));
+        let each = groups.iter().map(|(by, at)| match groups.len() {
+            1 => by.clone(),
+            _ => format!("{by} at {}", at.join(", ")),
+        });
+        each.collect::<Vec<_>>().join(" and ")
+    };
     let mut panel = panel(ranking, &lines, &READINGS, looks);
     let scope = &ranking.scope;
     panel.title = format!("{} against readings", scope.metric.name());
     let mut caption = format!(
-        "Geometric mean over {}, {} pairs. {}",
+        "Geometric mean over {}, {} pairs. Each point is the best at its budget. {}",
         count(scope.materials, "material"),
         scope.measure,
-        named_by(
-            lines
-                .iter()
-                .map(|l| [looks.name(&l.choice), method_beside(&l.choice, findings)])
-        )
+        named_by(lines.iter().map(|l| [looks.name(&l.choice), by(l)]))
     );
     let mut label = format!("{}: error against readings", scope_title(scope));
     if let Some(contest) = contest {
@@ -81,19 +95,21 @@ pub(super) fn decisive(
         );
         let own = |choice: &Choice| ranking.lines.iter().find(|l| l.choice == *choice);
         for choice in contest.pair.iter().filter(|_| !is_of_samplings) {
-            if let Some(line) = own(choice).filter(|l| !lines.contains(l)) {
+            if let Some(line) = own(choice).filter(|l| lines.iter().all(|o| o.cells != l.cells)) {
                 let mut series = looks.series(choice, course(line, READINGS.of));
                 (series.name, series.mark) = (level(findings, choice), Mark::DashDotted);
                 panel.series.push(series);
             }
         }
-        let challenger = lines.iter().find(|l| l.choice == contest.pair[0]);
+        let challenger = |a: usize| {
+            let line = own(&contest.pair[0])?;
+            best(line, a).filter(|l| *l == line)?.cells[a].as_ref()
+        };
         let mut ends = [Vec::new(), Vec::new()];
-        for (a, ratio) in contest.cells.iter().enumerate() {
-            let cell = challenger.and_then(|line| whole(line, a));
-            let (Some(cell), Some(ratio)) = (cell, ratio) else {
-                continue;
-            };
+        let cells = contest.cells.iter().enumerate();
+        let cells = cells.map(|(a, ratio)| challenger(a).zip(ratio.as_ref()));
+        // Beyond a gap it would be about points of others.
+        for (cell, ratio) in cells.skip_while(Option::is_none).map_while(|cell| cell) {
             for (side, end) in ends.iter_mut().zip(ratio.interval.into_iter().flatten()) {
                 side.push((cell.readings, Some(cell.mean * end / ratio.ratio)));
             }
@@ -189,8 +205,8 @@ fn curve(panel: &Panel, label: &str, caption: &str) -> Option<Markup> {
     is_curved.then(|| chart(&labelled(panel), label, caption))
 }
 
-/// Lines and their reconstructions, as a caption: lines with the same one together.
-fn named_by(lines: impl Iterator<Item = [String; 2]>) -> String {
+/// Names by their reconstructions: those with the same one together.
+fn grouped(lines: impl Iterator<Item = [String; 2]>) -> Vec<(String, Vec<String>)> {
     let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for [name, method] in lines {
         match groups.iter_mut().find(|g| g.0 == method) {
@@ -198,6 +214,12 @@ fn named_by(lines: impl Iterator<Item = [String; 2]>) -> String {
             None => groups.push((method, vec![name])),
         }
     }
+    groups
+}
+
+/// Lines and their reconstructions, as a caption.
+fn named_by(lines: impl Iterator<Item = [String; 2]>) -> String {
+    let groups = grouped(lines);
     if let [(by, _)] = &groups[..] {
         return format!("All by {by}.");
     }
