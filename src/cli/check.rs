@@ -8,7 +8,7 @@ use crate::error::{Error, count, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
 use crate::experiment::relations::RelationsPlan;
 use crate::experiment::{
-    Allowance, AnyPlan, Experiment, Head, Material, POSES_A_MINUTE, Plan, Router, Source,
+    Allowance, AnyPlan, Experiment, Head, Material, POSES_A_MINUTE, Plan, Router, Source, Unit,
 };
 use crate::formats::of_file;
 use crate::geometry::Symmetry;
@@ -147,7 +147,8 @@ impl Description {
         });
         let names: Vec<_> = names.collect();
         let measures: Vec<_> = plan.measures.iter().map(|m| m.name()).collect();
-        let used = plan.used_units().len();
+        let used = plan.used_units();
+        let jobs = used.iter().map(|unit| unit.1.len()).sum::<usize>() * plan.materials.len();
         self.text(&format!(
             "\nreconstructions: {}\nmeasures: {}, at {} or more, up to {}, until standard errors are below {} %\nseeds: {:?}\n{}, {}, {}\n",
             names.join(", "),
@@ -156,9 +157,9 @@ impl Description {
             plan.metrics.max_pairs.max(plan.metrics.pairs),
             100.0 * plan.metrics.tolerance,
             plan.seeds,
-            count(used, "schedule"),
-            count(plan.jobs(), "reconstruction"),
-            count(plan.rows(), "row"),
+            count(used.len(), "schedule"),
+            count(jobs, "reconstruction"),
+            count(jobs * plan.measures.len(), "row"),
         ))?;
         self.fact("reconstructions", names);
         self.fact("measures", measures);
@@ -166,10 +167,10 @@ impl Description {
         self.fact("max_pairs", plan.metrics.max_pairs);
         self.fact("tolerance", plan.metrics.tolerance);
         self.fact("seeds", plan.seeds.clone());
-        self.fact("schedule_count", used);
-        self.fact("reconstruction_count", plan.jobs());
-        self.fact("row_count", plan.rows());
-        self.time(plan)?;
+        self.fact("schedule_count", used.len());
+        self.fact("reconstruction_count", jobs);
+        self.fact("row_count", jobs * plan.measures.len());
+        self.time(plan, plan.seconds_by_method(&used))?;
         if let Some(table) = &plan.moments {
             let (spec, estimator) = (&table.spec, table.estimator.label());
             self.fact(
@@ -195,7 +196,7 @@ impl Description {
             .filter(|_| !plan.budgets.is_empty());
         for symmetry in known {
             self.text(&format!("\nschedules for {}\n", symmetry))?;
-            schedules(plan, symmetry, self)?;
+            schedules(plan, &used, symmetry, self)?;
         }
         match plan.instruments.is_empty() {
             true => Ok(None),
@@ -204,8 +205,7 @@ impl Description {
     }
 
     /// The time of reconstructions, and the method that takes most of it.
-    fn time(&mut self, plan: &Plan) -> Result<(), Error> {
-        let times = plan.seconds_by_method();
+    fn time(&mut self, plan: &Plan, times: Vec<f64>) -> Result<(), Error> {
         let all: f64 = times.iter().sum();
         self.fact("core_seconds", all);
         let cores = rayon::current_num_threads();
@@ -322,19 +322,24 @@ fn widths(plan: &Plan) -> [usize; 2] {
 }
 
 /// Prints the schedules of the first seed that are reconstructed from, line by line: large ones take their time.
-fn schedules(plan: &Plan, symmetry: Symmetry, description: &mut Description) -> Result<(), Error> {
+fn schedules(
+    plan: &Plan,
+    units: &[(Unit, Vec<usize>)],
+    symmetry: Symmetry,
+    description: &mut Description,
+) -> Result<(), Error> {
     let [w, v] = widths(plan);
     description.text(&format!(
         "  {:<w$}  {:<v$}  {:>8}  {:>8}  {:>10}  nodes\n",
         "parametrization", "sample set", "budget", "poses", "unphysical"
     ))?;
-    let units = plan.used_units().into_iter();
+    let units = units.iter().map(|(unit, _)| unit);
     let first = plan.instruments.first().map(|_| 0);
     for unit in units.filter(|u| u.seed == plan.seeds[0] && u.instrument == first) {
         let Allowance::Poses(budget) = unit.allowance else {
             continue;
         };
-        let key = plan.schedule_key(&unit, symmetry);
+        let key = plan.schedule_key(unit, symmetry);
         let (coordinates, set) = (key.uniform_in(), key.sample_set);
         let mut row = json!({
             "symmetry": symmetry.to_string(),

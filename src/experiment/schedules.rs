@@ -125,11 +125,11 @@ impl Plan {
         }
     }
 
-    /// Schedules that a reconstruction is made on.
-    pub(crate) fn used_units(&self) -> Vec<Unit> {
-        let mut units = self.units();
-        units.retain(|unit| !self.methods_on(unit).is_empty());
-        units
+    /// Schedules that a reconstruction is made on, each with the positions of its methods.
+    pub(crate) fn used_units(&self) -> Vec<(Unit, Vec<usize>)> {
+        let units = self.units().into_iter();
+        let used = units.map(|unit| (unit, self.methods_on(&unit)));
+        used.filter(|(_, methods)| !methods.is_empty()).collect()
     }
 
     /// Time to reconstruct a material on one core, and to compare it, s: about, without that of planning.
@@ -147,13 +147,13 @@ impl Plan {
         fixed + method.fit_seconds(readings) + (pairs + of_moments) * method.value_seconds(readings)
     }
 
-    /// Time of all reconstructions by each method on one core, s.
-    pub(crate) fn seconds_by_method(&self) -> Vec<f64> {
+    /// Time of all reconstructions on schedules and by each method on one core, s.
+    pub(crate) fn seconds_by_method(&self, used: &[(Unit, Vec<usize>)]) -> Vec<f64> {
         let mut seconds = vec![0.0; self.methods.len()];
-        for unit in self.units() {
-            for method in self.methods_on(&unit) {
+        for (unit, methods) in used {
+            for &method in methods {
                 let jobs = self.materials.len() as f64;
-                seconds[method] += jobs * self.job_seconds(&unit, method);
+                seconds[method] += jobs * self.job_seconds(unit, method);
             }
         }
         seconds
