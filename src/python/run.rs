@@ -3,13 +3,13 @@
 use crate::errors::{goes_on, of_files, of_keys, other_type, refused, warn};
 use crate::given::detached;
 use crate::keys::{source, table};
-use crate::table::{columns, of_csv};
+use crate::table::columns;
 use gonio::Error;
 use gonio::experiment::moments::MaterialProfiles;
 use gonio::experiment::{
     AnyPlan, Event, Experiment, Extent, Failure, Known, Observer, Row, Source, Summary,
 };
-use gonio::report::{profile_objects, relations_csv};
+use gonio::report::{profile_objects, relation_objects};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Map, Value};
@@ -130,7 +130,7 @@ pub fn run<'py>(
         }
         AnyPlan::Relations(plan) => {
             let rows: Vec<_> = records(py, &*plan)?.iter().flat_map(|r| r.rows()).collect();
-            of_csv(relations_csv(&rows).as_bytes())?
+            relation_objects(&rows)
         }
     };
     columns(py, &rows)

@@ -1,6 +1,5 @@
 //! Tables as dictionaries of columns, ready for pandas and polars.
 
-use crate::errors::refused;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -45,26 +44,4 @@ fn column<'py>(py: Python<'py>, cells: &[&Value]) -> PyResult<Bound<'py, PyAny>>
 /// Python's objects of a JSON text.
 pub fn of_json<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (text,))
-}
-
-/// The rows of a CSV text with a line of names: numbers and true or false where a whole column has them.
-pub fn of_csv(text: &[u8]) -> PyResult<Vec<Map<String, Value>>> {
-    let mut reader = csv::Reader::from_reader(text);
-    let names = reader.headers().map_err(refused)?.clone();
-    let mut rows = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(refused)?;
-        let cell = |cell: &str| match cell {
-            "" => Value::Null,
-            "true" => Value::Bool(true),
-            "false" => Value::Bool(false),
-            text => match text.parse::<i64>() {
-                Ok(whole) => whole.into(),
-                Err(_) => text.parse::<f64>().map_or(text.into(), Value::from),
-            },
-        };
-        let names = names.iter().map(String::from);
-        rows.push(names.zip(record.iter().map(cell)).collect());
-    }
-    Ok(rows)
 }

@@ -6,6 +6,7 @@ use crate::moments::relations::{AngleMoments, Prediction, Relation};
 use crate::numeric::upper_median;
 use crate::report::each_once;
 use crate::report::schema::{Schema, columns};
+use serde_json::{Map, Value};
 
 /// A form of the relations, with its name.
 pub(super) type Form = (&'static str, fn(&Relation) -> Option<Prediction>);
@@ -30,6 +31,12 @@ const MOMENTS: [Moment; 3] = [
 /// Relations as CSV: a row per material, lighting, view and direction of its motion.
 pub fn relations_csv(rows: &[RelationRow]) -> String {
     schema().csv(rows)
+}
+
+/// Relations by the names of the columns, `null` where there is no value.
+pub fn relation_objects(rows: &[RelationRow]) -> Vec<Map<String, Value>> {
+    let schema = schema();
+    rows.iter().map(|row| schema.object(row)).collect()
 }
 
 /// The columns of `relations.csv`. Errors are relative to the rendered value, those of means in rendered standard deviations.
