@@ -4,6 +4,7 @@ use crate::errors::{of_argument, of_files, of_keys, refused, renamed, warn};
 use crate::given::detached;
 use crate::keys;
 use crate::run::{Stopped, config_source, kept};
+use crate::state::text;
 use crate::table::of_json;
 use gonio::Error;
 use gonio::error::in_left_open;
@@ -84,8 +85,5 @@ pub fn advise<'py>(
     if !advised.left_out.is_empty() {
         warn(py, &format!("left out: {}", advised.left_out.join(", ")))?;
     }
-    of_json(
-        py,
-        &serde_json::to_string(&advised.choices).map_err(refused)?,
-    )
+    of_json(py, &text(&advised.choices)?)
 }

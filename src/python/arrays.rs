@@ -154,6 +154,12 @@ fn is_below(direction: Direction) -> bool {
     direction.cos_theta() < 0.0
 }
 
+/// Numbers of pairs whose light and whose sensor are below the horizon.
+fn below(pairs: &[DirectionPair]) -> [usize; 2] {
+    let [light, sensor]: [fn(&DirectionPair) -> Direction; 2] = [|p| p.omega_i, |p| p.omega_o];
+    [light, sensor].map(|of| pairs.iter().filter(|pair| is_below(of(pair))).count())
+}
+
 /// Directions as Python gives them.
 pub struct Directions<'py> {
     name: &'static str,
@@ -395,11 +401,7 @@ impl<'a> Pairs<'a> {
     /// As [`all`](Self::all).
     pub fn above(&self, py: Python<'_>) -> PyResult<Vec<DirectionPair>> {
         let all = self.all()?;
-        let below = |of: fn(&DirectionPair) -> Direction| {
-            all.iter().filter(|pair| is_below(of(pair))).count()
-        };
-        let below = [below(|p| p.omega_i), below(|p| p.omega_o)];
-        self.doubt(py, below)?;
+        self.doubt(py, below(&all))?;
         Ok(all)
     }
 
@@ -449,11 +451,9 @@ impl<'a> Pairs<'a> {
                 let rows = out.len() / width.max(1);
                 let read = pairs.read(i * CHUNK, rows, buffer);
                 if read.is_ok() {
-                    let below = |of: fn(&DirectionPair) -> Direction| {
-                        buffer.iter().filter(|pair| is_below(of(pair))).count()
-                    };
-                    light.fetch_add(below(|p| p.omega_i), Ordering::Relaxed);
-                    sensor.fetch_add(below(|p| p.omega_o), Ordering::Relaxed);
+                    for (all, low) in [&light, &sensor].into_iter().zip(below(buffer)) {
+                        all.fetch_add(low, Ordering::Relaxed);
+                    }
                     work(buffer, out);
                 }
                 read.err()

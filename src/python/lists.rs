@@ -6,19 +6,7 @@ use gonio::formats as files;
 use gonio::metrics::Measure;
 use gonio::{acquisition, instrument, parametrization, reconstruct, schedule};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-
-/// Names and what they are, in the order of the list.
-fn dictionary<'py, K: AsRef<str>, V: AsRef<str>>(
-    py: Python<'py>,
-    all: impl IntoIterator<Item = (K, V)>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let names = PyDict::new(py);
-    for (name, what) in all {
-        names.set_item(name.as_ref(), what.as_ref())?;
-    }
-    Ok(names)
-}
+use pyo3::types::{IntoPyDict, PyDict};
 
 /// Functions that list the families of registries.
 macro_rules! families {
@@ -29,7 +17,7 @@ macro_rules! families {
             pub fn $name(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
                 // A material of Python in a config has a kind that no text of a config can use.
                 let all = $all().into_iter().filter(|e| e.kind != given::KIND);
-                dictionary(py, all.map(|e| (e.kind, e.summary)))
+                all.map(|e| (e.kind, e.summary)).into_py_dict(py)
             }
         )*
     };
@@ -53,13 +41,15 @@ families! {
 /// Names of instruments that come with the program, each with the text of its file (TOML).
 #[pyfunction]
 pub fn instruments(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    dictionary(py, instrument::presets().iter().map(|p| (p.name, p.text)))
+    let presets = instrument::presets().into_iter();
+    presets.map(|p| (p.name, p.text)).into_py_dict(py)
 }
 
 /// Names of file formats, with what they are.
 #[pyfunction]
 pub fn formats(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    dictionary(py, files::all().iter().map(|f| (f.name, f.summary)))
+    let all = files::all().into_iter();
+    all.map(|f| (f.name, f.summary)).into_py_dict(py)
 }
 
 /// Names of the measures: distributions of the pairs that errors are averaged over.
