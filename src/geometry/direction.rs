@@ -1,10 +1,24 @@
 //! A unit vector, unit by construction.
 
 use glam::DVec3;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A unit vector in the local frame (n = +z).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Direction(DVec3);
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Direction(#[serde(deserialize_with = "unit")] DVec3);
+
+/// Largest difference of a squared length from 1: the orthographic and hybrid inverses are only good to about 4e-8 at the horizon.
+const SLACK: f64 = 1e-7;
+
+/// A vector that is unit to rounding, its bits as they were written.
+fn unit<'de, D: Deserializer<'de>>(from: D) -> Result<DVec3, D::Error> {
+    let v = DVec3::deserialize(from)?;
+    match (v.length_squared() - 1.0).abs() < SLACK {
+        true => Ok(v),
+        false => Err(D::Error::custom(format!("{v} is no unit vector"))),
+    }
+}
 
 impl Direction {
     /// The surface normal.
@@ -38,8 +52,7 @@ impl Direction {
     /// Takes a vector that is already unit to rounding; debug builds check it.
     #[inline]
     pub fn from_unit(v: DVec3) -> Self {
-        // 1e-7: the orthographic and hybrid inverses are only good to about 4e-8 at the horizon.
-        debug_assert!((v.length_squared() - 1.0).abs() < 1e-7, "{v} is not unit");
+        debug_assert!((v.length_squared() - 1.0).abs() < SLACK, "{v} is not unit");
         Direction(v)
     }
 

@@ -2,9 +2,10 @@
 
 use super::Direction;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// Light and sensor direction of one configuration.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DirectionPair {
     /// Towards the light.
     pub omega_i: Direction,

@@ -22,7 +22,7 @@ use crate::brdf::Channels;
 use crate::numeric::LARGEST_READING;
 use crate::schedule::export::PoseRows;
 use crate::schedule::{Pose, Schedule, Sequence, Unreachable};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::sync::Arc;
 
 /// The reading (f_r, sr⁻¹) of a value or uncertainty of a file, in which 1 sr⁻¹ is `of_one`.
@@ -40,7 +40,7 @@ fn reading_of(value: f64, of_one: f64) -> Result<f64, String> {
 }
 
 /// Outcome of one pose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[must_use]
 pub enum Outcome {
     /// There is a reading.
@@ -54,7 +54,7 @@ pub enum Outcome {
 }
 
 /// A set of flags of a reading.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Flags(u8);
 
 impl Flags {
@@ -89,14 +89,22 @@ impl Flags {
     }
 }
 
+/// Numbers as JSON has them: NaN is `null`.
+fn numbers<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::Error> {
+    let all = Vec::<Option<f64>>::deserialize(from)?.into_iter();
+    Ok(all.map(|x| x.unwrap_or(f64::NAN)).collect())
+}
+
 /// Uncertainties and flags of readings.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Details {
     /// Standard uncertainty (k = 1) of the scatter between repeated readings, sr⁻¹, laid out as
     /// the values; 0 of one that is not known.
+    #[serde(deserialize_with = "numbers")]
     pub type_a: Vec<f64>,
     /// Standard uncertainty (k = 1) of errors that repeated readings of one instrument share, sr⁻¹,
     /// laid out as the values; 0 of one that is not known.
+    #[serde(deserialize_with = "numbers")]
     pub type_b: Vec<f64>,
     /// One set of flags per pose, in the order of the schedule.
     pub flags: Vec<Flags>,
@@ -114,7 +122,7 @@ impl Details {
 }
 
 /// Where a reading stands.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Place {
     /// The number of the file, counted from 0.
     pub file: usize,
@@ -126,7 +134,7 @@ pub struct Place {
 pub(crate) const WIDEST_DEG: f64 = 10.0;
 
 /// The outcomes of a schedule, in its order.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Measurement {
     /// The poses that were to be visited.
     pub schedule: Arc<Schedule>,
@@ -134,6 +142,7 @@ pub struct Measurement {
     pub channels: Channels,
     /// f_r in sr⁻¹, pose-major (`poses × channels`); meaningless where there is no reading. Noise
     /// can make it negative.
+    #[serde(deserialize_with = "numbers")]
     pub values: Vec<f64>,
     /// One outcome per pose, in the order of the schedule.
     pub outcomes: Vec<Outcome>,

@@ -3,10 +3,11 @@
 use super::{Judged, Level, Uncovered, quantity::quantities};
 use crate::geometry::DirectionPair;
 use crate::reconstruct::{EPSILON, LogNormal, Predictive};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Errors that are expected where ln(f + ε) is known as a normal variable; `None` where undefined.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Expected {
     /// Of `nrmse`; `None` also where all is black.
     pub nrmse: Option<f64>,

@@ -9,6 +9,7 @@
 //! A parametrization that is no polar chart implements [`Parametrization`] itself, or, slower, gives its two maps and its domain
 //! alone as [`Maps`]. Each kind is one file and one line in [`all`].
 
+pub mod by_name;
 mod chart;
 mod form;
 mod half_difference;

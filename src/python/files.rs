@@ -1,18 +1,22 @@
 //! Files that are written: their formats, and what is refused.
 
 use crate::errors::of_files;
-use gonio::Error;
 use gonio::files::{destination, write_atomically};
 use gonio::formats::{Format, Use};
 use pyo3::prelude::*;
 use std::fmt::Display;
 use std::fs::File;
-use std::io::{BufWriter, Result};
+use std::io::{BufWriter, Error, Result};
 use std::path::Path;
 
 /// The error of a file that cannot be written.
 pub fn unwritable(path: &Path, e: impl Display) -> PyErr {
-    of_files(Error::output(path, e))
+    of_files(gonio::Error::output(path, e))
+}
+
+/// The error of a file that the file system refuses.
+pub fn refused_by_system(path: &Path) -> impl Fn(Error) -> PyErr {
+    move |e| unwritable(path, format_args!("cannot write this file: {e}"))
 }
 
 /// The format of this name, else that which the name of the file says, and the function that writes it.
@@ -25,8 +29,7 @@ pub fn writer<T>(wanted: &Use<T>, name: Option<&str>, path: &Path) -> PyResult<(
 
 /// Refuses to replace a file unless `force`.
 pub fn refuse_existing(path: &Path, force: bool) -> PyResult<()> {
-    let there = destination(path)
-        .map_err(|e| unwritable(path, format_args!("cannot write this file: {e}")))?;
+    let there = destination(path).map_err(refused_by_system(path))?;
     if force || !there.exists() {
         return Ok(());
     }
@@ -41,5 +44,5 @@ pub fn write(
     body: impl FnOnce(&mut BufWriter<File>) -> Result<()> + Send,
 ) -> PyResult<()> {
     let done = py.detach(|| write_atomically(path, body));
-    done.map_err(|e| unwritable(path, format_args!("cannot write this file: {e}")))
+    done.map_err(refused_by_system(path))
 }

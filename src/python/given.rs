@@ -3,11 +3,10 @@
 use crate::arrays::{list, numbers, shape, slice, vectors};
 use crate::errors::refused;
 use crate::material::{Origin, PyMaterial, channel_names};
-use crate::state::FormState;
 use gonio::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, InChannels, Presence};
 use gonio::error::ParameterError;
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::parametrization::{AxisKind, Parametrization};
+use gonio::parametrization::{AxisKind, Parametrization, by_name};
 use gonio::registry::{self, Entry, Keys, ReadError};
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::PyException;
@@ -183,7 +182,9 @@ pub fn is_of_process(keys: &toml::Value) -> bool {
 }
 
 /// A BRDF between the nodes of a lattice of coordinates, linear along each axis.
+#[derive(Serialize, Deserialize)]
 pub struct Array {
+    #[serde(with = "by_name")]
     form: Arc<dyn Parametrization>,
     /// Increasing nodes of each axis.
     nodes: Vec<Vec<f64>>,
@@ -192,42 +193,16 @@ pub struct Array {
     channels: Channels,
 }
 
-/// An array as a text of a pickle has it.
-#[derive(Serialize, Deserialize)]
-pub struct ArrayState {
-    form: FormState,
-    nodes: Vec<Vec<f64>>,
-    values: Vec<f64>,
-    channels: Channels,
-}
-
-impl ArrayState {
-    /// The array.
-    pub fn array(self) -> PyResult<Array> {
-        let lengths = self.nodes.iter().map(Vec::len).product::<usize>();
-        if lengths * self.channels.count() != self.values.len() {
-            return Err(refused(
-                "this pickle is damaged; allowed: one that gonio made",
-            ));
-        }
-        Ok(Array {
-            form: self.form.form()?,
-            nodes: self.nodes,
-            values: self.values,
-            channels: self.channels,
-        })
-    }
-}
-
 impl Array {
-    /// Its state, for pickle.
-    pub fn state(&self) -> PyResult<ArrayState> {
-        Ok(ArrayState {
-            form: FormState::of(&self.form)?,
-            nodes: self.nodes.clone(),
-            values: self.values.clone(),
-            channels: self.channels.clone(),
-        })
+    /// Refuses an array of a pickle whose values are not as many as its nodes have.
+    pub fn checked(self) -> PyResult<Self> {
+        let nodes = self.nodes.iter().map(Vec::len).product::<usize>();
+        match nodes * self.channels.count() == self.values.len() {
+            true => Ok(self),
+            false => Err(refused(
+                "this pickle is damaged; allowed: one that gonio made",
+            )),
+        }
     }
 
     /// From an array of `axes` and, if there are several, channels.
@@ -355,6 +330,11 @@ struct Number {
     number: i64,
 }
 
+/// The keys of the material of a number.
+fn numbered(number: i64) -> Keys {
+    registry::resolved(KIND, &Number { number })
+}
+
 /// The keys of a material in a config: its own, or a number where it has none.
 pub fn keys_of(material: &PyMaterial) -> toml::Table {
     if let Origin::Keys(keys) = &material.origin {
@@ -369,12 +349,7 @@ pub fn keys_of(material: &PyMaterial) -> toml::Table {
         given.push((material.label.clone(), this));
         given.len() - 1
     });
-    registry::resolved(
-        KIND,
-        &Number {
-            number: number as i64,
-        },
-    )
+    numbered(number as i64)
 }
 
 const ENTRY: Entry<dyn BrdfSpec> = Entry {
@@ -411,12 +386,7 @@ impl fmt::Debug for Given {
 
 impl BrdfSpec for Given {
     fn resolved(&self) -> Keys {
-        registry::resolved(
-            KIND,
-            &Number {
-                number: self.number,
-            },
-        )
+        numbered(self.number)
     }
 
     fn label(&self) -> String {

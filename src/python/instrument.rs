@@ -107,7 +107,7 @@ impl PyInstrument {
                 floats(&|v| v.positions[i].to_degrees()),
             )?;
         }
-        let times: [(&str, Time); 4] = [
+        let times: [(&str, fn(&Visit) -> f64); 4] = [
             ("move_seconds", |v| v.move_seconds),
             ("exposure_seconds", |v| v.exposure_seconds),
             ("seconds", |v| v.seconds),
@@ -117,14 +117,6 @@ impl PyInstrument {
             all.set_item(name, floats(&of))?;
         }
         Ok(all)
-    }
-
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
@@ -149,9 +141,6 @@ impl PyInstrument {
         format!("<gonio.Instrument {}>", self.name())
     }
 }
-
-/// A time of a visit, s.
-type Time = fn(&Visit) -> f64;
 
 /// Refuses what is anisotropic on a machine that cannot turn the sample.
 pub fn check(planned: &PlannedInstrument, symmetry: Symmetry, what: &str) -> PyResult<()> {
@@ -191,13 +180,11 @@ pub fn measure(
     }
     let planned = instrument.and_then(|i| i.planned.as_ref());
     let about = |planned: Option<&PlannedInstrument>| About {
-        is_bare: false,
         material: Some(material.label.clone()),
         instrument: Some(planned.map_or(IDEAL, |i| &i.name).into()),
         realisation: planned.map(|i| i.realisation(seed)),
         seed: planned.map(|_| seed),
-        schedule_hash: None,
-        foreign_header: None,
+        ..About::default()
     };
     let bench = instrument.map_or(Ok(None), |i| i.bench(seed))?;
     let (Some(planned), Some(bench)) = (planned, bench) else {

@@ -2,8 +2,8 @@
 
 use crate::arrays::{Directions, Shaped, Sides, numbers, shape, shaped, slice};
 use crate::errors::{of_files, of_keys, other_type, refused, unpicklable, warn};
-use crate::files::{refuse_existing, unwritable, writer};
-use crate::given::{Array, ArrayState, Function, detached, is_of_process};
+use crate::files::{refuse_existing, refused_by_system, unwritable, writer};
+use crate::given::{Array, Function, detached, is_of_process};
 use crate::html;
 use crate::keys::{self, channels, named, read, table};
 use crate::moments;
@@ -327,9 +327,7 @@ impl PyMaterial {
             ..Tabulation::default()
         };
         // Under another name until it is whole: a function may fail.
-        let target = destination(&path);
-        let target =
-            target.map_err(|e| unwritable(&path, format_args!("cannot write this file: {e}")))?;
+        let target = destination(&path).map_err(refused_by_system(&path))?;
         let mut part = target.clone().into_os_string();
         part.push(".part");
         let part = PathBuf::from(part);
@@ -340,7 +338,7 @@ impl PyMaterial {
                 e => refused(e),
             })?;
             let renamed = fs::rename(&part, &target).map(|()| filled);
-            renamed.map_err(|e| unwritable(&path, format_args!("cannot write this file: {e}")))
+            renamed.map_err(refused_by_system(&path))
         });
         if done.is_err() {
             _ = fs::remove_file(&part);
@@ -352,29 +350,23 @@ impl PyMaterial {
         }
     }
 
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        let channels = text(self.brdf.channels())?;
+        let channels = self.brdf.channels();
         match &self.origin {
             Origin::Keys(keys) if is_of_process(&keys.clone().into()) => Err(unpicklable(
                 "a material of another one that is a function or an array cannot be pickled; allowed: to pickle that one, and to make this again",
             )),
-            Origin::Keys(keys) => reduced_to::<Self, _>(py, ("keys", channels, keys.to_string())),
+            Origin::Keys(keys) => {
+                let state = text(&(keys.to_string(), channels))?;
+                reduced_to::<Self, _>(py, ("keys", state))
+            }
             Origin::Function(of) => {
-                let symmetry = of.symmetry.names().join(",");
-                let function = of.function.clone_ref(py);
-                reduced_to::<Self, _>(py, ("function", channels, &self.label, function, symmetry))
+                let state = text(&(&of.name, channels, of.symmetry))?;
+                reduced_to::<Self, _>(py, ("function", state, &of.function))
             }
             Origin::Array(array) => {
-                let state = text(&array.state()?)?;
-                reduced_to::<Self, _>(py, ("array", channels, &self.label, state))
+                let state = text(&(&self.label, array))?;
+                reduced_to::<Self, _>(py, ("array", state))
             }
             // A reconstruction has its own.
             Origin::Readings => Err(unpicklable(
@@ -383,33 +375,33 @@ impl PyMaterial {
         }
     }
 
-    /// What a pickle has: how it was made, its channels, and then keys, or a name with a function or an array.
+    /// What a pickle has: how it was made, of what as a text, and a function if it is one.
     #[classmethod]
-    #[pyo3(signature = (made, channels, name, of = None, symmetry = None))]
+    #[pyo3(signature = (made, state, function = None))]
     fn _restored(
         _class: &Bound<'_, PyType>,
         py: Python<'_>,
         made: &str,
-        channels: &str,
-        name: &str,
-        of: Option<Bound<'_, PyAny>>,
-        symmetry: Option<&str>,
+        state: &str,
+        function: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
-        let channels: Channels = restored(channels)?;
-        let held = symmetry.unwrap_or_default().split(',');
-        match (made, of) {
-            ("function", Some(function)) => Ok(Self::of_function(Function {
-                function: function.unbind(),
-                name: name.to_owned(),
-                channels,
-                symmetry: Symmetry::named(held.filter(|name| !name.is_empty())).map_err(refused)?,
-            })),
-            ("array", Some(state)) => {
-                let array = restored::<ArrayState>(state.extract()?)?.array()?;
-                Ok(Self::of_array(array, name.to_owned()))
+        match (made, function) {
+            ("function", Some(function)) => {
+                let (name, channels, symmetry) = restored(state)?;
+                Ok(Self::of_function(Function {
+                    function,
+                    name,
+                    channels,
+                    symmetry,
+                }))
+            }
+            ("array", None) => {
+                let (label, array): (_, Array) = restored(state)?;
+                Ok(Self::of_array(array.checked()?, label))
             }
             _ => {
-                let keys = toml::from_str(name).map_err(refused)?;
+                let (keys, channels): (String, _) = restored(state)?;
+                let keys = toml::from_str(&keys).map_err(refused)?;
                 Self::build(py, keys, Some(channels))
             }
         }

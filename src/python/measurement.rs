@@ -8,7 +8,7 @@ use crate::keys::{parsed, symmetry, table};
 use crate::material::channel_names;
 use crate::schedule::{PySchedule, chosen, form};
 use crate::shapes::tuple;
-use crate::state::{MeasurementState, Reduced, reduced, restored};
+use crate::state::{Reduced, check, check_numbers, reduced, restored};
 use gonio::brdf::{Channels, Wavelengths};
 use gonio::formats::{Readings, WRITE_READINGS, load_all_readings};
 use gonio::geometry::Symmetry;
@@ -65,7 +65,7 @@ fn wide(
 }
 
 /// The name of an outcome.
-pub fn outcome_name(outcome: &Outcome) -> &'static str {
+fn outcome_name(outcome: &Outcome) -> &'static str {
     match outcome {
         Outcome::Reading => "reading",
         Outcome::NoData => "no-data",
@@ -347,21 +347,26 @@ impl PyMeasurement {
         Ok(Self::new(measurement, about, itinerary))
     }
 
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        reduced::<Self>(py, &MeasurementState::of(self)?)
+        let (about, is_bare) = (&self.about, self.about.is_bare);
+        reduced::<Self>(py, &(&self.measurement, about, is_bare, &self.itinerary))
     }
 
     #[classmethod]
     fn _restored(_class: &Bound<'_, PyType>, state: &str) -> PyResult<Self> {
-        restored::<MeasurementState>(state)?.measurement()
+        let (measurement, about, is_bare, itinerary): (Measurement, _, _, _) = restored(state)?;
+        let about = About { is_bare, ..about };
+        check_numbers(&measurement.schedule, std::iter::empty())?;
+        let poses = measurement.outcomes.len();
+        let values = poses * measurement.channels.count();
+        check(poses == measurement.schedule.poses.len(), "outcomes")?;
+        check(values == measurement.values.len(), "values")?;
+        if let Some(details) = &measurement.details {
+            let known = [&details.type_a, &details.type_b];
+            check(known.iter().all(|u| u.len() == values), "uncertainties")?;
+            check(details.flags.len() == poses, "flags")?;
+        }
+        Ok(Self::new(measurement, about, itinerary))
     }
 
     /// The first readings as a table, for notebooks: angles in degrees, and at most three channels.

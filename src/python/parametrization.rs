@@ -3,13 +3,14 @@
 use crate::arrays::{Matrix, Shaped, Sides, doubt_degrees, numbers, rows, shape, shaped, slice};
 use crate::errors::{other_type, refused};
 use crate::keys::{named, read, symmetry, table};
-use crate::state::{FormState, Reduced, reduced, restored};
+use crate::state::{Reduced, reduced, restored};
 use gonio::geometry::{Direction, Symmetry};
-use gonio::parametrization::{Coords, Parametrization, Unit, all};
+use gonio::parametrization::{Coords, Parametrization, Unit, all, by_name};
 use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Coordinates of pairs of directions, folded by the symmetries of a material; `warp` bends axes.
@@ -17,7 +18,9 @@ use std::sync::Arc;
 /// `Parametrization("half-difference", warp={"theta_h": "square-root"})`; without `symmetry` the form for
 /// materials that are isotropic, reciprocal and bilateral.
 #[pyclass(frozen, name = "Parametrization", module = "gonio")]
+#[derive(Serialize, Deserialize)]
 pub struct PyParametrization {
+    #[serde(with = "by_name")]
     pub form: Arc<dyn Parametrization>,
 }
 
@@ -108,22 +111,13 @@ impl PyParametrization {
         Self::named(name, symmetry, warp, "name")
     }
 
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        reduced::<Self>(py, &FormState::of(&self.form)?)
+        reduced::<Self>(py, self)
     }
 
     #[classmethod]
     fn _restored(_class: &Bound<'_, PyType>, state: &str) -> PyResult<Self> {
-        let form = restored::<FormState>(state)?.form()?;
-        Ok(Self { form })
+        restored(state)
     }
 
     /// Coordinates of pairs above the horizon, (…, axes), where the shapes of directions broadcast; a warning tells of pairs below it.

@@ -26,22 +26,6 @@ pub struct PySuggestion {
     then: Option<(Expected, usize)>,
 }
 
-/// Expected errors of a number of readings as plain numbers.
-type State = (Option<f64>, Option<f64>, [Option<f64>; 2], usize);
-
-fn state((e, readings): (Expected, usize)) -> State {
-    (e.nrmse, e.log_relative, e.shared, readings)
-}
-
-fn expected((nrmse, log_relative, shared, readings): State) -> (Expected, usize) {
-    let expected = Expected {
-        nrmse,
-        log_relative,
-        shared,
-    };
-    (expected, readings)
-}
-
 /// Expected errors, and what those of nine of ten materials are below.
 fn errors_of<'py>(
     py: Python<'py>,
@@ -73,18 +57,9 @@ impl PySuggestion {
         errors_of(py, self.then)
     }
 
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        let known = [self.now, self.then].map(|known| known.map(state));
-        let schedule = self.schedule.clone_ref(py);
-        reduced_to::<Self, _>(py, (schedule, self.enough, text(&known)?))
+        let known = text(&(self.now, self.then))?;
+        reduced_to::<Self, _>(py, (&self.schedule, self.enough, known))
     }
 
     #[classmethod]
@@ -94,8 +69,7 @@ impl PySuggestion {
         enough: bool,
         known: &str,
     ) -> PyResult<Self> {
-        let known: [Option<State>; 2] = restored(known)?;
-        let [now, then] = known.map(|known| known.map(expected));
+        let (now, then) = restored(known)?;
         Ok(Self {
             schedule,
             enough,

@@ -6,7 +6,7 @@ use crate::files::{self, refuse_existing, writer};
 use crate::html::{self, HEAD};
 use crate::keys::{self, named, read, symmetry};
 use crate::parametrization::PyParametrization;
-use crate::state::{Reduced, ScheduleState, reduced, restored};
+use crate::state::{Reduced, check_numbers, reduced, restored};
 use gonio::Error;
 use gonio::formats::{READ_SCHEDULE, WRITE_SCHEDULE};
 use gonio::geometry::{DirectionPair, Symmetry};
@@ -14,7 +14,7 @@ use gonio::instrument::axis_names;
 use gonio::schedule::{self, Assume, Schedule, Sequence, Unreachable};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyType};
+use pyo3::types::{PyDict, PyString, PyType};
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -146,21 +146,21 @@ impl PySchedule {
         Ok(self.of_poses(&chosen(key, self.schedule.poses.len())?))
     }
 
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
-        reduced::<Self>(py, &ScheduleState::of(self)?)
+        reduced::<Self>(py, &(&self.schedule, &self.order, &self.lost))
     }
 
     #[classmethod]
     fn _restored(_class: &Bound<'_, PyType>, state: &str) -> PyResult<Self> {
-        restored::<ScheduleState>(state)?.schedule()
+        type State = (Arc<Schedule>, Option<Vec<u32>>, Vec<(u32, Unreachable)>);
+        let (schedule, order, lost): State = restored(state)?;
+        let listed = order.iter().flatten();
+        check_numbers(&schedule, listed.chain(lost.iter().map(|(pose, _)| pose)))?;
+        Ok(Self {
+            schedule,
+            order,
+            lost,
+        })
     }
 
     /// The first poses as a table, for notebooks: angles in degrees.
@@ -268,13 +268,8 @@ pub fn form(
     parametrization: Option<&Bound<'_, PyAny>>,
     symmetry: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyParametrization> {
-    match parametrization {
-        Some(given) => PyParametrization::read(given, symmetry),
-        None => {
-            let usual = pyo3::types::PyString::new(py, "half-difference");
-            PyParametrization::read(usual.as_any(), symmetry)
-        }
-    }
+    let usual = PyString::new(py, "half-difference");
+    PyParametrization::read(parametrization.unwrap_or(&usual), symmetry)
 }
 
 /// The poses of a sample set: at most `budget`, uniform in the coordinates of a parametrization.

@@ -1,6 +1,8 @@
 //! Itineraries: the times and durations of a machine's visits to the poses of a schedule, and the
 //! poses it cannot take. Plain data, which an instrument fills in.
 
+use serde::{Deserialize, Serialize};
+
 /// The most axes an instrument has.
 pub const MAX_AXES: usize = 4;
 
@@ -8,7 +10,7 @@ pub const MAX_AXES: usize = 4;
 pub type Positions = [f64; MAX_AXES];
 
 /// Reason why a pose cannot be measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Unreachable {
     /// The light is further from the normal than its arm goes.
     LightElevation,
@@ -69,7 +71,7 @@ impl Unreachable {
 }
 
 /// A stop of a machine at a pose.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Visit {
     /// Number of the pose in its schedule.
     pub pose: u32,
@@ -90,14 +92,14 @@ pub struct Visit {
 }
 
 /// The visits of one machine to the poses of one schedule.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Itinerary {
     /// Name of the instrument.
     pub instrument: String,
     /// Names of its axes.
     pub axes: Vec<String>,
     /// Name of the order.
-    pub order: &'static str,
+    pub order: String,
     /// Visits in the order of time; every reachable pose once.
     pub visits: Vec<Visit>,
     /// The poses that are left out, by number, with reasons.

@@ -76,7 +76,7 @@ impl LatticeAxis {
 }
 
 /// A regular lattice over the box of a parametrization.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lattice {
     /// One per axis of the parametrization; the last runs fastest.
     pub axes: Vec<LatticeAxis>,

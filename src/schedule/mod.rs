@@ -39,12 +39,13 @@ pub use visited::{Unvisited, unvisited};
 
 use self::export::FROM_FILE;
 use crate::geometry::DirectionPair;
-use crate::parametrization::{Coords, Parametrization};
+use crate::parametrization::{Coords, Parametrization, by_name};
 use crate::registry::family;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// A configuration to be measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Coordinates in the schedule's parametrization.
     pub coords: Coords,
@@ -54,9 +55,10 @@ pub struct Pose {
 
 /// The configurations of one acquisition: distinct, above the horizon, in the order of measuring.
 /// Pose `i` depends on (seed, i) and the schedule's own parameters only.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Schedule {
     /// The coordinates the set is uniform in, folded by the symmetries it assumes.
+    #[serde(with = "by_name")]
     pub parametrization: Arc<dyn Parametrization>,
     /// Name of the sample set.
     pub sample_set: String,

@@ -155,7 +155,7 @@ fn backwards(schedule: &Schedule) -> Itinerary {
             "theta_i".into(),
             "turn".into(),
         ],
-        order: "as-generated",
+        order: "as-generated".into(),
         visits: Vec::new(),
         unreachable: Vec::new(),
     };

@@ -55,7 +55,7 @@ impl Bench {
 
     fn itinerary(
         &self,
-        order: &'static str,
+        order: &str,
         visits: Vec<Visit>,
         unreachable: Vec<(u32, Unreachable)>,
     ) -> Itinerary {
@@ -63,7 +63,7 @@ impl Bench {
         Itinerary {
             instrument: self.spec.name.clone(),
             axes: axes.map(|a| a.name.clone()).collect(),
-            order,
+            order: order.into(),
             visits,
             unreachable,
         }
