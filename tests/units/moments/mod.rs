@@ -1,15 +1,17 @@
 mod correlation;
 mod fit;
 
-use crate::common::{matte, model, near};
+use crate::common::{form, matte, model, near, planned};
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
-use gonio::geometry::{Direction, DirectionPair};
+use gonio::geometry::{Direction, DirectionPair, Symmetry};
+use gonio::instrument::{Ideal, Instrument};
 use gonio::moments::{
     Batch, Channel, Clamping, Component, HorizonCopy, Kind, MomentErrors, MomentsSpec, Order,
-    PeakResolving, Profile, Slice, Tally, lambertian_part,
+    PeakResolving, Profile, Slice, SliceMoments, Tally, lambertian_part,
 };
 use gonio::parametrization::view_centered;
+use gonio::reconstruct::{Multilinear, Reconstruct};
 use gonio::sampling::Random;
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -137,6 +139,46 @@ fn a_wider_lobe_errs_as_its_moments_do() {
     assert!((errors.mean.unwrap() - mean).abs() < 1e-15);
     assert!((errors.covariance.unwrap() - covariance).abs() < 1e-13);
     assert!(errors.covariance.unwrap() > 0.1);
+}
+
+/// A reconstruction with a kink at every reading needs no more values than leave its differences known to a fifth.
+#[test]
+fn differences_from_a_truth_are_known_to_a_fifth() {
+    let ggx = model("ggx", "alpha = 0.2");
+    let form = form("half-difference", Symmetry::FULL);
+    let measured = Ideal.measure(&*ggx, &planned(&form, "grid", 200, 1));
+    let copy = Multilinear::default().reconstruct(&measured).unwrap();
+    let (truth, whole) = (profile(&*ggx, 4, 75.0), profile(&*copy, 4, 75.0));
+    let spec = MomentsSpec {
+        views: 4,
+        max_view_deg: 75.0,
+        ..MomentsSpec::default()
+    };
+    let against = |truth| Profile::against(truth, &*copy, &spec, &PeakResolving::default(), 1);
+    let less = against(&truth).unwrap();
+    for ((f, g), l) in truth.slices.iter().zip(&whole.slices).zip(&less.slices) {
+        assert!(l.unresolved.is_none() && l.evaluations <= g.evaluations);
+        for order in 0..=4 {
+            let of_order = |c: &Component| c.order() == order;
+            let components = || Component::ALL.into_iter().filter(of_order);
+            let value = |s: &SliceMoments, c| s.moments.get(c).unwrap().value;
+            let off = |a: &SliceMoments, b: &SliceMoments| {
+                let off = components().map(|c| (value(a, c) - value(b, c)).abs());
+                off.fold(0.0, f64::max)
+            };
+            assert!(
+                off(l, g) <= 0.2 * off(f, g),
+                "{order}: {} of {}",
+                off(l, g),
+                off(f, g)
+            );
+        }
+    }
+    let values = |p: &Profile| p.slices.iter().map(|s| s.evaluations).sum::<usize>();
+    assert!(values(&less) < values(&whole));
+    // Of a copy of the truth nothing is saved.
+    let same = Profile::against(&truth, &*ggx, &spec, &PeakResolving::default(), 1);
+    assert_eq!(same.unwrap(), truth);
 }
 
 #[test]
