@@ -154,8 +154,6 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
         let what = "in s or in p polarised light alone: no reading";
         let sentence = format!("{} {what}", count(long.single, "pose"));
         readings.warnings.push(sentence);
-        // Each is a reading, also where its pose has another.
-        readings.lost = readings.lost.max(long.single);
         if readings.measurement.readings() == 0 {
             let message = "no pose has a reading in the polarisation that is asked for";
             return Err(refuse(message.into()));

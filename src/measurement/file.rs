@@ -256,8 +256,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     let mut pool = Pool::new(schedule.poses.len(), columns.channels.count());
     let mut negative = Negative::default();
     let mut exact = 0;
-    // Of each empty cell the pose.
-    let (mut incomplete, mut empty) = (0, Vec::new());
+    let (mut incomplete, mut empty) = (0, 0);
     let stated = columns.stated(&table);
     for &(row, first) in &used {
         let pose = order[place[first]] as usize;
@@ -274,7 +273,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
             }
             incomplete += 1;
         } else if values.is_none() && reason.is_none() {
-            empty.extend(columns.span(&table, row).map(|_| pose));
+            empty += columns.span(&table, row).len();
         }
         negative.see(table.lines[row], || columns.cells(&table, row));
         let outcome = match (&values, reason) {
@@ -320,11 +319,6 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     let averaged = pool.repeats() / columns.values.len();
     let detailed = columns.has_uncertainties();
     let mut measurement = pool.measurement(Arc::new(schedule), columns.channels, detailed);
-    // Of a pose with another reading nothing is lost. Cells of marks are empty by now too, and lost whatever their pose.
-    let is_read = |pose: &&usize| measurement.value(**pose).is_some();
-    let repeated = empty.iter().filter(is_read).count();
-    let repeated = repeated.saturating_sub(marks.count());
-    let empty = empty.len().saturating_sub(marks.count() + repeated);
     measurement.places = vec![Place::default(); measurement.outcomes.len()];
     for (&row, &pose) in kept.iter().zip(&order) {
         measurement.places[pose as usize].line = table.lines[row];
@@ -362,7 +356,6 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     let counted = [
         (replaced, "row", "replaced by later attempts"),
         (rows.signed, "row", "with a polar angle below 0: the same angle in the opposite azimuth"),
-        (repeated, "cell", "empty whose pose has another reading: passed over"),
         (averaged, "row", "with a pose of another row: averaged, with the standard error of the mean"),
         (folded.poses, "pose", "averaged with others under these symmetries"),
         (folded.repeated, "pose", "within .005° of another, and far from all others: averaged with it"),
@@ -371,7 +364,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     ];
     notes.extend(counted.into_iter().filter(|(number, ..)| *number > 0).map(
         |(number, noun, what)| match noun {
-            "pose" | "cell" => format!("{} {what}", count_are(number, noun)),
+            "pose" => format!("{} {what}", count_are(number, noun)),
             _ => format!("{} {what}", count(number, noun)),
         },
     ));
@@ -388,6 +381,8 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         let what = "without an angle or a wavelength that others are at: passed over";
         warnings.push(format!("{} {what}", count(unplaced, "row")));
     }
+    // Cells of marks are empty by now.
+    let empty = empty.saturating_sub(marks.count());
     if !intact && empty > 0 {
         warnings.push(format!("{} empty: no reading", count_are(empty, "cell")));
     }

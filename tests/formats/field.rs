@@ -473,12 +473,4 @@ fn unusual_files_are_read_as_they_are_meant() {
         &read.warnings.join("; "),
         "1 pose in s or in p polarised light alone: no reading",
     );
-    // Beside another reading of its pose an empty cell is none that is lost.
-    let rows = "10,0,20,0,.5\n10,0,20,0,\n10,0,30,0,\n";
-    let read = super::read(&format!("{HEAD}{rows}"), "");
-    assert_eq!(read.lost, 1);
-    says(
-        &[read.notes, read.warnings].concat().join("; "),
-        "1 cell is empty whose pose has another reading … 1 cell is empty: no reading",
-    );
 }
