@@ -244,7 +244,7 @@ impl Plan {
                         let with = format!(" in {} coordinates", coordinates.label());
                         at.key(&e.key).error(format!("{e}{with}"))
                     })?;
-                    // Poses that are chosen for a reconstruction take seconds, and there are some for any budget.
+                    // Poses that are chosen for a reconstruction take seconds, and some are found whatever the budget is.
                     if planned.set.assumes().is_some() {
                         continue;
                     }

@@ -241,17 +241,19 @@ fn long_form(
         let name = format!("{ours} [{}]", v.unit);
         if names::ours(&name).is_none() {
             let unit = excerpt(&v.unit);
-            return Err(format!("data.{key}.unit = {unit}: allowed are {allowed}"));
+            return Err(format!(
+                "data.{key}.unit = {unit}: allowed are units {allowed}"
+            ));
         }
         columns.push((name, v.values));
         Ok::<(), String>(())
     };
     for (key, ours) in ANGLES {
-        add(key, ours, "deg, ° and rad", needed(key)?)?;
+        add(key, ours, "such as deg or rad", needed(key)?)?;
     }
     for key in ["wavelength_i", "wavelength_r"] {
         if let Some(v) = variable::<Variable>(data, key)? {
-            add(key, "wavelength", "nm, μm and m", v)?;
+            add(key, "wavelength", "such as nm or µm", v)?;
             break;
         }
     }

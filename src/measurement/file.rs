@@ -275,7 +275,9 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         } else if values.is_none() && reason.is_none() {
             empty += columns.span(&table, row).len();
         }
-        negative.see(table.lines[row], || columns.cells(&table, row));
+        if values.is_some() {
+            negative.see(table.lines[row], || columns.cells(&table, row));
+        }
         let outcome = match (&values, reason) {
             (Some(_), None) => Outcome::Reading,
             (None, reason) => reason.unwrap_or(Outcome::NoData),

@@ -138,12 +138,13 @@ impl<'a> Rows<'a> {
         let mut marks = Marks::default();
         let seen = self.raw.iter().filter(|v| is_among(**v, &found));
         seen.for_each(|mark| marks.see(&mark.to_string()));
-        // A mark is no reading, so it counts as no 0 either.
+        // A row with a mark is no reading, so it counts as no 0 either.
         let mut negative = Negative::default();
         let each = self.raw.chunks_exact(channels.count());
         for (raw, place) in each.clone().zip(&self.places) {
-            let read = raw.iter().filter(|v| !is_among(**v, &found)).copied();
-            negative.see(place.line, || read.clone());
+            if !raw.iter().any(|v| is_among(*v, &found)) {
+                negative.see(place.line, || raw.iter().copied());
+            }
         }
         let outcome = |raw: &[f64]| match raw.iter().any(|v| is_among(*v, &found)) {
             true => Outcome::NoData,

@@ -42,7 +42,7 @@ impl MomentErrors {
     /// Number of slices of truth and reconstruction that are not resolved.
     pub(crate) const UNRESOLVED: Quantity = Quantity::count(
         "moment_unresolved",
-        "slices of truth and reconstruction whose moments missed the estimator's tolerance",
+        "slices of the truth whose moments missed the estimator's tolerance, and of the reconstruction whose moments missed that and a fifth of their error",
     );
 
     /// Compares two profiles of the same views; `truth` is f.
@@ -72,7 +72,7 @@ impl MomentErrors {
 }
 
 /// σ_θ^n σ_φ^m.
-fn sigma(moments: &Moments, c: Component) -> Option<f64> {
+pub(super) fn sigma(moments: &Moments, c: Component) -> Option<f64> {
     let [theta, phi] = moments.sigma()?;
     Some(theta.powi(c.n as i32) * phi.powi(c.m as i32))
 }

@@ -30,8 +30,8 @@ pub trait Estimator: Resolved + fmt::Debug + Send + Sync {
     /// estimators only. The result does not depend on the number of threads.
     fn estimate(&self, slice: &Slice<'_>, order: Order, seed: u64) -> SliceMoments;
 
-    /// The moments of a slice of a reconstruction, of which the differences from those of its `truth` count: by default as
-    /// [`estimate`](Self::estimate) has them. An estimator with a tolerance need not spend more on a large difference than leaves it known.
+    /// The moments of a slice of a reconstruction that are compared with those of its `truth`; by default those of
+    /// [`estimate`](Self::estimate). An estimator with a tolerance may stop where the uncertainties are small against the differences.
     fn estimate_against(
         &self,
         slice: &Slice<'_>,
@@ -73,7 +73,7 @@ pub enum Unresolved {
     /// The tolerance was not reached within the allowed evaluations.
     #[error("uncertainty {excess:.1} times the tolerance")]
     Tolerance {
-        /// The largest uncertainty, in units of the tolerance.
+        /// The largest uncertainty, in units of the tolerance or, of a slice that is compared, of what is allowed beyond it.
         #[serde(with = "crate::numeric::infinite_as_null")]
         excess: f64,
     },

@@ -5,11 +5,12 @@
 //! shrink by a factor of four towards it: a lobe of any width is resolved from the start, however
 //! narrow it is. Rectangles whose error estimate is too large are then halved along the angle that
 //! causes it until the sum of all estimates, carried over to every moment by its derivative, is
-//! within the tolerance. A feature narrower than 1.5° anywhere else may be missed; no rule that
+//! within the tolerance, or, of a reconstruction that is compared with a truth, within a fifth of the difference from it where that is more. A feature narrower than 1.5° anywhere else may be missed; no rule that
 //! looks at finitely many values can promise more.
 
 use super::component::{Component, Estimate, Moments, Order};
 use super::cubature::{Cell, EVALUATIONS, Rectangle, Workspace};
+use super::errors::sigma;
 use super::estimator::{Estimator, SliceMoments, Unresolved};
 use super::slice::{Batch, Slice};
 use super::tally::{Tally, powers, shifted};
@@ -39,7 +40,8 @@ impl PeakResolving {
     /// Most evaluations of the first mesh of a slice.
     const LEAST_EVALUATIONS: usize = 300_000;
 
-    /// Largest share of a difference from a truth that its uncertainty may be, where that is more than the tolerance.
+    /// Largest uncertainty of a moment that is compared with a truth, as a share of the largest difference in its order, in the units of
+    /// [`MomentErrors`](super::MomentErrors), where that is more than the tolerance.
     const OF_DIFFERENCE: f64 = 0.2;
 
     /// Integrates a slice; against the moments of a truth, if there are any.
@@ -303,26 +305,39 @@ impl<'t> Balance<'t> {
         self.cells = self.cells.iter().map(|c| self.judged(c.cell)).collect();
     }
 
-    /// Finds what is allowed with the moments that there are now: the tolerance, or a share of the largest difference of the components
-    /// of an order from the truth.
+    /// Finds what is allowed with the moments that there are now: the tolerance, or a share of the largest difference from the truth
+    /// in the order of a component: relative to the energy, in σ and σ² of the truth, of means in rad as well.
     fn allow(&mut self) {
         let Some(truth) = self.truth else {
             return;
         };
         let (values, scales) = (self.propagation.tally.values(), self.propagation.scales);
-        let mut most = [0.0_f64; 5];
+        let unit = |c: Component| match c.order() {
+            0 => truth.energy(),
+            1 | 2 => sigma(truth, c),
+            _ => Some(1.0),
+        };
+        let (mut most, mut most_rad) = ([0.0_f64; 5], 0.0_f64);
         for c in self.order.components() {
-            let (i, truth) = (c.index(), truth.get(c));
-            if let (Some(value), Some(truth)) = (values[i], truth)
-                && scales[i] > 0.0
-            {
-                let off = (value - truth.value).abs() / scales[i];
-                most[c.order()] = most[c.order()].max(off);
+            let (value, truth, unit) = (values[c.index()], truth.get(c), unit(c));
+            if let (Some(value), Some(truth), Some(unit)) = (value, truth, unit) {
+                let off = (value - truth.value).abs();
+                most[c.order()] = most[c.order()].max(off / unit.max(f64::MIN_POSITIVE));
+                if c.order() == 1 {
+                    most_rad = most_rad.max(off);
+                }
             }
         }
         for c in self.order.components() {
-            let of_difference = PeakResolving::OF_DIFFERENCE * most[c.order()];
-            self.allowed[c.index()] = self.tolerance.max(of_difference);
+            let (i, order) = (c.index(), c.order());
+            let mut of_difference = most[order] * unit(c).unwrap_or(0.0);
+            if order == 1 {
+                of_difference = of_difference.min(most_rad);
+            }
+            let share = PeakResolving::OF_DIFFERENCE * of_difference / scales[i];
+            // No scale: nothing to be uncertain of.
+            let share = if share.is_finite() { share } else { 0.0 };
+            self.allowed[i] = self.tolerance.max(share);
         }
     }
 

@@ -130,6 +130,9 @@ impl Profile {
     ///
     /// # Errors
     /// As [`new`](Self::new).
+    ///
+    /// # Panics
+    /// If the truth has other views than `spec`.
     pub fn against(
         truth: &Self,
         brdf: &dyn Brdf,
@@ -149,6 +152,7 @@ impl Profile {
         truth: Option<&Self>,
     ) -> Result<Self, ParameterError> {
         spec.check()?;
+        assert!(truth.is_none_or(|truth| truth.views == spec.view_angles()));
         let diffuse = match spec.split {
             Split::None => 0.0,
             Split::Minimum => lambertian_part(brdf, channel)?,

@@ -17,7 +17,7 @@ struct Named {
 /// Writes what [`deserialize`] finds it by.
 ///
 /// # Errors
-/// Those of the format.
+/// A parametrization that is not found by its name, and those of the format.
 pub fn serialize<S: Serializer>(form: &Arc<dyn Parametrization>, to: S) -> Result<S::Ok, S::Error> {
     let axes = form.axes().iter();
     let warps = axes.filter_map(|axis| Some((axis.symbol.to_owned(), axis.warp?)));
@@ -26,6 +26,11 @@ pub fn serialize<S: Serializer>(form: &Arc<dyn Parametrization>, to: S) -> Resul
         symmetry: form.symmetry(),
         warps: warps.collect(),
     };
+    let found = find(&named.name).and_then(|e| e.warped(named.symmetry, &named.warps).ok());
+    if found.is_none_or(|found| found.axes() != form.axes()) {
+        let message = format!("parametrization = {} is not found by that name", named.name);
+        return Err(serde::ser::Error::custom(message));
+    }
     named.serialize(to)
 }
 

@@ -6,7 +6,6 @@ use gonio::formats::{Readings, load_readings, of_name};
 use gonio::schedule::{Assume, Conventions, Sequence};
 use serde_json::{Value, json};
 use std::io::Write;
-use std::time::{Duration, Instant};
 
 /// Poses, degrees.
 const POSES: [[f64; 4]; 7] = [
@@ -235,10 +234,8 @@ fn wavelengths_are_in_any_unit() {
     let labels: Vec<String> = (0..20_000).map(|i| format!("R{i}")).collect();
     let row = "10,0,20,0".to_owned() + &",.5".repeat(labels.len());
     let text = HEAD.replace("value", &labels.join(",")) + &row;
-    let start = Instant::now();
     let refused = try_read(&text, conventions("columns=value_*nm=R*")).err();
     says(&chain(&refused.unwrap()), "allowed is 1 to 512 of them");
-    assert!(start.elapsed() < Duration::from_secs(3));
 }
 
 #[test]
@@ -429,6 +426,8 @@ fn unusual_files_are_read_as_they_are_meant() {
         theta_i;15\n;0;90;180\n10;.1;.2;.3\nmean;.1;.2;.3 | :4: this is no line of a sheet
         theta_i;15\n;0;90;180\n10;.1;.2;.3\nsmoothed\n20;.1;.2;.3 | :5: this is no line of a sheet
         theta_i;15\n;0;90;180\n10;.1;.2;.3\nwavelength_nm;550\ntheta_i;15 | :4: this is no line of a sheet
+        theta_i;15\n;0;90\n10;.1;.2\nred\ntheta_i;15\n;0;90\n10;.3;.4 | :6: this sheet has the light of one above the title in line 4
+        theta_i;15\n;0;90\n10;.1;.2\nn.a.;n.a.;n.a. | :4: this is no line of a sheet
         theta_i;15\n;0;90;180\n10;.1;.2 | 2 values where there are 3 azimuths; --partial reads up to the cut
         theta_i;15\nphi_i [rad];1.5\n;0;90;180\n10;.1;.2;.3 | its unit is not that of the angle before"#,
     ) {
@@ -445,7 +444,7 @@ fn unusual_files_are_read_as_they_are_meant() {
         (
             "/data/theta_i/unit",
             json!("grad"),
-            "data.theta_i.unit = grad: allowed are deg, ° and rad",
+            "data.theta_i.unit = grad: allowed are units such as deg or rad",
         ),
         (
             "/data/uBRDF/unit",

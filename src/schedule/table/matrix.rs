@@ -8,12 +8,13 @@
 //! ```
 //!
 //! Rows are polar angles of the sensor, columns its azimuths; further sheets follow. A line `phi_i;…` may be beside that of theta_i.
-//! Titles are read past: any line above the first sheet, lines of text without a number above others.
+//! Titles are read past: any line above the first sheet, a text in the first cell alone above others, which then have lights of their own.
 
 use super::FileError;
 use super::cells::Cells;
 use super::head::{self, number};
 use super::read::Table;
+use crate::brdf::marks::is_mark;
 use crate::schedule::names;
 
 /// Angles above a sheet.
@@ -30,7 +31,7 @@ enum Line {
     Head(Vec<f64>),
     /// A polar angle and the cells.
     Row(f64, Vec<String>),
-    /// Text without a number or a name of ours.
+    /// A text in the first cell alone, which is neither a name of ours nor a mark.
     Title,
     /// Anything else.
     Other,
@@ -62,9 +63,7 @@ fn line_of(cells: &[String], comma: bool) -> Line {
                 Line::Head(azimuths)
             }
             (Some(theta), _) => Line::Row(theta, cells[1..].to_vec()),
-            _ if names::ours(first).is_none() && rest.iter().find_map(number).is_none() => {
-                Line::Title
-            }
+            _ if rest.is_empty() && names::ours(first).is_none() && !is_mark(first) => Line::Title,
             _ => Line::Other,
         },
     }
@@ -113,6 +112,7 @@ impl Table {
         let comma = separator != b',';
         let mut keys: [Option<f64>; 2] = [None; 2];
         let mut azimuths: Vec<f64> = Vec::new();
+        let (mut lights, mut title) = (Vec::new(), None);
         let mut first_unit: Option<Option<&str>> = None;
         for (line, cells) in lines(text, separator) {
             match line_of(&cells, comma) {
@@ -143,9 +143,21 @@ impl Table {
                     self.prose += 1;
                     keys[0] = None;
                     azimuths.clear();
+                    title = Some(line);
                 }
                 _ if self.columns.is_empty() => self.prose += 1,
-                Line::Head(all) if keys[0].is_some() && azimuths.is_empty() => azimuths = all,
+                Line::Head(all) if keys[0].is_some() && azimuths.is_empty() => {
+                    // What a title calls by another name is no repeat.
+                    if let (Some(title), true) = (title, lights.contains(&keys)) {
+                        let message = format!(
+                            "this sheet has the light of one above the title in line {title}; allowed: one sheet for each light, \
+                             or a file for each title"
+                        );
+                        return Err(self.error(line, message));
+                    }
+                    lights.push(keys);
+                    azimuths = all;
+                }
                 Line::Row(theta, cells) if !azimuths.is_empty() => {
                     let (found, expected) = (cells.len(), azimuths.len());
                     let beyond = cells.iter().skip(expected).any(|cell| !cell.is_empty());

@@ -158,6 +158,9 @@ fn differences_from_a_truth_are_known_to_a_fifth() {
     let less = against(&truth).unwrap();
     for ((f, g), l) in truth.slices.iter().zip(&whole.slices).zip(&less.slices) {
         assert!(l.unresolved.is_none() && l.evaluations <= g.evaluations);
+        let [alpha, of_copy] = [f, l].map(|s| s.moments.get(Component::ENERGY).unwrap());
+        let error = (of_copy.value - alpha.value).abs();
+        assert!(of_copy.uncertainty <= f64::max(0.2 * error, 1e-4 * of_copy.value));
         for order in 0..=4 {
             let of_order = |c: &Component| c.order() == order;
             let components = || Component::ALL.into_iter().filter(of_order);

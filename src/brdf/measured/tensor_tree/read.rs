@@ -159,7 +159,7 @@ fn grid(values: &[f64], side: usize, size: usize, corner: [usize; 3]) -> Node {
     })))
 }
 
-/// Checks what the file is, without its numbers: the channels that it holds.
+/// The channels of the file, which is checked without its numbers.
 ///
 /// # Errors
 /// [`TableError`].

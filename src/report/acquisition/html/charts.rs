@@ -83,7 +83,12 @@ pub(super) fn decisive(
         "Geometric mean over {}, {} pairs. Each point is the best at its budget. {}",
         count(scope.materials, "material"),
         scope.measure,
-        named_by(lines.iter().map(|l| [looks.name(&l.choice), by(l)]))
+        named_by(
+            lines
+                .iter()
+                .map(|l| [looks.name(&l.choice), by(l)])
+                .filter(|[_, by]| !by.is_empty())
+        )
     );
     let mut label = format!("{}: error against readings", scope_title(scope));
     if let Some(contest) = contest {
@@ -108,7 +113,7 @@ pub(super) fn decisive(
         let mut ends = [Vec::new(), Vec::new()];
         let cells = contest.cells.iter().enumerate();
         let cells = cells.map(|(a, ratio)| challenger(a).zip(ratio.as_ref()));
-        // Beyond a gap it would be about points of others.
+        // A tint has no gaps: where another reconstruction is the best of the challenger's curve, it ends.
         for (cell, ratio) in cells.skip_while(Option::is_none).map_while(|cell| cell) {
             for (side, end) in ends.iter_mut().zip(ratio.interval.into_iter().flatten()) {
                 side.push((cell.readings, Some(cell.mean * end / ratio.ratio)));
