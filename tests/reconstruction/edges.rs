@@ -123,7 +123,7 @@ fn poses_without_data_are_left_out(level: Level) {
         level,
         &some_symmetries(),
         with_hole,
-        level.of(200, 400),
+        400,
         |what, method, m, brdf| {
             let (readings, missing) = (m.readings(), m.no_data());
             assert!(
