@@ -15,9 +15,10 @@ from one_node import Slurm, missing, state, until
 ROOT = pathlib.Path(__file__).parents[2]
 RECIPES = ROOT / "configs/cluster"
 PARTS = 4
-# The quickstart, of pairs enough that a part takes a second or two: 20 schedules, 4 materials, 2 methods.
-OPTIONS = ["--set", "budgets=[60,90,120,150]", "--set", "metrics.pairs=500000", "--set", "metrics.max_pairs=1"]
-ROWS = 20 * 4 * 2 * 2
+# The quickstart, of pairs enough that a part takes a few seconds: of each of 4 materials 20 grids by 2 methods, 20 sets of Sobol
+# points and 4 of directions by kriging, under 2 measures.
+OPTIONS = ["--set", "budgets=[60,90,120,150]", "--set", "metrics.pairs=100000", "--set", "metrics.max_pairs=1"]
+ROWS = 4 * (20 * 2 + 20 + 4) * 2
 
 # Where a user has them: `gonio`, and what is installed beside this Python.
 PATH = os.pathsep.join([str(GONIO.parent), str(pathlib.Path(sys.executable).parent), os.environ["PATH"]])
