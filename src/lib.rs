@@ -49,9 +49,10 @@
 //! let errors = metrics::compare(&pairs, &f, &g);
 //! assert!(measurement.readings() <= 1000 && errors.nrmse < Some(0.01));
 //! let (views, integral) = (MomentsSpec { views: 5, ..MomentsSpec::default() }, PeakResolving::default());
-//! let profile = |brdf| Profile::new(brdf, Channel::Luminance, &views, &integral, 1);
-//! let moments = MomentErrors::between(&profile(&truth)?, &profile(&*copy)?);
-//! assert!(moments.energy < Some(0.01));
+//! let of_truth = Profile::new(&truth, Channel::Luminance, &views, &integral, 1)?;
+//! let of_copy = Profile::against(&of_truth, &*copy, &views, &integral, 1)?;
+//! let [all_views, ..] = MomentErrors::between(&of_truth, &of_copy);
+//! assert!(all_views.energy < Some(0.01));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -90,6 +91,7 @@
 //! [`docs::findings`]: what came out. [`docs::laboratory`]: from a machine to a BRDF, step by step.
 //! [`docs::design`]: why the house stands as it does. [`docs::errata`]: what the papers misprint.
 //! [`docs::parametrizations`]: which coordinates to sample and to reconstruct in.
+//! [`docs::moments`]: how many readings a moment needs.
 //! [`docs::light_paths`]: which coordinates separate the scattering orders of light.
 //! [`docs::planning`]: which poses to read next. [`docs::stability`]: what becomes of digits at the edges. [`docs::relations`]: moments of a slice and of the picture. [`docs::formats`]: files. [`docs::inputs`]: what is refused, doubted and counted. [`docs::cluster`]: many machines at once.
 //! [`docs::python`]: NumPy arrays in and out.

@@ -1,6 +1,6 @@
 //! A BRDF in the channels of a scene.
 
-use super::{Brdf, ChannelValues, Channels, Presence};
+use super::{Brdf, ChannelValues, Channels, EstimatedBrdf, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use std::sync::Arc;
 
@@ -38,6 +38,10 @@ impl Brdf for InChannels {
 
     fn remarks(&self) -> Vec<String> {
         self.brdf.remarks()
+    }
+
+    fn as_estimated(&self) -> Option<&dyn EstimatedBrdf> {
+        self.brdf.as_estimated()
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {

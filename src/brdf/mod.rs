@@ -141,11 +141,27 @@ pub trait Brdf: Send + Sync {
         None
     }
 
+    /// Itself, if its values are estimates from readings.
+    fn as_estimated(&self) -> Option<&dyn EstimatedBrdf> {
+        None
+    }
+
     /// The MERL table that this is: copies need its cells, some of which hold data at the horizon, where no
     /// pair is looked up.
     fn as_merl(&self) -> Option<&measured::merl::Merl> {
         None
     }
+}
+
+/// A BRDF whose values are estimates from uncertain readings.
+pub trait EstimatedBrdf: Send + Sync {
+    /// Standard uncertainties (k = 1) of sums of luminance Σ w f over some pairs: a list of weights for each sum, a weight for each
+    /// pair. `None` where nothing is known of the errors of the readings.
+    fn uncertainties_of_sums(
+        &self,
+        pairs: &[DirectionPair],
+        weights: &[Vec<f64>],
+    ) -> Option<Vec<f64>>;
 }
 
 /// A BRDF that can draw directions in proportion (roughly) to itself.

@@ -1,7 +1,10 @@
 //! A BRDF whose evaluations are observed.
 
 use super::measured::merl::Merl;
-use super::{Brdf, LightPath, Part, Presence, SampleBrdf, Source, Split, SplitBrdf, of_wrapped};
+use super::{
+    Brdf, EstimatedBrdf, LightPath, Part, Presence, SampleBrdf, Source, Split, SplitBrdf,
+    of_wrapped,
+};
 use crate::geometry::{Direction, DirectionPair};
 
 /// A BRDF with `seen`, which is called after each evaluation, of one pair or of many, with the values (laid out
@@ -95,6 +98,10 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for ObservedBrdf<'_, F> {
 
     fn as_split(&self) -> Option<&dyn SplitBrdf> {
         self.brdf.as_split().is_some().then_some(self)
+    }
+
+    fn as_estimated(&self) -> Option<&dyn EstimatedBrdf> {
+        self.brdf.as_estimated()
     }
 
     fn as_merl(&self) -> Option<&Merl> {

@@ -3,7 +3,7 @@
 use super::output::{Format, one_format};
 use super::run::{collect, note_missing, print_failures};
 use super::{BrdfArgs, ThreadArgs, make_folder, note, print, refuse_existing, written, wrote};
-use crate::error::{Error, count_are};
+use crate::error::{Error, count, count_are};
 use crate::experiment::Failure;
 use crate::experiment::moments::{MaterialProfiles, MomentsPlan, ProfileRow};
 use crate::files::write_atomically;
@@ -76,6 +76,27 @@ impl Moments {
             note(&format!(
                 "gonio: {unresolved} of {} unresolved; their uncertainties are not to be trusted",
                 count_are(rows.len(), "slice")
+            ));
+        }
+        // Nothing is determined of a slice that is black or has no data.
+        let is_there = |r: &&ProfileRow<'_>| {
+            r.slice.missing_share < 1.0 && r.slice.moments.energy() != Some(0.0)
+        };
+        let asked = rows.iter().filter(is_there);
+        let asked = asked.flat_map(|r| {
+            plan.moments
+                .spec
+                .order
+                .components()
+                .map(|c| r.slice.moments.get(c))
+        });
+        let (known, open): (Vec<_>, Vec<_>) = asked.partition(Option::is_some);
+        if !open.is_empty() {
+            note(&format!(
+                "gonio: {} of {} are not determined and left out: what is known of them is no more than the energy, sigma, sigma² \
+                 or, of orders 3 and 4, 1",
+                open.len(),
+                count(known.len() + open.len(), "moment")
             ));
         }
         let failed = |path: &Path| match failures.len() {

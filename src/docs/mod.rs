@@ -44,6 +44,12 @@ pub mod relations {}
 pub mod parametrizations {}
 
 #[doc = include_str!("links.md")]
+#[doc = include_str!("moments.md")]
+#[doc = ""]
+#[doc = include_str!("moments.svg")]
+pub mod moments {}
+
+#[doc = include_str!("links.md")]
 #[doc = include_str!("light_paths.md")]
 #[doc = ""]
 #[doc = include_str!("light_paths.svg")]

@@ -16,7 +16,7 @@ use crate::metrics::{
     self, AlbedoProbe, Errors, Expected, Judged, Level, Tally, TestSet, TruthErrors, Uncovered,
     Values, WITHIN,
 };
-use crate::moments::{MomentErrors, Profile};
+use crate::moments::{MomentErrors, Profile, VIEW_BANDS};
 use crate::reconstruct::{Cover, Coverage, ReconstructError, Replicated, Uncertain};
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -72,8 +72,8 @@ pub(super) struct Compared {
     expected: Vec<Expected>,
     /// Error of the directional albedo, and what its quadrature may be off by.
     albedo: Option<[f64; 2]>,
-    /// Errors of the moments and number of unresolved slices.
-    moments: Option<(MomentErrors, usize)>,
+    /// Errors of the moments in each band of views, and number of unresolved slices.
+    moments: Option<([MomentErrors; VIEW_BANDS.len()], usize)>,
     /// Wall times of reconstruction, of evaluation, and, s, of the moments.
     pub reconstructed: Spent,
     pub evaluated: Spent,
@@ -544,9 +544,13 @@ impl Compared {
         let [error, quadrature] = self.albedo.map_or([None; 2], |both| both.map(Some));
         to.set(AlbedoProbe::QUANTITY.name, error);
         to.set(AlbedoProbe::QUADRATURE.name, quadrature);
-        let (errors_of_moments, unresolved) =
-            self.moments.as_ref().map(|(e, n)| (e, *n as f64)).unzip();
-        to.set_all(&MomentErrors::QUANTITIES, errors_of_moments);
+        for (band, quantities) in MomentErrors::QUANTITIES.iter().enumerate() {
+            to.set_all(
+                quantities,
+                self.moments.as_ref().map(|(errors, _)| &errors[band]),
+            );
+        }
+        let unresolved = self.moments.as_ref().map(|(_, n)| *n as f64);
         to.set(MomentErrors::UNRESOLVED.name, unresolved);
         errors
     }

@@ -6,9 +6,11 @@
 
 mod calibration;
 mod index;
+mod levels;
 mod metric;
 
 pub use calibration::{Calibrated, Calibration};
+pub use levels::{LevelLine, Levels, Needed};
 pub use metric::Metric;
 
 use index::{Index, Names};
@@ -139,6 +141,8 @@ pub struct Findings {
     pub rankings: Vec<Ranking>,
     /// The duels of each ranking.
     pub duels: Vec<Duels>,
+    /// One per error of moments that has a level, and truth class, where numbers of poses or readings were allowed.
+    pub levels: Vec<Levels>,
     /// One per metric and measure, and one more where there are scattered reconstructions.
     pub explained: Vec<Explained>,
     /// One per metric, measure and choice that expects errors.
@@ -212,12 +216,14 @@ impl Findings {
                 };
                 let kinds = [false, true].into_iter().filter(|_| truth.is_none());
                 let explained = kinds.filter_map(|scattered| table.explained(&scope, scattered));
-                Some((ranking, duels, explained.collect::<Vec<_>>()))
+                let explained: Vec<_> = explained.collect();
+                Some((ranking, duels, table.levels(metric, scope), explained))
             })
             .collect();
-        for (ranking, duels, explained) in found {
+        for (ranking, duels, levels, explained) in found {
             findings.rankings.push(ranking);
             findings.duels.push(duels);
+            findings.levels.extend(levels);
             findings.explained.extend(explained);
         }
         findings
@@ -307,6 +313,28 @@ impl<'i, 'a> Table<'i, 'a> {
             self.place(&mut lines, a, band);
         }
         lines
+    }
+
+    /// Readings until errors stay below the level of a metric, of every choice that has an error of each material at some allowance.
+    fn levels(&self, metric: Metric, scope: Scope) -> Option<Levels> {
+        let level = metric.level()?;
+        let needed = |c: usize, m: usize| {
+            let points = (0..self.errors[c].len())
+                .filter_map(|a| Some((self.readings[c][a][m], self.errors[c][a][m]?)))
+                .filter(|(readings, _)| *readings > 0.0);
+            Needed::until(level, points.collect())
+        };
+        let choices = self.index.choices.list.iter().enumerate();
+        let lines = choices.filter_map(|(c, choice)| {
+            let all = (0..self.materials.len()).map(|m| needed(c, m));
+            LevelLine::new(choice.clone(), all.collect::<Option<_>>()?)
+        });
+        let lines: Vec<LevelLine> = lines.collect();
+        (!lines.is_empty()).then_some(Levels {
+            scope,
+            level,
+            lines,
+        })
     }
 
     fn cell(&self, c: usize, a: usize) -> Option<Cell> {

@@ -101,7 +101,8 @@ pub(crate) use config::is_config_key;
 pub use config::{Config, MAX_MINUTES, Output, Reach, Scalars, Schedules};
 pub use counts::{Built, Counters, Counts, Seconds, Stage, Work};
 pub use findings::{
-    Calibrated, Calibration, Cell, Duel, Duels, Explained, Findings, Line, Metric, Ranking, Scope,
+    Calibrated, Calibration, Cell, Duel, Duels, Explained, Findings, LevelLine, Levels, Line,
+    Metric, Needed, Ranking, Scope,
 };
 pub use instruments::{InstrumentTable, PlannedInstrument, Use, load as load_instrument};
 pub use key::{Expected, Input, RESULTS_REVISION, RowKey, asks_the_same, content, material_key};

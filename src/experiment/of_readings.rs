@@ -7,7 +7,7 @@ use crate::formats::{self, Readings, load_readings};
 use crate::geometry::Symmetry;
 use crate::instrument;
 use crate::parametrization;
-use crate::reconstruct::{self, Reconstruct, ReconstructError};
+use crate::reconstruct::{self, Estimated, Reconstruct, ReconstructError};
 use crate::registry::{self, Entry, ReadError, Table};
 use crate::schedule::{
     AngleUnit, Assume, Azimuth, Conventions, Polarisation, Quantity, UncertaintyUnit,
@@ -131,7 +131,9 @@ impl ReadingsSpec {
         let readings = self.readings()?;
         let measurement = &readings.measurement;
         let held = &measurement.channels;
-        if held != scene && [held, scene].iter().any(|c| c.wavelengths().is_some()) {
+        // In a scene of luminance wavelengths have one: their mean.
+        let is_alike = held == scene || *scene == Channels::Luminance;
+        if !is_alike && [held, scene].iter().any(|c| c.wavelengths().is_some()) {
             let allowed = format!(
                 "readings of {}, as the scene asks for: this file holds {}",
                 words(scene),
@@ -280,7 +282,11 @@ impl BrdfSpec for ReadingsSpec {
         });
         let sentences = readings.notes.into_iter().chain(readings.warnings);
         let sentences = sentences.map(|sentence| as_keys(&sentence));
-        let sentences = sentences.chain(choice);
+        let mean = measurement.channels.wavelengths().map(|of| {
+            let count = count(of.nm().len(), "wavelength");
+            format!("in a scene of luminance its luminance is the mean over its {count}")
+        });
+        let sentences = sentences.chain(mean).chain(choice);
         sentences
             .map(|sentence| format!("{file}: {sentence}"))
             .collect()
@@ -290,14 +296,14 @@ impl BrdfSpec for ReadingsSpec {
         let measurement = self.load(&channels)?.measurement;
         let chosen = self.reconstruction.clone();
         let method = chosen.unwrap_or_else(|| validation::chosen(&measurement));
-        let brdf = method.reconstruct(&measurement).map_err(|e| match e {
+        let brdf = Estimated::new(method, measurement).map_err(|e| match e {
             ReconstructError::Parameter(e) => of_method(e).into(),
             e => self.unusable(e),
         })?;
         Ok(if *brdf.channels() == channels {
-            brdf
+            Box::new(brdf)
         } else {
-            Box::new(InChannels::new(brdf, channels))
+            Box::new(InChannels::new(Arc::new(brdf) as Arc<dyn Brdf>, channels))
         })
     }
 

@@ -164,7 +164,12 @@ pub fn quantities() -> &'static [Quantity] {
         all.push(WITHIN);
         all.extend(Expected::QUANTITIES.map(|(q, _)| q));
         all.extend([AlbedoProbe::QUANTITY, AlbedoProbe::QUADRATURE]);
-        all.extend(MomentErrors::QUANTITIES.map(|(q, _)| q));
+        all.extend(
+            MomentErrors::QUANTITIES
+                .as_flattened()
+                .iter()
+                .map(|(q, _)| *q),
+        );
         all.push(MomentErrors::UNRESOLVED);
         all.extend(HOLES.map(|(q, _)| q));
         all

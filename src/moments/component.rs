@@ -179,6 +179,12 @@ impl Moments {
         (tt > 0.0 && pp > 0.0).then(|| [tt.sqrt(), pp.sqrt()])
     }
 
+    /// σ_θ^n σ_φ^m, in whose units errors of means and covariances are compared.
+    pub(super) fn unit(&self, c: Component) -> Option<f64> {
+        let [theta, phi] = self.sigma()?;
+        Some(theta.powi(c.n as i32) * phi.powi(c.m as i32))
+    }
+
     /// Average variance (σ_θ² + σ_φ²)/2, rad².
     pub(crate) fn average_variance(&self) -> Option<f64> {
         let [tt, _, pp] = self.covariance()?;

@@ -1,18 +1,18 @@
 //! Errors of the moments of a reconstruction.
 
-use crate::metrics::{Judged, Quantity, quantities};
+use crate::metrics::{Judged, Quantity};
 
 use super::component::{Component, Moments};
 use super::profile::Profile;
 
-/// Moment errors of a reconstruction: means over the views of the largest error of the components
+/// Moment errors of a reconstruction: means over the views of one of the [`VIEW_BANDS`] of the largest error of the components
 /// of each order. A view where the truth or the reconstruction leaves a moment undefined is left
 /// out of that mean; `None` if that leaves none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MomentErrors {
     /// |α_g − α_f| / α_f.
     pub energy: Option<f64>,
-    /// |µ_g − µ_f|, rad.
+    /// |µ_g − µ_f|, degrees.
     pub mean: Option<f64>,
     /// |µ_g − µ_f|, each component relative to σ_f.
     pub mean_relative: Option<f64>,
@@ -24,20 +24,48 @@ pub struct MomentErrors {
     pub kurtosis: Option<f64>,
 }
 
-impl MomentErrors {
-    /// Every error, in the order of columns, with its field.
-    pub const QUANTITIES: [Judged<MomentErrors>; 6] = quantities! {
-        "moment_energy": energy,
-            "mean over the views of the relative error of the energy of slices; this and the next six with quantities = [\"moments\"], the same for every measure";
-        "moment_mean_rad": mean,
-            "mean over the views of the error of the mean direction of slices, the larger of both angles, in radians";
-        "moment_mean": mean_relative, "the same, each angle relative to its sigma";
-        "moment_covariance": covariance,
-            "mean over the views of the largest error of a covariance relative to sigma²";
-        "moment_skewness": skewness, "mean over the views of the largest error of a co-skewness";
-        "moment_kurtosis": kurtosis,
-            "mean over the views of the largest error of an excess co-kurtosis";
+/// Ranges of the view elevation that errors of moments are averaged over, degrees, the upper end inside, as is 0: all views,
+/// and three bands. Views beyond 85° are in none of these.
+pub const VIEW_BANDS: [[f64; 2]; 4] = [[0.0, 90.0], [0.0, 40.0], [40.0, 70.0], [70.0, 85.0]];
+
+/// Degrees by which rounding may move a view across the end of a band.
+const AT_END: f64 = 1e-9;
+
+/// The columns of the errors over a band, whose names end in `$of`; `$views` names its views in their summaries.
+macro_rules! in_band {
+    ($of:literal, $views:literal) => {
+        [
+            in_band!("moment_energy", $of, "of the relative error of the energy of slices", $views, energy),
+            in_band!("moment_mean_deg", $of,
+                "of the error of the mean direction of slices, the larger of both angles, in degrees", $views, mean),
+            in_band!("moment_mean", $of, "of the same, each angle relative to its sigma", $views, mean_relative),
+            in_band!("moment_covariance", $of, "of the largest error of a covariance relative to sigma²", $views, covariance),
+            in_band!("moment_skewness", $of, "of the largest error of a co-skewness", $views, skewness),
+            in_band!("moment_kurtosis", $of, "of the largest error of an excess co-kurtosis", $views, kurtosis),
+        ]
     };
+    ($name:literal, $of:literal, $summary:literal, $views:literal, $field:ident) => {
+        (
+            Quantity::real(concat!($name, $of), concat!("mean over ", $views, " ", $summary)),
+            |of| of.$field,
+        )
+    };
+}
+
+impl MomentErrors {
+    /// Number of errors over each band.
+    pub(crate) const COUNT: usize = 6;
+
+    /// Every error, in the order of columns, with its field, for each of the [`VIEW_BANDS`].
+    pub const QUANTITIES: [[Judged<MomentErrors>; Self::COUNT]; VIEW_BANDS.len()] = [
+        in_band!(
+            "",
+            "the views (these, with quantities = [\"moments\"], are the same for every measure)"
+        ),
+        in_band!("_0_40", "the views up to 40°"),
+        in_band!("_40_70", "the views above 40° up to 70°"),
+        in_band!("_70_85", "the views above 70° up to 85°"),
+    ];
 
     /// Number of slices of truth and reconstruction that are not resolved.
     pub(crate) const UNRESOLVED: Quantity = Quantity::count(
@@ -45,15 +73,27 @@ impl MomentErrors {
         "slices of the truth whose moments missed the estimator's tolerance, and of the reconstruction whose moments missed that and a fifth of their error",
     );
 
-    /// Compares two profiles of the same views; `truth` is f.
+    /// Compares two profiles of the same views, over each of the [`VIEW_BANDS`]; `truth` is f.
     ///
     /// # Panics
     /// If they have different views.
-    pub fn between(truth: &Profile, reconstruction: &Profile) -> Self {
+    pub fn between(truth: &Profile, reconstruction: &Profile) -> [Self; VIEW_BANDS.len()] {
         assert_eq!(truth.views, reconstruction.views);
+        VIEW_BANDS.map(|[from, to]| {
+            let is_in = |view: f64| {
+                let view = view.to_degrees();
+                (from == 0.0 || view > from + AT_END) && view <= to + AT_END
+            };
+            Self::over(truth, reconstruction, is_in)
+        })
+    }
+
+    /// Compares two profiles over some of their views.
+    fn over(truth: &Profile, reconstruction: &Profile, is_in: impl Fn(f64) -> bool) -> Self {
         let mean = |of: fn(&Moments, &Moments) -> Option<f64>| {
             let pairs = truth.slices.iter().zip(&reconstruction.slices);
-            let errors = pairs.filter_map(|(f, g)| of(&f.moments, &g.moments));
+            let pairs = pairs.zip(&truth.views).filter(|(_, view)| is_in(**view));
+            let errors = pairs.filter_map(|((f, g), _)| of(&f.moments, &g.moments));
             let (sum, n) = errors.fold((0.0, 0), |(sum, n), e| (sum + e, n + 1));
             (n > 0).then(|| sum / f64::from(n))
         };
@@ -62,19 +102,13 @@ impl MomentErrors {
                 let alpha = f.energy()?;
                 (alpha > 0.0).then_some((g.energy()? - alpha).abs() / alpha)
             }),
-            mean: mean(|f, g| largest(f, g, 1, |_| Some(1.0))),
-            mean_relative: mean(|f, g| largest(f, g, 1, |c| sigma(f, c))),
-            covariance: mean(|f, g| largest(f, g, 2, |c| sigma(f, c))),
+            mean: mean(|f, g| largest(f, g, 1, |_| Some(1_f64.to_radians()))),
+            mean_relative: mean(|f, g| largest(f, g, 1, |c| f.unit(c))),
+            covariance: mean(|f, g| largest(f, g, 2, |c| f.unit(c))),
             skewness: mean(|f, g| largest(f, g, 3, |_| Some(1.0))),
             kurtosis: mean(|f, g| largest(f, g, 4, |_| Some(1.0))),
         }
     }
-}
-
-/// σ_θ^n σ_φ^m.
-pub(super) fn sigma(moments: &Moments, c: Component) -> Option<f64> {
-    let [theta, phi] = moments.sigma()?;
-    Some(theta.powi(c.n as i32) * phi.powi(c.m as i32))
 }
 
 /// The largest error of the components of an order, each in its unit.

@@ -27,6 +27,7 @@ mod errors;
 mod estimator;
 mod fit;
 mod gaussian;
+mod mesh;
 mod noise;
 mod peak;
 mod profile;
@@ -37,7 +38,7 @@ mod tally;
 
 pub use clamping::{Clamping, HorizonCopy};
 pub use component::{Component, Estimate, Moments, Order};
-pub use errors::MomentErrors;
+pub use errors::{MomentErrors, VIEW_BANDS};
 pub use estimator::{Estimator, SliceMoments, Unresolved, all, read};
 pub use fit::*;
 pub use gaussian::TruncatedGaussian;

@@ -1,58 +1,68 @@
-//! What moments err by since the values of a BRDF follow random paths.
+//! What moments err by since the values of a BRDF follow random paths, or are estimates from readings.
 //!
 //! A value that is off by δ shifts a moment by w δ g/α, w the weight of its node and g the influence of a point on that moment.
-//! Neighbours that come from the same paths are off together. Noise that each pair has to itself is not counted here: the
-//! estimators see that neighbours differ. Nodes are some 3° apart: lobes of surfaces whose slopes are less are between them.
+//! Of random paths, neighbours that come from the same ones are off together; noise that each pair has to itself is not counted here: the
+//! estimators see that neighbours differ. Of readings, errors are what these leave open ([`EstimatedBrdf`]). The diffuse part that
+//! was subtracted counts as known.
 
 use super::component::{Component, Moments};
+use super::mesh::nodes;
 use super::slice::Slice;
 use super::tally::{gaussian, powers};
 use crate::brdf::SumErrors;
 use crate::geometry::DirectionPair;
 use crate::parametrization::view_centered;
-use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Nodes along θ, and along half of φ.
-const NODES: [usize; 2] = [64, 32];
-
-/// Adds a standard error to each uncertainty.
+/// Adds a standard error to each uncertainty. A moment of readings that is known to no better than the energy, σ, σ² or, of orders 3 and 4,
+/// 1 is one that they do not determine, and is left out.
 pub(super) fn add(slice: &Slice<'_>, moments: &mut Moments) {
     let brdf = slice.brdf;
-    let Some(split) = brdf.as_split() else {
+    let (split, estimated) = (brdf.as_split(), brdf.as_estimated());
+    if split.is_none() && estimated.is_none() {
         return;
-    };
+    }
     let Some(alpha) = moments.energy().filter(|alpha| *alpha > 0.0) else {
         return;
     };
-    let weight = PI * PI / (2 * NODES[0] * NODES[1]) as f64;
-    let sides: &[f64] = match slice.brdf.is_mirrored() {
-        true => &[1.0],
-        false => &[1.0, -1.0],
-    };
-    let mut errors = SumErrors::<15>::new();
-    for i in 0..NODES[0] {
-        let theta = PI * (i as f64 + 0.5) / NODES[0] as f64 - FRAC_PI_2;
-        for j in 0..NODES[1] {
-            for side in sides {
-                let phi = side * FRAC_PI_2 * (j as f64 + 0.5) / NODES[1] as f64;
-                let pair = DirectionPair::new(view_centered(theta, phi), slice.omega_o);
-                let mut influence = influence(moments, [theta, phi]);
-                if slice.brdf.is_mirrored() {
-                    // The pair at −φ too: what is odd has no error.
-                    for c in Component::ALL {
-                        influence[c.index()] *= if c.is_odd() { 0.0 } else { 2.0 };
-                    }
-                }
-                let weight = weight * slice.of_luminance(&pair);
-                errors.add(split, &pair, influence.map(|g| weight * g));
+    let (mut pairs, mut weights) = (Vec::new(), vec![Vec::new(); Component::ALL.len()]);
+    for (point, area) in nodes(slice) {
+        let pair = DirectionPair::new(view_centered(point[0], point[1]), slice.omega_o);
+        let mut influence = influence(moments, point);
+        if brdf.is_mirrored() {
+            // The pair at −φ too: what is odd has no error.
+            for c in Component::ALL {
+                influence[c.index()] *= if c.is_odd() { 0.0 } else { 2.0 };
             }
         }
+        influence[1..].iter_mut().for_each(|g| *g /= alpha);
+        let weight = area * slice.of_luminance(&pair);
+        let each = weights.iter_mut().zip(influence);
+        each.for_each(|(of, g)| of.push(weight * g));
+        pairs.push(pair);
     }
-    let [mut shared, _] = errors.errors();
-    shared[1..].iter_mut().for_each(|e| *e /= alpha);
-    for (estimate, error) in moments.0.iter_mut().zip(shared) {
-        if let Some(estimate) = estimate {
+    let mut errors = vec![0.0; weights.len()];
+    if let Some(split) = split {
+        let mut sums = SumErrors::<15>::new();
+        for (k, pair) in pairs.iter().enumerate() {
+            sums.add(split, pair, std::array::from_fn(|i| weights[i][k]));
+        }
+        errors = sums.errors()[0].to_vec();
+    }
+    let of_readings = estimated.and_then(|of| of.uncertainties_of_sums(&pairs, &weights));
+    let is_estimated = of_readings.is_some();
+    let both = errors.iter_mut().zip(of_readings.into_iter().flatten());
+    both.for_each(|(error, more)| *error += more);
+    let units = Component::ALL.map(|c| match c.order() {
+        0 => Some(alpha),
+        1 | 2 => moments.unit(c),
+        _ => Some(1.0),
+    });
+    for ((moment, error), unit) in moments.0.iter_mut().zip(errors).zip(units) {
+        if let Some(estimate) = moment {
             estimate.uncertainty += error;
+            if is_estimated && unit.is_some_and(|unit| estimate.uncertainty > unit) {
+                *moment = None;
+            }
         }
     }
 }

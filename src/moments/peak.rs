@@ -5,17 +5,17 @@
 //! shrink by a factor of four towards it: a lobe of any width is resolved from the start, however
 //! narrow it is. Rectangles whose error estimate is too large are then halved along the angle that
 //! causes it until the sum of all estimates, carried over to every moment by its derivative, is
-//! within the tolerance, or, of a reconstruction that is compared with a truth, within a fifth of the difference from it where that is more. A feature narrower than 1.5° anywhere else may be missed; no rule that
+//! within the tolerance, or, of a reconstruction that is compared with a truth, within a fifth of the difference from it where that is more. A feature narrower than 1.5° anywhere else, or 5° of such a reconstruction, may be missed; no rule that
 //! looks at finitely many values can promise more.
 
 use super::component::{Component, Estimate, Moments, Order};
-use super::cubature::{Cell, EVALUATIONS, Rectangle, Workspace};
-use super::errors::sigma;
+use super::cubature::{Cell, EVALUATIONS, Workspace};
 use super::estimator::{Estimator, SliceMoments, Unresolved};
-use super::slice::{Batch, Slice};
+use super::mesh::{COARSE, COARSE_AGAINST, Peak, mesh, peaks};
+use super::slice::Slice;
 use super::tally::{Tally, powers, shifted};
 use crate::error::{ParameterError, in_left_open};
-use crate::parametrization::{VIEW_CENTERED_AREA, view_centered};
+use crate::parametrization::VIEW_CENTERED_AREA;
 use crate::registry::declare;
 use std::f64::consts::FRAC_PI_2;
 
@@ -47,14 +47,12 @@ impl PeakResolving {
     /// Integrates a slice; against the moments of a truth, if there are any.
     fn integrate(&self, slice: &Slice<'_>, truth: Option<&Moments>, order: Order) -> SliceMoments {
         let mut work = Workspace::default();
-        let mut peaks = Vec::new();
-        let theta_o = slice.theta_o;
-        peaks.extend(Peak::find(slice, -theta_o));
-        if theta_o > 1e-9 {
-            // Only a peak or a ridge of its own: the flank of the mirror peak falls on one side.
-            peaks.extend(Peak::find(slice, theta_o).filter(|p| p.on_both_sides));
-        }
-        let cells = mesh(&peaks, slice.brdf.is_mirrored())
+        let peaks = peaks(slice);
+        let coarse = match truth {
+            None => COARSE,
+            Some(_) => COARSE_AGAINST,
+        };
+        let cells = mesh(&peaks, slice.brdf.is_mirrored(), coarse)
             .into_iter()
             .map(|r| Cell::new(slice, order, r, &mut work))
             .collect();
@@ -119,133 +117,6 @@ impl Estimator for PeakResolving {
     ) -> SliceMoments {
         self.integrate(slice, Some(truth), order)
     }
-}
-
-/// A peak of a slice: direction and half widths.
-#[derive(Clone, Copy, Debug)]
-struct Peak {
-    /// θ; φ is 0.
-    theta: f64,
-    /// The smallest distance (rad) along θ and along φ at which the slice has half the value.
-    half_width: [f64; 2],
-    /// True if the slice falls to half the value in both senses of θ.
-    on_both_sides: bool,
-}
-
-impl Peak {
-    /// Number of scales that are tried: π/2 × 2^−k, down to 1e-13.
-    const SCALES: i32 = 44;
-    const EVALUATIONS: usize = 1 + 4 * Self::SCALES as usize;
-
-    /// The peak at (theta, 0), if the slice falls to half its value within a coarse rectangle.
-    fn find(slice: &Slice<'_>, theta: f64) -> Option<Self> {
-        let mut batch = Batch::default();
-        batch.push(slice, view_centered(theta, 0.0));
-        let steps = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
-        for k in 1..=Self::SCALES {
-            let r = FRAC_PI_2 * f64::powi(2.0, -k);
-            for [t, p] in steps {
-                // A step across the horizon sees nothing; stopping short of it does no harm.
-                let theta = (theta + r * t).clamp(-FRAC_PI_2, FRAC_PI_2);
-                batch.push(slice, view_centered(theta, r * p));
-            }
-        }
-        slice.evaluate(&mut batch);
-        let (top, around) = batch.values().split_first()?;
-        let mut half_width = [f64::INFINITY; 2];
-        let mut falls = [false; 4];
-        for (k, values) in (1..).zip(around.chunks_exact(4)) {
-            let r = FRAC_PI_2 * f64::powi(2.0, -k);
-            for (direction, value) in values.iter().enumerate() {
-                let axis = direction / 2;
-                let inside = axis == 1 || (theta + r * steps[direction][0]).abs() < FRAC_PI_2;
-                if inside && *value < 0.5 * top {
-                    half_width[axis] = half_width[axis].min(r);
-                    falls[direction] = true;
-                }
-            }
-        }
-        let narrow = half_width.iter().any(|w| *w < COARSE);
-        narrow.then_some(Self {
-            theta,
-            half_width,
-            on_both_sides: falls[0] && falls[1],
-        })
-    }
-}
-
-/// Largest rectangle of the first mesh, rad: with 15 nodes along each angle no gap is wider than
-/// 1.6°.
-const COARSE: f64 = FRAC_PI_2 / 6.0;
-
-/// Rectangles that cover the square, or its half at φ ≥ 0, and shrink towards the peaks.
-fn mesh(peaks: &[Peak], half: bool) -> Vec<Rectangle> {
-    let mut whole = vec![Rectangle {
-        lo: [-FRAC_PI_2, if half { 0.0 } else { -FRAC_PI_2 }],
-        hi: [FRAC_PI_2; 2],
-    }];
-    let mut cut = |axis: usize, at: f64| {
-        whole = whole
-            .iter()
-            .flat_map(|r| {
-                if r.lo[axis] < at && at < r.hi[axis] {
-                    r.cut(axis, at).to_vec()
-                } else {
-                    vec![*r]
-                }
-            })
-            .collect();
-    };
-    for peak in peaks {
-        cut(0, peak.theta);
-        cut(1, 0.0);
-    }
-    let mut done = Vec::new();
-    let mut stack = whole;
-    while let Some(r) = stack.pop() {
-        if let Some(parts) = towards_a_peak(&r, peaks) {
-            stack.extend(parts);
-        } else if let Some(axis) = [0, 1].into_iter().find(|&a| r.width(a) > 1.01 * COARSE) {
-            let parts = (r.width(axis) / COARSE).ceil();
-            let [below, above] = r.cut(axis, r.lo[axis] + r.width(axis) / parts);
-            stack.extend([above, below]);
-        } else {
-            done.push(r);
-        }
-    }
-    done
-}
-
-/// The parts of a rectangle that has a peak at a corner and is wide against it.
-fn towards_a_peak(r: &Rectangle, peaks: &[Peak]) -> Option<Vec<Rectangle>> {
-    for peak in peaks {
-        let place = [peak.theta, 0.0];
-        // −1 below, 1 above the peak; 0 if the peak is no corner.
-        let side = [0, 1].map(|a| match place[a] {
-            x if r.lo[a] == x => 1.0,
-            x if r.hi[a] == x => -1.0,
-            _ => 0.0,
-        });
-        if side.contains(&0.0) {
-            continue;
-        }
-        // Both angles shrink in step, each against its own half width: a part beside the peak
-        // that were far wider along it than the peak is would see too little of its flank.
-        let ratio = [0, 1].map(|a| r.width(a) / peak.half_width[a]);
-        let largest = ratio[0].max(ratio[1]);
-        let mut parts = vec![*r];
-        for a in 0..2 {
-            if ratio[a] > 2.0 && ratio[a] > 0.25 * largest {
-                let distance = peak.half_width[a].max(0.25 * r.width(a));
-                let at = place[a] + side[a] * distance;
-                parts = parts.iter().flat_map(|p| p.cut(a, at)).collect();
-            }
-        }
-        if parts.len() > 1 {
-            return Some(parts);
-        }
-    }
-    None
 }
 
 /// A cell and its errors.
@@ -314,7 +185,7 @@ impl<'t> Balance<'t> {
         let (values, scales) = (self.propagation.tally.values(), self.propagation.scales);
         let unit = |c: Component| match c.order() {
             0 => truth.energy(),
-            1 | 2 => sigma(truth, c),
+            1 | 2 => truth.unit(c),
             _ => Some(1.0),
         };
         let (mut most, mut most_rad) = ([0.0_f64; 5], 0.0_f64);

@@ -125,8 +125,8 @@ impl Profile {
         Self::made(brdf, channel, spec, estimator, seed, None)
     }
 
-    /// The profile of a reconstruction, which is compared with that of its truth, of the same views: slices are integrated by
-    /// [`Estimator::estimate_against`].
+    /// The profile of a reconstruction, which is compared with that of its truth, of the same views: the diffuse part of the truth is
+    /// subtracted, and slices are integrated by [`Estimator::estimate_against`].
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -153,9 +153,10 @@ impl Profile {
     ) -> Result<Self, ParameterError> {
         spec.check()?;
         assert!(truth.is_none_or(|truth| truth.views == spec.view_angles()));
-        let diffuse = match spec.split {
-            Split::None => 0.0,
-            Split::Minimum => lambertian_part(brdf, channel)?,
+        let diffuse = match (truth, spec.split) {
+            (Some(truth), _) => truth.diffuse,
+            (None, Split::None) => 0.0,
+            (None, Split::Minimum) => lambertian_part(brdf, channel)?,
         };
         let views = spec.view_angles();
         let slices = views.par_iter().enumerate().map(|(i, &theta_o)| {

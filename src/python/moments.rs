@@ -102,7 +102,7 @@ pub fn objects(material: &str, profiles: &[Profile]) -> Vec<Map<String, Value>> 
     profile_objects(&rows.collect::<Vec<_>>())
 }
 
-/// Errors of the moments of a copy: means over the views, NaN where undefined. Keys are those of `[moments]` in a config,
+/// Errors of the moments of a copy: means over the views, all of them and those of bands, NaN where undefined. Keys are those of `[moments]` in a config,
 /// with one channel.
 #[pyfunction]
 #[pyo3(signature = (truth, copy, *, seed = 1, **keys))]
@@ -113,7 +113,7 @@ pub fn moment_errors<'py>(
     #[pyo3(from_py_with = keys::seed)] seed: u64,
     keys: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (spec, _) = settings(keys)?;
+    let (spec, estimator) = settings(keys)?;
     if let [_, _, ..] = spec.channels[..] {
         let names: Vec<&str> = spec.channels.iter().map(|c| c.name()).collect();
         return Err(refused(ParameterError::new(
@@ -122,10 +122,17 @@ pub fn moment_errors<'py>(
             "one channel",
         )));
     }
-    let [f, g] = [truth, copy].map(|m| profiles(py, &*m.brdf, seed, keys));
-    let (f, g) = (f?, g?);
-    let errors = MomentErrors::between(&f[0], &g[0]);
+    let errors = detached(py, || {
+        let f = Profile::new(&*truth.brdf, spec.channels[0], &spec, &*estimator, seed)?;
+        let g = Profile::against(&f, &*copy.brdf, &spec, &*estimator, seed)?;
+        Ok::<_, ParameterError>(MomentErrors::between(&f, &g))
+    });
     let all = PyDict::new(py);
-    quantities(&all, &MomentErrors::QUANTITIES, &errors)?;
+    for (of_band, errors) in MomentErrors::QUANTITIES
+        .iter()
+        .zip(errors?.map_err(refused)?)
+    {
+        quantities(&all, of_band, &errors)?;
+    }
     Ok(all)
 }

@@ -215,6 +215,9 @@ pub trait Predictive: Send + Sync {
     /// What is known at pairs.
     fn predict(&self, pairs: &[DirectionPair]) -> Vec<LogNormal>;
 
+    /// Variances of sums Σ w ln(f + ε) over some pairs, whose errors are not independent: a list of weights for each sum.
+    fn variances_of_sums(&self, pairs: &[DirectionPair], weights: &[Vec<f64>]) -> Vec<f64>;
+
     /// The readings that it leaves out, in the order of the schedule.
     fn suspects(&self) -> &[Suspect] {
         &[]

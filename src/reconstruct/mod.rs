@@ -60,7 +60,7 @@ pub use sheets::{IN_SHEETS, Sheets, incidences};
 pub(crate) use sheets::{Still, are_in_plane, still};
 pub use thin_plate::ThinPlate;
 pub use transform::{EPSILON, Transform, Values};
-pub use uncertainty::{MOST_PREDICTED, Replicated, Uncertain};
+pub use uncertainty::{Estimated, MOST_PREDICTED, Replicated, Uncertain};
 
 use coordinates::ReconstructionCoordinates;
 use interpolant::Interpolated;

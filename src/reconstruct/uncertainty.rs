@@ -17,13 +17,13 @@
 
 use super::interpolant::{Readings, noise, present, values_at};
 use super::{Cover, Coverage, EPSILON, Interpolant, Predictive, Reconstruct, ReconstructError};
-use crate::brdf::Channels;
+use crate::brdf::{Brdf, Channels, EstimatedBrdf, Presence, SampleBrdf, of_wrapped};
 use crate::geometry::DirectionPair;
 use crate::measurement::{Details, Flags, Measurement, Outcome};
 use crate::sampling::Random;
 use crate::schedule::Schedule;
 use rand_distr::{Distribution, StandardNormal};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Sets of readings with errors of type A.
 const REPLICAS: usize = 16;
@@ -67,7 +67,26 @@ pub struct Replicated {
     channels: Channels,
     /// The predictive distribution of the method, if it has one.
     known: Option<Box<dyn Predictive>>,
+    /// The least cosine of an elevation that was read.
+    reach: f64,
 }
+
+/// The lesser cosine of the elevations of a pair.
+fn lower(pair: &DirectionPair) -> f64 {
+    pair.omega_i.cos_theta().min(pair.omega_o.cos_theta())
+}
+
+/// The least cosine of an elevation among some poses that have a reading.
+fn reach(measurement: &Measurement, present: &[bool]) -> f64 {
+    let poses = measurement.schedule.poses.iter().zip(present).enumerate();
+    let read = poses.filter(|(i, (_, present))| **present && measurement.value(*i).is_some());
+    read.map(|(_, (pose, _))| lower(&pose.pair))
+        .fold(1.0, f64::min)
+}
+
+/// What a value beyond the elevations that were read may be off by, as a share of it, alike at all such pairs: nothing was read that says
+/// how a BRDF goes on towards the horizon.
+const BEYOND: f64 = 0.5;
 
 /// Readings up to which the errors of a method that is predictive are asked for: that takes as long as the BRDF.
 pub const MOST_PREDICTED: usize = 2000;
@@ -108,6 +127,7 @@ impl Replicated {
         let interpolant = method.interpolate(&Readings::new(&some, present, noise.as_deref()))?;
         Ok(Some(Self {
             interpolant,
+            reach: reach(&some, present),
             channels: some.channels,
             known: Some(known),
         }))
@@ -176,6 +196,7 @@ impl Replicated {
             interpolant,
             channels: measurement.channels.clone(),
             known: None,
+            reach: reach(measurement, present),
         }))
     }
 
@@ -191,6 +212,49 @@ impl Replicated {
         self.each(pairs, self.channels.count(), |values, out| {
             out.extend(values);
         })
+    }
+
+    /// Standard uncertainties of sums of luminance Σ w f over some pairs, with a list of weights for each sum: of both types, of a
+    /// method that is [`Predictive`] of what is open between readings, and of half of what is beyond the elevations that were read.
+    pub(crate) fn uncertainties_of_sums(
+        &self,
+        pairs: &[DirectionPair],
+        weights: &[Vec<f64>],
+    ) -> Vec<f64> {
+        let values = values_at(&*self.interpolant, pairs);
+        let sets = values.chunks_exact(self.channels.count());
+        let luminance: Vec<f64> = sets.map(|set| self.channels.luminance(set)).collect();
+        let width = luminance.len() / pairs.len().max(1);
+        let value = |k: usize| luminance[k * width];
+        let read: Vec<f64> = match &self.known {
+            Some(known) => {
+                // A share of f + ε is what ln(f + ε) errs by.
+                let of = |w: &Vec<f64>| {
+                    let each = w.iter().enumerate();
+                    each.map(|(k, w)| w * (value(k) + EPSILON)).collect()
+                };
+                let weights: Vec<Vec<f64>> = weights.iter().map(of).collect();
+                let variances = known.variances_of_sums(pairs, &weights).into_iter();
+                variances.map(f64::sqrt).collect()
+            }
+            None => {
+                let of = |weights: &Vec<f64>| {
+                    let mut sums = [0.0; SETS];
+                    for (w, sets) in weights.iter().zip(luminance.chunks_exact(SETS)) {
+                        sums.iter_mut().zip(sets).for_each(|(sum, f)| *sum += w * f);
+                    }
+                    uncertain(&sums, 1, 0).uncertainty()
+                };
+                weights.iter().map(of).collect()
+            }
+        };
+        let beyond = |weights: &Vec<f64>| {
+            let all = weights.iter().zip(pairs).enumerate();
+            let beyond = all.filter(|(_, (_, pair))| lower(pair) < self.reach);
+            BEYOND * beyond.map(|(k, (w, _))| w * value(k)).sum::<f64>()
+        };
+        let both = read.into_iter().zip(weights.iter().map(beyond));
+        both.map(|(read, beyond)| read.hypot(beyond)).collect()
     }
 
     /// Every channel and its uncertainties at the poses of a schedule, as readings; none where no reading is near.
@@ -253,6 +317,78 @@ impl Replicated {
             .iter()
             .map(Uncertain::uncertainty)
             .collect()
+    }
+}
+
+/// A reconstruction with the readings that it is made of, from which its uncertainties follow.
+pub struct Estimated {
+    brdf: Box<dyn Brdf>,
+    method: Arc<dyn Reconstruct>,
+    measurement: Measurement,
+    /// Made where uncertainties are asked for; `None` if nothing is known of them.
+    replicated: OnceLock<Option<Replicated>>,
+}
+
+impl Estimated {
+    /// What `method` makes of a measurement.
+    ///
+    /// # Errors
+    /// As [`Reconstruct::reconstruct`].
+    pub fn new(
+        method: Arc<dyn Reconstruct>,
+        measurement: Measurement,
+    ) -> Result<Self, ReconstructError> {
+        Ok(Self {
+            brdf: method.reconstruct(&measurement)?,
+            method,
+            measurement,
+            replicated: OnceLock::new(),
+        })
+    }
+}
+
+impl Brdf for Estimated {
+    of_wrapped!(brdf);
+
+    fn is_mirrored(&self) -> bool {
+        self.brdf.is_mirrored()
+    }
+
+    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        self.brdf.eval(pair, out)
+    }
+
+    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        self.brdf.eval_batch(pairs, out, presence);
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.brdf.remarks()
+    }
+
+    fn as_sample(&self) -> Option<&dyn SampleBrdf> {
+        self.brdf.as_sample()
+    }
+
+    fn as_estimated(&self) -> Option<&dyn EstimatedBrdf> {
+        Some(self)
+    }
+}
+
+impl EstimatedBrdf for Estimated {
+    fn uncertainties_of_sums(
+        &self,
+        pairs: &[DirectionPair],
+        weights: &[Vec<f64>],
+    ) -> Option<Vec<f64>> {
+        // The reconstruction of the readings alone succeeded.
+        let make = || {
+            Replicated::of(&self.measurement, &*self.method)
+                .ok()
+                .flatten()
+        };
+        let replicated = self.replicated.get_or_init(make).as_ref()?;
+        Some(replicated.uncertainties_of_sums(pairs, weights))
     }
 }
 

@@ -42,6 +42,23 @@ pub fn upper_quantile(values: &[f64], probability: f64) -> Option<f64> {
     values.get(rank.checked_sub(1)?).copied()
 }
 
+/// Positions, from 0, in `n` sorted values between which the median of what they are drawn from lies with a probability of 95 % at
+/// least, whatever its distribution; `None` of fewer than six.
+pub fn median_ranks(n: usize) -> Option<[usize; 2]> {
+    // Of n tosses of a coin at most `low` fall to one side with a probability of `below`.
+    let mut low = None;
+    let (mut exactly, mut below) = (0.5_f64.powi(i32::try_from(n).ok()?), 0.0);
+    for k in 0..n {
+        below += exactly;
+        if below > 0.025 {
+            break;
+        }
+        low = Some(k);
+        exactly *= (n - k) as f64 / (k + 1) as f64;
+    }
+    low.map(|low| [low, n - 1 - low])
+}
+
 /// The logarithm of an error, under the floor of [`geometric_mean`].
 pub(super) fn log_error(error: f64) -> Option<f64> {
     (error >= 0.0 && error.is_finite()).then(|| error.max(EXACT).ln())

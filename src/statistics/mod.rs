@@ -12,7 +12,9 @@ mod variance;
 mod wilcoxon;
 
 pub use bootstrap::{Bootstrap, FEWEST};
-pub use mean::{EXACT, compares, geometric_mean, is_exact, mean_and_error, median, upper_quantile};
+pub use mean::{
+    EXACT, compares, geometric_mean, is_exact, mean_and_error, median, median_ranks, upper_quantile,
+};
 pub use order::{Order, PooledOrder, error_at, order, pooled_order};
 pub use paired::{BAND, Paired, SIGNIFICANCE, Verdict};
 pub use variance::{Shares, variance_shares};

@@ -19,7 +19,7 @@ const MATERIAL: &str = "--set material=[{name=\"m\",kind=\"micro-surface\",surfa
      facets={kind=\"mirror\"},surfaces=1,paths=16}]";
 
 /// Each config, and what makes it short.
-const SHORT: [(&str, &[&str]); 16] = [
+const SHORT: [(&str, &[&str]); 17] = [
     ("barla2015", &[ACQUISITION, "--shard 1/340"]),
     (
         "bounces",
@@ -42,6 +42,10 @@ const SHORT: [(&str, &[&str]); 16] = [
             MATERIAL,
             "--set quantities=[] --set metrics.pairs=64 --set metrics.max_pairs=64 --set measures=[\"cosine\"] --shard 1/40",
         ],
+    ),
+    (
+        "moments-study",
+        &["--set budgets=[64] --set moments.views=2 --shard 1/40"],
     ),
     ("planning", &[ACQUISITION, "--shard 1/4"]),
     ("published", &[ACQUISITION, "--shard 1/8"]),

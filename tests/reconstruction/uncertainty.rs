@@ -1,19 +1,23 @@
 //! What uncertainties of readings make of their reconstruction.
 
-use super::common::{Level, levels, made, model, test_pairs};
+use super::common::{Level, bent, levels, made, model, planned, test_pairs};
 use super::layouts::{named, pair, readings_of, scattered, schedule};
 use super::{each, form, method, methods, read, smooth, value};
 use gonio::brdf::Brdf;
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::measurement::{Details, Flags, Measurement};
 use gonio::metrics::{self, Measure, MetricsSpec};
-use gonio::reconstruct::{Cover, Coverage, Reconstruct, Replicated, Uncertain};
+use gonio::moments::{Channel, Component, MomentsSpec, PeakResolving, Profile};
+use gonio::parametrization;
+use gonio::reconstruct::{Cover, Coverage, Estimated, Reconstruct, Replicated, Uncertain};
 use gonio::sampling::Random;
 use gonio::validation::{CrossValidation, ReferenceReadings};
 use rand_distr::{Distribution, StandardNormal};
+use std::sync::Arc;
 
 levels! {
     kriging_errs_as_it_says: "thorough: more lobes, noises and draws";
+    moments_of_readings_err_as_they_say: "thorough: ten materials, more readings and views";
 }
 
 /// Readings of a smooth material with uncertainties of both types, shares of their values.
@@ -203,6 +207,74 @@ fn kriging_errs_as_it_says(level: Level) {
         let share = right as f64 / pairs as f64;
         assert!((0.93..0.999).contains(&share), "{noise}: {share}");
     }
+}
+
+/// Materials from matte to lobes of 1°.
+fn lobes(level: Level) -> Vec<Box<dyn Brdf>> {
+    let all: &[(&str, &str, &[f64])] = level.of(
+        &[("ggx", "alpha", &[0.03, 0.3])],
+        &[
+            ("ggx", "alpha", &[0.02, 0.05, 0.1, 0.3]),
+            ("beckmann", "alpha", &[0.04, 0.25]),
+            ("ward", "alpha", &[0.05, 0.15]),
+            ("oren-nayar", "sigma_deg", &[20.0]),
+            ("phong", "exponent", &[60.0]),
+        ],
+    );
+    let of = |&(kind, key, values): &(&str, &str, &[f64])| {
+        let of = values.iter();
+        of.map(|x| model(kind, &format!("{key} = {x:?}")))
+            .collect::<Vec<_>>()
+    };
+    all.iter().flat_map(of).collect()
+}
+
+/// Intervals of moments of noisy readings hold those of the truth as often as they say: of what is open between readings and of
+/// noise, lobes narrower than 3° included.
+fn moments_of_readings_err_as_they_say(level: Level) {
+    let spec = MomentsSpec {
+        views: level.of(2, 3),
+        max_view_deg: 70.0,
+        ..MomentsSpec::default()
+    };
+    let estimator = PeakResolving {
+        tolerance: 1e-3,
+        ..PeakResolving::default()
+    };
+    let channel = Channel::Luminance;
+    let entry = parametrization::find("half-difference").unwrap();
+    let [_, form] = bent(&entry, Symmetry::FULL);
+    let schedule = planned(&form, "sobol", level.of(100, 250), 1);
+    let kriging: Arc<dyn Reconstruct> = Arc::from(method("kriging", ""));
+    let (mut all, mut within) = (0_usize, [0_usize; 2]);
+    for (number, truth) in (0..).zip(lobes(level)) {
+        let of_truth = Profile::new(&*truth, channel, &spec, &estimator, 1).unwrap();
+        let value = |pair: &DirectionPair| truth.luminance(pair).unwrap_or(0.0);
+        let mut exact = read(Arc::clone(&schedule), value);
+        let noise = exact.values.iter().map(|v| 0.01 * v).collect();
+        exact.details.as_mut().unwrap().type_a = noise;
+        for draw in 0..2 {
+            let mut m = exact.clone();
+            err(&mut m, 1000 * number + draw);
+            let copy = Estimated::new(Arc::clone(&kriging), m).unwrap();
+            let of_copy = Profile::new(&copy, channel, &spec, &estimator, 1).unwrap();
+            for (f, g) in of_truth.slices.iter().zip(&of_copy.slices) {
+                // Odd ones are 0 by symmetry.
+                for c in Component::ALL.into_iter().filter(|c| !c.is_odd()) {
+                    if let [Some(f), Some(g)] = [f, g].map(|s| s.moments.get(c)) {
+                        let off = (f.value - g.value).abs() / g.uncertainty;
+                        all += 1;
+                        let both = within.iter_mut().zip([1.0, 2.0]);
+                        both.for_each(|(n, times)| *n += usize::from(off <= times));
+                    }
+                }
+            }
+        }
+    }
+    let [one, two] = within.map(|n| n as f64 / all as f64);
+    let [least, most] = level.of([0.4, 0.95], [0.55, 0.85]);
+    let holds = (least..=most).contains(&one) && two >= level.of(0.8, 0.9);
+    assert!(holds, "{all}: {one} {two}");
 }
 
 #[test]

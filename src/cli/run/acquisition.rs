@@ -10,7 +10,8 @@ use crate::metrics::{Measure, MetricsSpec};
 use crate::report::Studio;
 use crate::report::{
     Below, PARQUET, RANKING, REPORT, RESULTS, RunFolder, TIMES, Table, calibration, instruments,
-    ranking, ranking_csv, results_csv, schedule_stem, study_html, study_text, verdict_text,
+    levels_text, ranking, ranking_csv, results_csv, schedule_stem, study_html, study_text,
+    verdict_text,
 };
 use std::cell::RefCell;
 use std::io::Write;
@@ -79,6 +80,7 @@ impl Shown for Plan {
                 if self.kind == Kind::Study {
                     print(&study_text(&findings))?;
                 }
+                print(&levels_text(&findings))?;
                 print(&calibration(&findings))?;
                 print(&verdict_text(&findings))?;
                 let (general, pictures) = match self.pictures.draw {

@@ -3,37 +3,76 @@
 use crate::error::{ParameterError, one_of};
 use crate::experiment::row::Row;
 use crate::metrics::{Errors, Expected};
-use crate::registry::named;
+use crate::moments::{MomentErrors, VIEW_BANDS};
 
-named! {
-    /// An error metric that is compared.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Metric {
-        /// `nrmse`.
-        Nrmse = "nrmse",
-        /// `log_relative`.
-        LogRelative = "log_relative",
-        /// `moment_energy`.
-        MomentEnergy = "moment_energy",
-        /// `moment_mean`.
-        MomentMean = "moment_mean",
-        /// `moment_covariance`.
-        MomentCovariance = "moment_covariance",
-        /// `moment_skewness`.
-        MomentSkewness = "moment_skewness",
-        /// `moment_kurtosis`.
-        MomentKurtosis = "moment_kurtosis",
-    }
+/// An error metric that is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Metric {
+    /// `nrmse`.
+    Nrmse,
+    /// `log_relative`.
+    LogRelative,
+    /// An error of the moments of slices: positions of its band of views and of itself in [`MomentErrors::QUANTITIES`].
+    Moment(usize, usize),
 }
+
+/// Levels of the errors of moments, in the order of [`MomentErrors::QUANTITIES`]: 1 % of the energy, 1° of the mean direction, 5 % of
+/// the covariance, 0.1 of a skewness and 0.2 of a kurtosis. The mean in units of the width of the lobe has none of its own.
+const LEVELS: [Option<f64>; MomentErrors::COUNT] = [
+    Some(0.01),
+    Some(1.0),
+    None,
+    Some(0.05),
+    Some(0.1),
+    Some(0.2),
+];
 
 impl Metric {
     /// Those of test pairs, which every row has.
     pub const OF_PAIRS: [Self; 2] = [Self::Nrmse, Self::LogRelative];
 
+    /// All of them, in their order: of moments first those over all views.
+    pub const ALL: [Self; 2 + VIEW_BANDS.len() * MomentErrors::COUNT] = {
+        let mut all = [Self::Nrmse; 2 + VIEW_BANDS.len() * MomentErrors::COUNT];
+        all[1] = Self::LogRelative;
+        let mut i = 2;
+        while i < all.len() {
+            let of_moment = i - 2;
+            all[i] = Self::Moment(
+                of_moment / MomentErrors::COUNT,
+                of_moment % MomentErrors::COUNT,
+            );
+            i += 1;
+        }
+        all
+    };
+
+    /// The name of its column.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nrmse => "nrmse",
+            Self::LogRelative => "log_relative",
+            Self::Moment(band, of) => MomentErrors::QUANTITIES[band][of].0.name,
+        }
+    }
+
     /// True if it is an error of the moments of slices: no test pairs are in it, so it is the same for all measures, and only rows
     /// of a config that asks for moments have it.
     pub fn is_of_moments(self) -> bool {
-        !Self::OF_PAIRS.contains(&self)
+        matches!(self, Self::Moment(..))
+    }
+
+    /// True unless it is of a part of the views.
+    pub fn is_of_all_views(self) -> bool {
+        !matches!(self, Self::Moment(1.., _))
+    }
+
+    /// The error that readings are counted until, of moments; `None` of others.
+    pub fn level(self) -> Option<f64> {
+        match self {
+            Self::Moment(_, of) => LEVELS[of],
+            _ => None,
+        }
     }
 
     /// True if it stands among the findings of some rows: an error of test pairs always, one of moments if a row has it.

@@ -479,6 +479,33 @@ impl Predictive for Mixture {
         known.unwrap_or_else(|| unreachable!("nothing is not singular"))
     }
 
+    fn variances_of_sums(&self, pairs: &[DirectionPair], weights: &[Vec<f64>]) -> Vec<f64> {
+        let weights = DMatrix::from_fn(pairs.len(), weights.len(), |k, of| weights[of][k]);
+        let mut all = vec![0.0; weights.ncols()];
+        // Of the sums of the means of the accounts: their mean, and that of their squares.
+        let mut between = vec![[0.0; 2]; weights.ncols()];
+        for (share, process) in &self.accounts {
+            let places = process.places(pairs);
+            let weighted = process.covariances(&places, &places) * &weights;
+            let means = DVector::from_vec(process.means(&places));
+            let shared = DVector::from_vec(process.shared(&places));
+            for (i, own) in weights.column_iter().enumerate() {
+                let variance = own.dot(&weighted.column(i)).max(0.0) * process.scale;
+                all[i] += share * (variance + own.dot(&shared).powi(2));
+                let mean = own.dot(&means);
+                between[i][0] += share * mean;
+                between[i][1] += share * mean * mean;
+            }
+        }
+        let between = between
+            .into_iter()
+            .map(|[mean, square]| square - mean * mean);
+        all.iter()
+            .zip(between)
+            .map(|(of, more)| of + more.max(0.0))
+            .collect()
+    }
+
     fn suspects(&self) -> &[Suspect] {
         &self.suspects
     }

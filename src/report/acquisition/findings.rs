@@ -6,8 +6,8 @@ use crate::experiment::{
     Allowance, Calibrated, Calibration, Choice, Duel, Duels, Explained, Factor, Findings, Line,
     Metric, NONE, Ranking, Scope, are_named,
 };
-use crate::report::acquisition::table::{error, headed, starred};
-use crate::report::{Columns, each_once};
+use crate::report::acquisition::table::{TextTable, error, headed, starred};
+use crate::report::each_once;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict};
 use std::fmt::Write as _;
 
@@ -435,24 +435,20 @@ pub(super) fn named_shares(
     named
 }
 
-/// What the cells of [`Calibrations`] hold.
+/// What the cells of [`calibrations`] hold.
 pub(super) const LEGEND: &str = "Error over the error that the reconstruction expected of itself: the median over \
                                  materials, what 90 % of materials are below, and under the cosine measure the share \
                                  of materials below the bound that is stated for 90 %.";
 
-/// A table: its title, and lines of a name and its cells.
-pub(super) struct Calibrations {
-    pub title: String,
-    pub lines: Vec<(String, Vec<String>)>,
-}
-
 /// A table for each metric and measure.
-pub(super) fn calibrations(findings: &Findings) -> Vec<Calibrations> {
+pub(super) fn calibrations(findings: &Findings) -> Vec<TextTable> {
     let all = findings
         .calibrations
         .chunk_by(Calibration::is_of_same_error);
-    all.map(|of| Calibrations {
+    let head = || headings(findings).into_iter().map(str::to_owned).collect();
+    all.map(|of| TextTable {
         title: format!("{} over expected, {}", of[0].metric.name(), of[0].measure),
+        head: head(),
         lines: of.iter().map(|line| of_line(line, findings)).collect(),
     })
     .collect()
@@ -480,17 +476,7 @@ fn calibrated(cell: &Option<Calibrated>) -> String {
 
 /// All tables as a text; empty if nothing was expected.
 pub fn calibration(findings: &Findings) -> String {
-    let mut out = String::new();
-    for table in calibrations(findings) {
-        let headings: String = headings(findings)
-            .iter()
-            .map(|a| format!("\t>{a}"))
-            .collect();
-        let lines = table.lines.iter();
-        let lines = lines.map(|(name, cells)| format!("  {name}\t{}", cells.join("\t")));
-        let columns = Columns::with_rows(&format!("{}{headings}", table.title), lines);
-        out += &format!("\n{columns}");
-    }
+    let out: String = calibrations(findings).iter().map(TextTable::text).collect();
     match out.is_empty() {
         true => out,
         false => format!("{out}\n{LEGEND}\n"),

@@ -4,6 +4,7 @@ mod csv;
 mod findings;
 #[cfg(feature = "pictures")]
 mod html;
+mod levels;
 mod order;
 #[cfg(feature = "parquet")]
 mod parquet;
@@ -19,6 +20,7 @@ pub use findings::{calibration, study_text};
 pub use html::{MaterialPictures, Picture, html as study_html, study_curves, study_timings};
 #[cfg(all(feature = "pictures", feature = "stability"))]
 pub(crate) use html::{frame, table as html_table};
+pub use levels::levels_text;
 #[cfg(feature = "parquet")]
 pub use parquet::results_parquet;
 pub use ranking::{instruments, ranking};

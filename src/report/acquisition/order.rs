@@ -13,7 +13,7 @@ pub(super) fn sampling(choice: &Choice) -> String {
 
 /// True of the metrics that a command prints; the others stand in `ranking.csv` and the report.
 pub(super) fn is_printed(metric: &Metric) -> bool {
-    *metric == Metric::Nrmse || metric.is_of_moments()
+    *metric == Metric::Nrmse || metric.is_of_moments() && metric.is_of_all_views()
 }
 
 /// A metric and its measure, which `pairs` follows; moments have none.

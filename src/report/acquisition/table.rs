@@ -293,3 +293,26 @@ pub fn error(value: Option<f64>) -> String {
         Some(v) => format!("{v:.1e}"),
     }
 }
+
+/// A table of texts: its title stands above the names of its lines.
+pub(super) struct TextTable {
+    pub title: String,
+    /// Headings of the cells.
+    pub head: Vec<String>,
+    /// Lines of a name and its cells.
+    pub lines: Vec<(String, Vec<String>)>,
+}
+
+impl TextTable {
+    /// The table for a terminal, below an empty line.
+    pub(super) fn text(&self) -> String {
+        let head = self.head.iter().map(|a| format!("\t>{a}"));
+        let lines = self.lines.iter();
+        let lines = lines.map(|(name, cells)| format!("  {name}\t{}", cells.join("\t")));
+        let columns = Columns::with_rows(
+            &format!("{}{}", self.title, head.collect::<String>()),
+            lines,
+        );
+        format!("\n{columns}")
+    }
+}

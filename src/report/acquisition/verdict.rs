@@ -141,7 +141,9 @@ impl<'a> Answer<'a> {
             let short = contest_of(ranking)?.short(a)?;
             Some(format!("{short} by {}", error_of(&ranking.scope, " pairs")))
         };
-        let others: Vec<String> = rankings.iter().skip(1).filter_map(other).collect();
+        let others = rankings.iter().skip(1);
+        let others = others.filter(|r| r.scope.metric.is_of_all_views());
+        let others: Vec<String> = others.filter_map(other).collect();
         let others = others.join("; ");
         Self {
             contest,

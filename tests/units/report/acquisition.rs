@@ -3,7 +3,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gonio::experiment::{Findings, Plan, Row, Source};
 use gonio::report::{
-    MaterialPictures, Picture, ranking, ranking_csv, study_html as html, study_text, verdict_text,
+    MaterialPictures, Picture, levels_text, ranking, ranking_csv, study_html as html, study_text,
+    verdict_text,
 };
 use gonio::statistics::BAND;
 use sha2::{Digest, Sha256};
@@ -328,6 +329,61 @@ fn errors_of_moments_are_ranked_where_rows_have_them() {
         .filter(|l| l.starts_with("moment_skewness,,,7,hybrid"));
     assert_eq!(lines.count(), 2);
     says(&page, "moment_skewness, all 7 materials … 0.2500");
+}
+
+#[test]
+fn readings_are_counted_until_errors_of_moments_stay_below_their_levels() {
+    // Errors of the energy that fall as 1/readings: below 1 % from 100 c readings on, of which half the materials need 100 c₃.
+    let mut rows = Vec::new();
+    for m in 0..6_u8 {
+        for (parametrization, times) in [("half-difference", 1.0), ("hybrid", 4.0)] {
+            for budget in [100, 400, 1600] {
+                let mut row = row(
+                    m.into(),
+                    [parametrization, "none"],
+                    budget,
+                    0.1 / budget as f64,
+                );
+                let c = times * (1.0 + f64::from(m));
+                row.quantities.set("moment_energy", Some(c / budget as f64));
+                row.quantities
+                    .set("moment_energy_0_40", Some(0.5 * c / budget as f64));
+                // It rises again: no number of these is enough.
+                let rising = if budget == 1600 { 0.2 } else { 0.01 };
+                row.quantities.set("moment_skewness", Some(rising));
+                rows.push(row);
+            }
+        }
+    }
+    let found = findings(&rows);
+    let text = levels_text(&found);
+    says(
+        &text,
+        "readings until moment_energy ≤ 0.01 … all views … 0°–40°",
+    );
+    says(
+        &text,
+        "half-difference, cubic … 300 [≤ 100, 600] … 150 [≤ 100, 300]",
+    );
+    says(
+        &text,
+        "hybrid, cubic … 1200 [400, > 1600] … 600 [200, 1200]",
+    );
+    says(
+        &text,
+        "readings until moment_skewness ≤ 0.1 … half-difference, cubic … > 1600",
+    );
+    // What errs least in nrmse errs four times less in energy too, and as much in skewness.
+    says(
+        &text,
+        "moment_energy … 100 … half-difference, cubic … half-difference, cubic … is the same",
+    );
+    assert!(!text.contains("moment_kurtosis"));
+    says(
+        &report(&rows),
+        "readings until moment_energy ≤ 0.01 … 1200 [400, &gt; 1600]",
+    );
+    assert_eq!(levels_text(&findings(&warped(8, [1.0; 4]))), "");
 }
 
 #[test]

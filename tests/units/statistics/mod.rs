@@ -4,7 +4,8 @@ mod wilcoxon;
 
 use crate::common::near;
 use gonio::statistics::{
-    Bootstrap, error_at, geometric_mean, mean_and_error, order, pooled_order, upper_quantile,
+    Bootstrap, error_at, geometric_mean, mean_and_error, median_ranks, order, pooled_order,
+    upper_quantile,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -39,6 +40,29 @@ fn one_more_value_is_below_as_often_as_is_said() {
     }
     assert_eq!(upper_quantile(&[1.0; 8], 0.9), None);
     assert_eq!(upper_quantile(&[], 0.0), None);
+}
+
+/// Of all equally likely ways in which values lie to the two sides of a median, those count in which it is between the ranks.
+#[test]
+fn the_interval_of_a_median_holds_it_as_often_as_is_said() {
+    assert_eq!(median_ranks(5), None);
+    // Hollander, Wolfe & Chicken 2014, table of the binomial: 12 values, the third and the tenth, 96.1 %.
+    assert_eq!(median_ranks(12), Some([2, 9]));
+    for n in 6..=16 {
+        let [low, high] = median_ranks(n).unwrap();
+        let holds = |low: usize, high: usize| {
+            // The median lies above as many values as there are ones.
+            let inside = (0..1_u32 << n).filter(|sides| {
+                let below = sides.count_ones() as usize;
+                (low + 1..=high).contains(&below)
+            });
+            inside.count() as f64 / f64::from(1_u32 << n)
+        };
+        assert!(
+            holds(low, high) >= 0.95 && holds(low + 1, high - 1) < 0.95,
+            "{n}"
+        );
+    }
 }
 
 #[test]

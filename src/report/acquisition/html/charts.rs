@@ -1,13 +1,13 @@
 //! The diagrams of a report.
 
 use super::super::findings::{Against, compared_at, level, method_beside};
-use super::super::order::{best_at, best_of_each, error_of, sampling, whole};
+use super::super::order::{best_at, best_of_each, error_of, is_printed, sampling, whole};
 use super::super::verdict::{Contest, number, of_all, said};
 use super::figure::chart;
 use super::materials::Material;
 use super::scope_title;
 use crate::error::count;
-use crate::experiment::{Calibration, Cell, Choice, Factor, Findings, Line, Metric, NONE, Ranking};
+use crate::experiment::{Calibration, Cell, Choice, Factor, Findings, Line, NONE, Ranking};
 use crate::report::svg::plot::{
     Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Point, Series, color_of,
 };
@@ -49,6 +49,20 @@ const COMPUTING: Cost = Cost {
     range: |c| c.seconds_range,
 };
 
+/// Of each sampling the best at each budget.
+fn best_of_each_budget(ranking: &Ranking, factor: Factor) -> Vec<Line> {
+    let mut least: Vec<Line> = best_of_each(ranking, factor).into_iter().cloned().collect();
+    for line in &mut least {
+        let best = |a| {
+            best_at(ranking, factor, &line.choice, a)
+                .unwrap_or(line)
+                .cells[a]
+        };
+        line.cells = (0..line.cells.len()).map(best).collect();
+    }
+    least
+}
+
 /// The chart of the verdict: the error of every sampling by its best reconstruction of each budget against readings, with the
 /// interval of the ratio of the pair where the challenger is among these. `None` of fewer than two budgets.
 pub(super) fn decisive(
@@ -58,12 +72,7 @@ pub(super) fn decisive(
     looks: &Looks,
 ) -> Option<Markup> {
     let best = |line: &Line, a: usize| best_at(ranking, looks.factor, &line.choice, a);
-    let least = best_of_each(ranking, looks.factor).into_iter();
-    let mut least: Vec<Line> = least.cloned().collect();
-    for line in &mut least {
-        let cells = (0..line.cells.len()).map(|a| best(line, a).unwrap_or(&*line).cells[a]);
-        line.cells = cells.collect();
-    }
+    let least = best_of_each_budget(ranking, looks.factor);
     let lines: Vec<&Line> = least.iter().collect();
     let by = |line: &Line| {
         let by = |(a, at): (usize, &String)| {
@@ -247,8 +256,11 @@ pub fn study_timings(findings: &Findings) -> String {
 
 fn sheet(findings: &Findings, costs: &[Cost]) -> String {
     let looks = Looks::new(findings);
-    let of_all = |r: &&Ranking| r.scope.truth.is_none() && r.scope.metric == Metric::Nrmse;
-    let rankings: Vec<&Ranking> = findings.rankings.iter().filter(of_all).collect();
+    let of_all = |r: &&Ranking| r.scope.truth.is_none();
+    let rankings = || findings.rankings.iter().filter(of_all);
+    let (of_pairs, of_moments): (Vec<_>, Vec<_>) = rankings()
+        .filter(|r| is_printed(&r.scope.metric))
+        .partition(|r| !r.scope.metric.is_of_moments());
     let mut panels = Vec::new();
     for cost in costs {
         let panel = |r: &&Ranking| {
@@ -263,13 +275,19 @@ fn sheet(findings: &Findings, costs: &[Cost]) -> String {
             }
             panel
         };
-        let row: Vec<Panel> = rankings.iter().map(panel).collect();
+        let row: Vec<Panel> = of_pairs.iter().map(panel).collect();
         if row.iter().any(|p| !p.series.is_empty()) {
             panels.extend(row);
         }
     }
+    let shows_moments = costs.iter().any(|cost| cost.label == READINGS.label);
+    for ranking in of_moments.iter().filter(|_| shows_moments) {
+        let lines = best_of_each_budget(ranking, looks.factor);
+        let lines: Vec<&Line> = lines.iter().take(LINES).collect();
+        panels.push(panel(ranking, &lines, &READINGS, &looks));
+    }
     let of = count(
-        rankings.first().map_or(0, |r| r.scope.materials),
+        rankings().next().map_or(0, |r| r.scope.materials),
         "material",
     );
     let has_range = |p: &Panel| p.series.iter().any(|s| s.name.is_empty());
@@ -277,8 +295,16 @@ fn sheet(findings: &Findings, costs: &[Cost]) -> String {
         true => "\nacross a point: the least and the most its steps took",
         false => "",
     };
-    let title = format!("Error of each sampling by its best reconstruction, {of}{note}");
-    svg(&title, &panels, rankings.len().max(1))
+    let by = match shows_moments && !of_moments.is_empty() {
+        true => ", of moments by the best of each budget",
+        false => "",
+    };
+    let title = format!("Error of each sampling by its best reconstruction{by}, {of}{note}");
+    svg(
+        &title,
+        &panels,
+        of_pairs.len().max(1) + usize::from(!by.is_empty()),
+    )
 }
 
 /// The curves of some lines of a ranking.

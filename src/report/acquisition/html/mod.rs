@@ -16,7 +16,9 @@ mod verdict;
 pub use charts::{study_curves, study_timings};
 
 use super::findings::{self, LEGEND, named_shares};
+use super::levels;
 use super::order::error_of;
+use super::table::TextTable;
 use crate::error::count;
 use crate::experiment::{Choice, Explained, Findings, Metric, Plan, Row, Scope};
 use charts::Looks;
@@ -102,6 +104,7 @@ pub fn html(
             "Expected errors",
             calibrations(findings, &looks),
         ),
+        ("levels", "Readings for moments", levels(findings)),
         ("variance", "Shares of the variance", variance(findings)),
         (
             "figures",
@@ -251,25 +254,48 @@ fn scope_title(scope: &Scope) -> String {
 
 /// Errors beside expected ones.
 fn calibrations(findings: &Findings, looks: &Looks) -> Option<Markup> {
-    let head = || std::iter::once("").chain(findings.allowances.iter().map(String::as_str));
     (!findings.calibrations.is_empty()).then(|| {
         page! {
             p { (LEGEND) }
             div.panels { @for chart in charts::calibrated(findings, looks) { (chart) } }
-            @for of in findings::calibrations(findings) {
-                (table(None, &of.title, head(), page! {
-                    tbody {
-                        @for (name, cells) in &of.lines {
-                            tr {
-                                th scope="row" { (name) }
-                                @for cell in cells { td { (cell.replace(" %", "\u{a0}%")) } }
-                            }
-                        }
-                    }
-                }))
+            @for of in findings::calibrations(findings) { (of_texts(&of)) }
+        }
+    })
+}
+
+/// What errors of moments need.
+fn levels(findings: &Findings) -> Option<Markup> {
+    let tables = levels::tables(findings);
+    (!tables.is_empty()).then(|| {
+        page! {
+            p { (levels::LEGEND) }
+            @for of in &tables { (of_texts(of)) }
+            @if let Some(guides) = levels::guides(findings) {
+                p { "Is what is sampled best for the BRDF sampled best for its moments?" }
+                (of_texts(&guides))
             }
         }
     })
+}
+
+/// A table of texts.
+fn of_texts(of: &TextTable) -> Markup {
+    let head = std::iter::once("").chain(of.head.iter().map(String::as_str));
+    table(
+        None,
+        &of.title,
+        head,
+        page! {
+            tbody {
+                @for (name, cells) in &of.lines {
+                    tr {
+                        th scope="row" { (name) }
+                        @for cell in cells { td { (cell.replace(" %", "\u{a0}%")) } }
+                    }
+                }
+            }
+        },
+    )
 }
 
 /// Shares of the variance as bars.
