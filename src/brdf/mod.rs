@@ -162,6 +162,9 @@ pub trait EstimatedBrdf: Send + Sync {
         pairs: &[DirectionPair],
         weights: &[Vec<f64>],
     ) -> Option<Vec<f64>>;
+
+    /// Makes what all sums need, before many threads ask for some.
+    fn prepare(&self) {}
 }
 
 /// A BRDF that can draw directions in proportion (roughly) to itself.

@@ -93,8 +93,7 @@ impl Moments {
         let (known, open): (Vec<_>, Vec<_>) = asked.partition(Option::is_some);
         if !open.is_empty() {
             note(&format!(
-                "gonio: {} of {} are not determined and left out: what is known of them is no more than the energy, sigma, sigma² \
-                 or, of orders 3 and 4, 1",
+                "gonio: {} of {} are left out: not defined, or not determined by the readings",
                 open.len(),
                 count(known.len() + open.len(), "moment")
             ));

@@ -319,9 +319,13 @@ impl<'i, 'a> Table<'i, 'a> {
     fn levels(&self, metric: Metric, scope: Scope) -> Option<Levels> {
         let level = metric.level()?;
         let needed = |c: usize, m: usize| {
-            let points = (0..self.errors[c].len())
-                .filter_map(|a| Some((self.readings[c][a][m], self.errors[c][a][m]?)))
-                .filter(|(readings, _)| *readings > 0.0);
+            // What has no error is above every level.
+            let point = |a: usize| {
+                let error = self.errors[c][a][m].unwrap_or(f64::INFINITY);
+                (self.readings[c][a][m], error)
+            };
+            let points = (0..self.errors[c].len()).map(point);
+            let points = points.filter(|(readings, _)| *readings > 0.0);
             Needed::until(level, points.collect())
         };
         let choices = self.index.choices.list.iter().enumerate();

@@ -25,7 +25,7 @@ pub struct MomentErrors {
 }
 
 /// Ranges of the view elevation that errors of moments are averaged over, degrees, the upper end inside, as is 0: all views,
-/// and three bands. Views beyond 85° are in none of these.
+/// and three bands. Views beyond 85° are in none of the three.
 pub const VIEW_BANDS: [[f64; 2]; 4] = [[0.0, 90.0], [0.0, 40.0], [40.0, 70.0], [70.0, 85.0]];
 
 /// Degrees by which rounding may move a view across the end of a band.

@@ -12,16 +12,24 @@ use super::tally::{gaussian, powers};
 use crate::brdf::SumErrors;
 use crate::geometry::DirectionPair;
 use crate::parametrization::view_centered;
+use std::f64::consts::FRAC_PI_4;
+
+/// Relative uncertainty of the energy up to which what errors shift the other moments by is linear in them.
+const LINEAR: f64 = 0.3;
+
+/// Uncertainty of a mean that is no knowledge of it where no σ was asked for, rad.
+const ANYWHERE: f64 = FRAC_PI_4;
 
 /// Adds a standard error to each uncertainty. A moment of readings that is known to no better than the energy, σ, σ² or, of orders 3 and 4,
-/// 1 is one that they do not determine, and is left out.
+/// 1 is one that they do not determine, and is left out; so are all orders above an energy that is known to no better than [`LINEAR`], and
+/// orders 3 and 4 where a covariance is left out.
 pub(super) fn add(slice: &Slice<'_>, moments: &mut Moments) {
     let brdf = slice.brdf;
     let (split, estimated) = (brdf.as_split(), brdf.as_estimated());
     if split.is_none() && estimated.is_none() {
         return;
     }
-    let Some(alpha) = moments.energy().filter(|alpha| *alpha > 0.0) else {
+    let Some(alpha) = moments.energy() else {
         return;
     };
     let (mut pairs, mut weights) = (Vec::new(), vec![Vec::new(); Component::ALL.len()]);
@@ -34,7 +42,10 @@ pub(super) fn add(slice: &Slice<'_>, moments: &mut Moments) {
                 influence[c.index()] *= if c.is_odd() { 0.0 } else { 2.0 };
             }
         }
-        influence[1..].iter_mut().for_each(|g| *g /= alpha);
+        // A black slice has no other moments.
+        influence[1..]
+            .iter_mut()
+            .for_each(|g| *g /= alpha.max(f64::MIN_POSITIVE));
         let weight = area * slice.of_luminance(&pair);
         let each = weights.iter_mut().zip(influence);
         each.for_each(|(of, g)| of.push(weight * g));
@@ -52,17 +63,39 @@ pub(super) fn add(slice: &Slice<'_>, moments: &mut Moments) {
     let is_estimated = of_readings.is_some();
     let both = errors.iter_mut().zip(of_readings.into_iter().flatten());
     both.for_each(|(error, more)| *error += more);
-    let units = Component::ALL.map(|c| match c.order() {
-        0 => Some(alpha),
-        1 | 2 => moments.unit(c),
-        _ => Some(1.0),
-    });
-    for ((moment, error), unit) in moments.0.iter_mut().zip(errors).zip(units) {
-        if let Some(estimate) = moment {
+    for (estimate, error) in moments.0.iter_mut().zip(errors) {
+        if let Some(estimate) = estimate {
             estimate.uncertainty += error;
-            if is_estimated && unit.is_some_and(|unit| estimate.uncertainty > unit) {
-                *moment = None;
-            }
+        }
+    }
+    if is_estimated && alpha > 0.0 {
+        leave_out(moments, alpha);
+    }
+}
+
+/// Leaves out the moments that uncertainties do not determine.
+fn leave_out(moments: &mut Moments, alpha: f64) {
+    let whole = *moments;
+    let is_open = |c: Component| {
+        let unit = match c.order() {
+            0 => alpha,
+            1 => whole.unit(c).unwrap_or(ANYWHERE),
+            2 => whole.unit(c).unwrap_or(0.0),
+            _ => 1.0,
+        };
+        whole
+            .get(c)
+            .is_some_and(|estimate| estimate.uncertainty > unit)
+    };
+    let energy = whole.get(Component::ENERGY);
+    let is_vague = energy.is_some_and(|energy| energy.uncertainty > LINEAR * alpha);
+    let is_width_open = Component::ALL
+        .into_iter()
+        .any(|c| c.order() == 2 && is_open(c));
+    for c in Component::ALL {
+        let below = (is_vague && c.order() > 0) || (is_width_open && c.order() > 2);
+        if below || is_open(c) {
+            moments.0[c.index()] = None;
         }
     }
 }

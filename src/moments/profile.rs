@@ -159,6 +159,9 @@ impl Profile {
             (None, Split::Minimum) => lambertian_part(brdf, channel)?,
         };
         let views = spec.view_angles();
+        if let Some(estimated) = brdf.as_estimated() {
+            estimated.prepare();
+        }
         let slices = views.par_iter().enumerate().map(|(i, &theta_o)| {
             let slice = Slice::new(brdf, channel, theta_o)?.without(diffuse);
             // An odd multiplier keeps the seeds of a profile's views apart from those of the next seed.

@@ -84,8 +84,8 @@ fn reach(measurement: &Measurement, present: &[bool]) -> f64 {
         .fold(1.0, f64::min)
 }
 
-/// What a value beyond the elevations that were read may be off by, as a share of it, alike at all such pairs: nothing was read that says
-/// how a BRDF goes on towards the horizon.
+/// What a value beyond the elevations that were read may be off by, as a share of it: nothing was read that says how a BRDF goes on
+/// towards the horizon. In sums all of these errors count to one side: which way they lean is as unknown.
 const BEYOND: f64 = 0.5;
 
 /// Readings up to which the errors of a method that is predictive are asked for: that takes as long as the BRDF.
@@ -251,7 +251,7 @@ impl Replicated {
         let beyond = |weights: &Vec<f64>| {
             let all = weights.iter().zip(pairs).enumerate();
             let beyond = all.filter(|(_, (_, pair))| lower(pair) < self.reach);
-            BEYOND * beyond.map(|(k, (w, _))| w * value(k)).sum::<f64>()
+            BEYOND * beyond.map(|(k, (w, _))| (w * value(k)).abs()).sum::<f64>()
         };
         let both = read.into_iter().zip(weights.iter().map(beyond));
         both.map(|(read, beyond)| read.hypot(beyond)).collect()
@@ -347,6 +347,20 @@ impl Estimated {
     }
 }
 
+impl Estimated {
+    fn replicated(&self) -> Option<&Replicated> {
+        if self.replicated.get().is_none() {
+            // The reconstruction of the readings alone succeeded. Two threads may make it at once: one that waited for the other
+            // could hold a part of the other's work.
+            let made = Replicated::of(&self.measurement, &*self.method)
+                .ok()
+                .flatten();
+            _ = self.replicated.set(made);
+        }
+        self.replicated.get()?.as_ref()
+    }
+}
+
 impl Brdf for Estimated {
     of_wrapped!(brdf);
 
@@ -381,14 +395,12 @@ impl EstimatedBrdf for Estimated {
         pairs: &[DirectionPair],
         weights: &[Vec<f64>],
     ) -> Option<Vec<f64>> {
-        // The reconstruction of the readings alone succeeded.
-        let make = || {
-            Replicated::of(&self.measurement, &*self.method)
-                .ok()
-                .flatten()
-        };
-        let replicated = self.replicated.get_or_init(make).as_ref()?;
+        let replicated = self.replicated()?;
         Some(replicated.uncertainties_of_sums(pairs, weights))
+    }
+
+    fn prepare(&self) {
+        self.replicated();
     }
 }
 

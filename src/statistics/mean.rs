@@ -43,8 +43,12 @@ pub fn upper_quantile(values: &[f64], probability: f64) -> Option<f64> {
 }
 
 /// Positions, from 0, in `n` sorted values between which the median of what they are drawn from lies with a probability of 95 % at
-/// least, whatever its distribution; `None` of fewer than six.
+/// least, whatever its distribution; `None` of fewer than six, and of more than 1000.
 pub fn median_ranks(n: usize) -> Option<[usize; 2]> {
+    // The chance of so many is beyond the least number there is.
+    if n > 1000 {
+        return None;
+    }
     // Of n tosses of a coin at most `low` fall to one side with a probability of `below`.
     let mut low = None;
     let (mut exactly, mut below) = (0.5_f64.powi(i32::try_from(n).ok()?), 0.0);

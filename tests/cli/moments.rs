@@ -308,5 +308,8 @@ fn moments_of_readings_are_as_uncertain_as_these_leave_them() {
         assert!((g - f).abs() < 3.0 * noisy && (h - f).abs() < 3.0 * between.max(noisy));
     }
     let [_, said] = bench.ended(&format!("moments poor.csv {options}"), 0);
-    says(&said, "moments are not determined and left out");
+    says(
+        &said,
+        "moments are left out: not defined, or not determined by the readings",
+    );
 }

@@ -277,6 +277,43 @@ fn moments_of_readings_err_as_they_say(level: Level) {
     assert!(holds, "{all}: {one} {two}");
 }
 
+/// Readings that end at 60°: moments of views that were read and of one that was not, by a method that says what is between readings
+/// and by one that does not.
+#[test]
+fn nothing_is_known_beyond_the_elevations_that_were_read() {
+    let truth = model("ggx", "alpha = 0.2");
+    let mut angles = scattered(300);
+    angles.retain(|[i, o, _]| i.max(*o) < 60.0);
+    let mut m = readings_of(&*truth, &angles);
+    m.details.as_mut().unwrap().type_a = m.values.iter().map(|v| 0.01 * v).collect();
+    err(&mut m, 1);
+    let spec = MomentsSpec {
+        views: 3,
+        max_view_deg: 80.0,
+        ..MomentsSpec::default()
+    };
+    let estimator = PeakResolving {
+        tolerance: 1e-2,
+        ..PeakResolving::default()
+    };
+    let profile =
+        |brdf: &dyn Brdf| Profile::new(brdf, Channel::Luminance, &spec, &estimator, 1).unwrap();
+    let of_truth = profile(&*truth);
+    for kind in ["kriging", "thin-plate"] {
+        let copy = Estimated::new(Arc::from(method(kind, "")), m.clone()).unwrap();
+        for (f, g) in of_truth.slices.iter().zip(profile(&copy).slices) {
+            for c in Component::ALL {
+                let [Some(f), Some(g)] = [f.moments, g.moments].map(|moments| moments.get(c))
+                else {
+                    continue;
+                };
+                let off = (f.value - g.value).abs() / g.uncertainty;
+                assert!(off <= 3.0, "{kind} {c}: {f:?} {g:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn readings_without_uncertainties_have_none() {
     let mut m = readings(&scattered(50), 0.0, 0.0);

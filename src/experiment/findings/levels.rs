@@ -30,6 +30,9 @@ impl Needed {
             return Some(Self::MoreThan(most));
         };
         let (before, above) = points[last];
+        if above.is_infinite() {
+            return Some(Self::About(*n));
+        }
         // Of an exact error a floor far below every level: its logarithm is finite.
         let [from, at, to] = [above, level, error.max(1e-12)].map(f64::ln);
         let share = (from - at) / (from - to);

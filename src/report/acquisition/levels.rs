@@ -11,7 +11,7 @@ use crate::report::each_once;
 /// What the cells of [`tables`] hold.
 pub(super) const LEGEND: &str = "Readings until half of the materials stay below the level, and the 95 % interval of that median; ≤: the \
                                  fewest that were tried, >: the most. Each sampling by the reconstruction that needs the fewest over all \
-                                 views.";
+                                 views, or brings the most materials there.";
 
 /// A table for each error of moments that has a level: samplings against bands of views.
 pub(super) fn tables(findings: &Findings) -> Vec<TextTable> {
@@ -23,9 +23,13 @@ pub(super) fn tables(findings: &Findings) -> Vec<TextTable> {
 
 fn table(findings: &Findings, of: &Levels, all: &[&Levels]) -> TextTable {
     let name = of.scope.metric.name();
+    let kind = |levels: &Levels| match levels.scope.metric {
+        Metric::Moment(_, kind) => Some(kind),
+        _ => None,
+    };
     let bands = all
         .iter()
-        .filter(|l| l.scope.metric.name().starts_with(&format!("{name}_")));
+        .filter(|l| !l.scope.metric.is_of_all_views() && kind(l) == kind(of));
     let columns: Vec<&Levels> = std::iter::once(of).chain(bands.copied()).collect();
     let band = |levels: &Levels| match levels.scope.metric {
         Metric::Moment(band @ 1.., _) => {
@@ -102,11 +106,11 @@ pub(super) fn guides(findings: &Findings) -> Option<TextTable> {
             };
             let same = ranking.lines.iter().find(|l| l.choice == of_brdf.choice);
             let ratio = match same.and_then(|l| whole(l, a)?.against_best) {
-                None => "is the same".to_owned(),
+                _ if own.choice == of_brdf.choice => "is the same".to_owned(),
+                None => "–".to_owned(),
                 Some(paired) => {
-                    let interval = paired
-                        .interval
-                        .map(|[low, high]| format!(" [{low:.2}, {high:.2}]"));
+                    let interval = paired.interval;
+                    let interval = interval.map(|[low, high]| format!(" [{low:.2}, {high:.2}]"));
                     format!("× {:.2}{}", paired.ratio, interval.unwrap_or_default())
                 }
             };

@@ -300,11 +300,8 @@ fn sheet(findings: &Findings, costs: &[Cost]) -> String {
         false => "",
     };
     let title = format!("Error of each sampling by its best reconstruction{by}, {of}{note}");
-    svg(
-        &title,
-        &panels,
-        of_pairs.len().max(1) + usize::from(!by.is_empty()),
-    )
+    let least = if by.is_empty() { 1 } else { 2 };
+    svg(&title, &panels, of_pairs.len().max(least))
 }
 
 /// The curves of some lines of a ranking.
