@@ -215,7 +215,7 @@ impl Replicated {
     }
 
     /// Standard uncertainties of sums of luminance Σ w f over some pairs, with a list of weights for each sum: of both types, of a
-    /// method that is [`Predictive`] of what is open between readings, and of half of what is beyond the elevations that were read.
+    /// method that is [`Predictive`] of what is open between readings, and of half of what is beyond the elevations that were read; infinite if most of the sum is.
     pub(crate) fn uncertainties_of_sums(
         &self,
         pairs: &[DirectionPair],
@@ -249,9 +249,16 @@ impl Replicated {
             }
         };
         let beyond = |weights: &Vec<f64>| {
-            let all = weights.iter().zip(pairs).enumerate();
-            let beyond = all.filter(|(_, (_, pair))| lower(pair) < self.reach);
-            BEYOND * beyond.map(|(k, (w, _))| (w * value(k)).abs()).sum::<f64>()
+            let (mut all, mut beyond) = (0.0, 0.0);
+            for (k, (w, pair)) in weights.iter().zip(pairs).enumerate() {
+                let size = (w * value(k)).abs();
+                all += size;
+                beyond += if lower(pair) < self.reach { size } else { 0.0 };
+            }
+            match beyond > 0.5 * all {
+                true => f64::INFINITY,
+                false => BEYOND * beyond,
+            }
         };
         let both = read.into_iter().zip(weights.iter().map(beyond));
         both.map(|(read, beyond)| read.hypot(beyond)).collect()
