@@ -281,8 +281,7 @@ impl<'a> View<'a> {
     fn energies<const N: usize>(&self, azimuth: Option<f64>, set: u64, points: u64) -> [f64; N] {
         let axes = self.form.axes();
         let mut sobol = Sobol::new(set);
-        let is_above =
-            |pair: &DirectionPair| pair.omega_i.cos_theta().min(pair.omega_o.cos_theta()) > LOWEST;
+        let is_above = |pair: &DirectionPair| pair.least_cosine() > LOWEST;
         let (mut weights, mut pairs) = (Vec::new(), Vec::new());
         for point in 0..points {
             let u: [f64; 3] = sobol.point(point);

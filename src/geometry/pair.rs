@@ -83,6 +83,12 @@ impl DirectionPair {
         Self::new(self.omega_o, self.omega_i)
     }
 
+    /// The lesser cosine of the two elevations.
+    #[inline]
+    pub(crate) fn least_cosine(&self) -> f64 {
+        self.omega_i.cos_theta().min(self.omega_o.cos_theta())
+    }
+
     /// True if both directions are strictly above the horizon.
     #[inline]
     pub fn is_above_horizon(&self) -> bool {

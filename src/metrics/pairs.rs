@@ -63,7 +63,7 @@ impl Measure {
 
     /// True if a pair is in the part of the hemispheres that it is about.
     pub(super) fn has(self, pair: &DirectionPair) -> bool {
-        let lower = pair.omega_i.cos_theta().min(pair.omega_o.cos_theta());
+        let lower = pair.least_cosine();
         match self {
             Measure::Cosine | Measure::Lobe => true,
             Measure::Steep => lower >= COS_GRAZING,

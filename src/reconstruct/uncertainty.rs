@@ -71,16 +71,11 @@ pub struct Replicated {
     reach: f64,
 }
 
-/// The lesser cosine of the elevations of a pair.
-fn lower(pair: &DirectionPair) -> f64 {
-    pair.omega_i.cos_theta().min(pair.omega_o.cos_theta())
-}
-
 /// The least cosine of an elevation among some poses that have a reading.
 fn reach(measurement: &Measurement, present: &[bool]) -> f64 {
     let poses = measurement.schedule.poses.iter().zip(present).enumerate();
     let read = poses.filter(|(i, (_, present))| **present && measurement.value(*i).is_some());
-    read.map(|(_, (pose, _))| lower(&pose.pair))
+    read.map(|(_, (pose, _))| pose.pair.least_cosine())
         .fold(1.0, f64::min)
 }
 
@@ -253,7 +248,11 @@ impl Replicated {
             for (k, (w, pair)) in weights.iter().zip(pairs).enumerate() {
                 let size = (w * value(k)).abs();
                 all += size;
-                beyond += if lower(pair) < self.reach { size } else { 0.0 };
+                beyond += if pair.least_cosine() < self.reach {
+                    size
+                } else {
+                    0.0
+                };
             }
             match beyond > 0.5 * all {
                 true => f64::INFINITY,

@@ -91,8 +91,7 @@ pub(super) fn pairs() -> Vec<Case> {
 /// The pairs with both cosines above `cos`: others are too near to the horizon for an instrument or a table.
 pub(super) fn pairs_above(cos: f64) -> Vec<Case> {
     let mut cases = pairs();
-    let low = |p: &DirectionPair| p.omega_i.cos_theta().min(p.omega_o.cos_theta());
-    cases.retain(|case| low(&case.pair) > cos);
+    cases.retain(|case| case.pair.least_cosine() > cos);
     cases
 }
 

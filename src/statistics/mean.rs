@@ -1,5 +1,7 @@
 //! Means of errors.
 
+use statrs::distribution::{Binomial, DiscreteCDF};
+
 /// Errors below this count as this. An exact reconstruction has an error of rounding (1e-15), whose
 /// size would decide a geometric mean or a ratio.
 pub const EXACT: f64 = 1e-12;
@@ -43,24 +45,14 @@ pub fn upper_quantile(values: &[f64], probability: f64) -> Option<f64> {
 }
 
 /// Positions, from 0, in `n` sorted values between which the median of what they are drawn from lies with a probability of 95 % at
-/// least, whatever its distribution; `None` of fewer than six, and of more than 1000.
+/// least, whatever its distribution; `None` of fewer than six.
 pub fn median_ranks(n: usize) -> Option<[usize; 2]> {
-    // The chance of so many is beyond the least number there is.
-    if n > 1000 {
-        return None;
-    }
-    // Of n tosses of a coin at most `low` fall to one side with a probability of `below`.
-    let mut low = None;
-    let (mut exactly, mut below) = (0.5_f64.powi(i32::try_from(n).ok()?), 0.0);
-    for k in 0..n {
-        below += exactly;
-        if below > 0.025 {
-            break;
-        }
-        low = Some(k);
-        exactly *= (n - k) as f64 / (k + 1) as f64;
-    }
-    low.map(|low| [low, n - 1 - low])
+    // As many values fall to one side of it as tosses of a coin.
+    let below = Binomial::new(0.5, n as u64).ok()?;
+    let low = (0..n)
+        .take_while(|k| below.cdf(*k as u64) <= 0.025)
+        .last()?;
+    Some([low, n - 1 - low])
 }
 
 /// The logarithm of an error, under the floor of [`geometric_mean`].

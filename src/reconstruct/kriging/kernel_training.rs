@@ -63,8 +63,7 @@ impl Default for KernelTraining {
                     Some(DirectionPair::new(i, o))
                 };
                 let mask = MASK_DEG.to_radians().cos();
-                let inside =
-                    |p: &DirectionPair| p.omega_i.cos_theta().min(p.omega_o.cos_theta()) > mask;
+                let inside = |p: &DirectionPair| p.least_cosine() > mask;
                 pairs.extend(pair.filter(inside));
             }
             pairs

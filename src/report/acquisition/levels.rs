@@ -83,6 +83,12 @@ fn cell(line: &LevelLine) -> String {
     format!("{}{interval}", text(line.half))
 }
 
+/// The line with the least mean at an allowance.
+fn best(ranking: &Ranking, a: usize) -> Option<&Line> {
+    let mut lines = ranking.lines.iter();
+    lines.find(|l| whole(l, a).is_some_and(|cell| cell.place == Some(1)))
+}
+
 /// For each printed error and allowance the choice with the least mean, and how many times more the choice errs that has the
 /// least `nrmse`, with its interval; `None` without errors of moments.
 pub(super) fn guides(findings: &Findings) -> Option<TextTable> {
@@ -91,12 +97,6 @@ pub(super) fn guides(findings: &Findings) -> Option<TextTable> {
     });
     let all: Vec<&Ranking> = all.collect();
     let of_brdf = all.iter().find(|r| r.scope.metric == Metric::Nrmse)?;
-    let best = |ranking: &Ranking, a: usize| -> Option<Line> {
-        let mut lines = ranking.lines.iter();
-        lines
-            .find(|l| whole(l, a).is_some_and(|cell| cell.place == Some(1)))
-            .cloned()
-    };
     let of_moments = all.iter().filter(|r| r.scope.metric.is_of_moments());
     let mut lines = Vec::new();
     for ranking in of_moments {
