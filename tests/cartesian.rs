@@ -13,7 +13,8 @@ use gonio::geometry::{Direction, DirectionPair, Symmetry, distance};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::Measurement;
 use gonio::parametrization::{
-    Axis, AxisKind, Coords, Maps, Parametrization, ParametrizationSpec, Quantity, mapped_entry,
+    self, Axis, AxisKind, Coords, Edwards, Mapped, Maps, Parametrization, ParametrizationKind,
+    ParametrizationSpec, Quantity, mapped_entry,
 };
 use gonio::reconstruct;
 use gonio::registry::{self, Entry};
@@ -80,11 +81,64 @@ impl Maps for Cartesian {
     }
 }
 
+/// Edwards' maps without their Jacobian.
+struct Halfway;
+
+impl Maps for Halfway {
+    const KIND: &'static str = "halfway";
+
+    fn axes(isotropic: bool) -> Vec<Axis> {
+        Edwards::axes(isotropic)
+    }
+
+    fn forward(pair: &DirectionPair, isotropic: bool) -> Coords {
+        Edwards::forward(pair, isotropic)
+    }
+
+    fn inverse(coords: &Coords, isotropic: bool) -> Option<DirectionPair> {
+        Edwards::inverse(coords, isotropic)
+    }
+}
+
+/// The formula of a Jacobian is that which is found by differences, and (u, v) fills the unit disk: its edge is the horizon.
+#[test]
+fn the_disk_of_half_vectors_has_its_jacobian_and_its_edge() {
+    for symmetry in [Symmetry::NONE, Symmetry::FULL] {
+        let exact = Mapped::<Edwards>::with_symmetry(symmetry);
+        let found = Mapped::<Halfway>::with_symmetry(symmetry);
+        for pair in random_pairs(6)
+            .take(500)
+            .filter(|p| common::lowest(p) > 0.2)
+        {
+            let c = exact.forward(&pair);
+            near(found.jacobian(&c) / exact.jacobian(&c), 1.0, 1e-5, pair);
+            let disk = match symmetry.isotropic {
+                true => [c[1], c[2]],
+                false => [c[2], c[3]],
+            };
+            let r = disk[0].hypot(disk[1]);
+            assert!(r < 1.0, "{pair:?}");
+            let outwards = |r: f64| {
+                let mut c = c;
+                let at = if symmetry.isotropic { 1 } else { 2 };
+                (c[at], c[at + 1]) = (disk[0] * r, disk[1] * r);
+                exact.inverse(&c)
+            };
+            let edge = outwards((1.0 - 1e-9) / r).expect("in the disk");
+            assert!(edge.omega_o.cos_theta() < 1e-7, "{edge:?}");
+            assert!(outwards((1.0 + 1e-9) / r).is_none());
+        }
+    }
+}
+
 /// What is made of two maps and a domain: images, representatives and a Jacobian.
 #[test]
 fn maps_alone_make_a_parametrization() {
-    for symmetry in symmetries() {
-        let p = ENTRY.form(symmetry);
+    let edwards = parametrization::find("edwards").expect("a member");
+    for (symmetry, p) in symmetries()
+        .into_iter()
+        .flat_map(|s| [(s, ENTRY.form(s)), (s, edwards.form(s))])
+    {
         for (i, pair) in random_pairs(5).take(500).enumerate() {
             let c = p.forward(&pair);
             let back = p.inverse(&c).expect("physical");
@@ -109,7 +163,7 @@ fn maps_alone_make_a_parametrization() {
                 near(distance(&pair, &image, symmetry), 0.0, 1e-7, pair);
             }
             let lowest = common::lowest(&pair);
-            if lowest > 0.1 {
+            if lowest > 0.1 && p.name() == ENTRY.kind {
                 // d omega = dx dy / cos theta, and (h, k) to (h + k, h − k) has determinant 4.
                 let turn = if symmetry.isotropic { c[0] } else { 1.0 };
                 let cosines = pair.omega_i.cos_theta() * pair.omega_o.cos_theta();

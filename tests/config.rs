@@ -148,7 +148,7 @@ fn a_mistake_in_an_override_is_reported_with_the_override() {
         reconstruction.0.up_to=0 | reconstruction[0].up_to = 0: allowed is a whole number from 1 to
         reconstruction.0.on=nowhere | reconstruction[0].on = "nowhere" is no sample set of this config; allowed: grid
         pictures={samples=0} | pictures.samples = 0: allowed is a whole number from 1 to 65536
-        coordinates=[{kind="polar"}] | coordinates[0].kind = polar: allowed is spherical, half-difference, orthographic, hybrid, stark, own
+        coordinates=[{kind="polar"}] | coordinates[0].kind = polar: allowed is spherical, half-difference, orthographic, hybrid, stark, edwards, own
         coordinates=[{kind="hybrid",warp={theta_h="merl"}}] | coordinates.warp.theta_h = merl: allowed is no axis of hybrid; allowed: h_bar, k, delta"#,
     ) {
         let message = refusal(GOOD, &[set]);

@@ -4,7 +4,9 @@
 mod common;
 
 use common::draws::statistic;
-use common::{ISOTROPIC, at, bent, form, lowest, member, near, planned, product, says, table};
+use common::{
+    ISOTROPIC, at, bent, form, lowest, member, near, planned, polar, product, says, table,
+};
 use gonio::geometry::{DirectionPair, Symmetry, distance};
 use gonio::numeric::GRAZING_COS;
 use gonio::parametrization::{self, AxisKind, Coords, Parametrization};
@@ -37,9 +39,9 @@ fn set(kind: &str, body: &str) -> Box<dyn SampleSet> {
     member(schedule::all(), kind, body)
 }
 
-/// Every parametrization under the symmetries, plain and with its first radial axis bent.
+/// Every polar parametrization under the symmetries, plain and with its first radial axis bent.
 fn forms() -> impl Iterator<Item = Arc<dyn Parametrization>> {
-    let forms = product(SYMMETRIES, parametrization::all());
+    let forms = product(SYMMETRIES, polar().collect::<Vec<_>>());
     forms.into_iter().flat_map(|(s, entry)| bent(&entry, s))
 }
 
@@ -182,9 +184,9 @@ fn schedules_hold_distinct_physical_configurations_within_the_budget() {
     }
 }
 
-/// Every parametrization under every combination of symmetries.
+/// Every polar parametrization under every combination of symmetries.
 fn plain_forms() -> impl Iterator<Item = Arc<dyn Parametrization>> {
-    let forms = product(common::symmetries(), parametrization::all());
+    let forms = product(common::symmetries(), polar().collect::<Vec<_>>());
     forms.into_iter().map(|(s, entry)| entry.form(s))
 }
 
@@ -524,7 +526,8 @@ fn chi_squared(s: &Schedule) -> (f64, f64) {
 
 #[test]
 fn points_are_uniform_in_the_physical_part_of_the_box() {
-    let cases = product(parametrization::all(), [Symmetry::FULL, SYMMETRIES[3]]);
+    let all = polar().collect::<Vec<_>>();
+    let cases = product(all, [Symmetry::FULL, SYMMETRIES[3]]);
     let kinds = ["random", "sobol", "stratified"];
     for ((seed, (entry, symmetry)), kind) in product((20..).zip(cases), kinds) {
         let p = entry.form(symmetry);

@@ -5,7 +5,8 @@
 //!
 //! - Images are found in the group of the symmetries: the pair is exchanged and mirrored, and mapped. The representative is the
 //!   image whose coordinates are the largest, the first one first; the box keeps the others.
-//! - The Jacobian is found by differences of the inverse: five points an axis, three to one side where the domain ends.
+//! - The Jacobian is found by differences of the inverse, where no formula is given: five points an axis, three to one side where the
+//!   domain ends.
 //!
 //! Both cost several calls of the maps. A Jacobian is off by less than 1e-6 of its value where both directions are 6° or more above
 //! the horizon (`tests/cartesian.rs`), and by more at the edges of the domain. Where speed or the last digits count, implement [`Parametrization`], or [`Chart`](super::Chart) for polar coordinates.
@@ -86,6 +87,11 @@ pub trait Maps: Send + Sync + 'static {
 
     /// The pair at coordinates; `None` where there is none above the horizon. Azimuths may have any finite value.
     fn inverse(coords: &Coords, isotropic: bool) -> Option<DirectionPair>;
+
+    /// [`Parametrization::jacobian`] at coordinates that have a pair; `None`: it is found by differences.
+    fn jacobian(_coords: &Coords, _isotropic: bool) -> Option<f64> {
+        None
+    }
 }
 
 /// [`Maps`] as a parametrization under given symmetries.
@@ -240,6 +246,9 @@ impl<M: Maps> Parametrization for Mapped<M> {
         let Some(pair) = self.inverse(coords) else {
             return f64::INFINITY;
         };
+        if let Some(exact) = M::jacobian(coords, self.isotropic()) {
+            return exact;
+        }
         let [i, o] = [pair.omega_i.vector(), pair.omega_o.vector()];
         let tangents = [i, o].map(|v| v.any_orthonormal_pair());
         let mut columns = Vec::with_capacity(4);

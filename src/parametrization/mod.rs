@@ -11,6 +11,7 @@
 
 pub mod by_name;
 mod chart;
+mod edwards;
 mod form;
 mod half_difference;
 mod hybrid;
@@ -25,6 +26,7 @@ mod warp;
 mod warped;
 
 pub use chart::{Azimuth, Chart, Radial};
+pub use edwards::Edwards;
 pub use form::Form;
 pub(crate) use half_difference::Frame;
 pub use half_difference::HalfDifference;
@@ -289,6 +291,7 @@ family! {
         orthographic::ENTRY,
         hybrid::ENTRY,
         stark::ENTRY,
+        edwards::ENTRY,
     ]
 }
 

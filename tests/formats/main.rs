@@ -18,7 +18,7 @@ mod schedules;
 mod schema;
 mod visited;
 
-use common::{planned, says, wavelengths};
+use common::{planned, polar, says, wavelengths};
 use gonio::brdf::Channels;
 use gonio::formats::{self, READ_READINGS, Readings, of_text, read_readings};
 use gonio::geometry::{DirectionPair, Symmetry};
@@ -117,12 +117,11 @@ fn kinds() -> [Channels; 4] {
     [Channels::Luminance, Channels::Rgb, one, many]
 }
 
-/// Grids and scattered sets in every parametrization, with and without symmetries, one warped.
+/// Grids and scattered sets in every polar parametrization, with and without symmetries, one warped.
 fn schedules() -> Vec<Arc<Schedule>> {
     let mut schedules = Vec::new();
     for symmetry in [Symmetry::FULL, Symmetry::NONE] {
-        let all = parametrization::all();
-        let mut forms: Vec<_> = all.iter().map(|e| e.form(symmetry)).collect();
+        let mut forms: Vec<_> = polar().map(|e| e.form(symmetry)).collect();
         let root = WarpSpec::SquareRoot;
         for (name, warps) in [
             ("half-difference", [("theta_h", root), ("theta_d", root)]),

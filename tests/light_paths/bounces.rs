@@ -315,7 +315,7 @@ fn maps_hold_all_light_and_the_shares_of_their_places() {
         [1.0 - u, u, 0.0]
     };
     let sample = sample(1 << 17, second);
-    for entry in parametrization::all() {
+    for entry in crate::common::polar() {
         let chart = ChartBounces::new(&sample, &entry, Symmetry::FULL, 1, 0.9);
         let [every, slabs @ ..] = &chart.maps[..] else {
             panic!("no maps");

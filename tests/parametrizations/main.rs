@@ -8,17 +8,17 @@ mod errata;
 mod jacobians;
 mod round_trips;
 
-use common::{at, warps};
+use common::{at, polar, warps};
 use gonio::geometry::Symmetry;
 use gonio::parametrization::{self, Parametrization};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Every parametrization under a symmetry: plain, each warp an axis can have, and all radial axes
+/// Every polar parametrization under a symmetry: plain, each warp an axis can have, and all radial axes
 /// bent by the same warp.
 fn forms(symmetry: Symmetry) -> Vec<Arc<dyn Parametrization>> {
     let mut forms = Vec::new();
-    for entry in parametrization::all() {
+    for entry in polar() {
         forms.push(entry.form(symmetry));
         for warp in warps() {
             let mut bent = BTreeMap::new();
