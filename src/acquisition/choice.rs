@@ -88,14 +88,41 @@ pub(super) fn a_optimal(
     weights: &Weights,
     wanted: Wanted<'_>,
 ) -> Vec<usize> {
-    let mut covariances = process.covariances(places, candidates);
-    let mut variances = process.variances(places);
+    let targets = Targets {
+        covariances: process.covariances(places, candidates),
+        variances: process.variances(places),
+    };
+    let worth = |variances: &[f64], out: &mut [f64]| weights.worth(variances, out);
+    most_informative(process, candidates, targets, worth, wanted)
+}
+
+/// What is to be known: numbers of which readings lower the variances.
+pub(super) struct Targets {
+    /// Covariances with ln f at the candidates, a column for each.
+    pub covariances: DMatrix<f64>,
+    /// Their variances.
+    pub variances: Vec<f64>,
+}
+
+/// Numbers of `n` candidates, each the one whose reading lowers the variances of targets most, times what a little less of each is
+/// worth: `worth` writes it for given variances.
+pub(super) fn most_informative(
+    process: &Posterior,
+    candidates: &Places,
+    targets: Targets,
+    worth: impl Fn(&[f64], &mut [f64]),
+    wanted: Wanted<'_>,
+) -> Vec<usize> {
+    let Targets {
+        mut covariances,
+        mut variances,
+    } = targets;
     let mut left = Left::new(process, candidates, wanted.n);
-    let (mut worth, mut scaled) = (vec![0.0; variances.len()], vec![0.0; variances.len()]);
+    let (mut worths, mut scaled) = (vec![0.0; variances.len()], vec![0.0; variances.len()]);
     let mut with = DVector::zeros(covariances.ncols());
     let mut gains = vec![0.0; covariances.ncols()];
     wanted.after(Vec::new(), |_| {
-        weights.worth(&variances, &mut worth);
+        worth(&variances, &mut worths);
         let columns = covariances
             .as_mut_slice()
             .par_chunks_mut(scaled.len().max(1) * SWEPT);
@@ -107,7 +134,7 @@ pub(super) fn a_optimal(
                 covariances,
                 scaled: &scaled,
                 with,
-                worth: &worth,
+                worth: &worths,
                 gains,
             });
         });

@@ -7,6 +7,7 @@
 
 use super::choice::{Weights, a_optimal, least_certain};
 use super::field::{Field, MOST as MOST_COMPARED, admit, pairs, supposed};
+use super::moments::{self, MomentAim, MomentForecast, OfLogs};
 use super::{Forecast, Planner, Task, halves};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
 use crate::brdf::{Brdf, Channels, Presence, Roughness};
@@ -14,6 +15,7 @@ use crate::error::{ParameterError, in_closed, in_left_open};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::Expected;
+use crate::moments::Influences;
 use crate::parametrization::Axis;
 use crate::reconstruct::{
     Coordinates, KRIGING, Kriging, Mixture, Places, Posterior, Predictive, PriorFile, Reconstruct,
@@ -71,6 +73,11 @@ keys! {
         /// Errors that are small enough: once what nine of ten materials are below has reached all, no pose is asked for.
         #[serde(skip_serializing_if = "Option::is_none")]
         target: Option<Target> = None;
+        /// A moment of slices that poses are chosen for in place of the BRDF, e.g. `variance=5%` or `energy_40_70=1%`; by `uncertainty`,
+        /// and from 512 poses on, it only ends them: once what the error of nine of ten materials is below has reached the level, no pose is
+        /// asked for. At level 0, and by `a-optimal`, which chooses before the first reading, they go on.
+        #[serde(rename = "for", skip_serializing_if = "Option::is_none")]
+        moment: Option<MomentAim> = None;
     }
 }
 
@@ -118,7 +125,11 @@ fn entry<const RULE: usize>() -> Entry<dyn Planner> {
     Entry {
         kind: rule.name(),
         summary: rule.summary(),
-        examples: &["", "weight = 0.4\nmask_deg = 75\nprior = \"built-in\""],
+        examples: &[
+            "",
+            "weight = 0.4\nmask_deg = 75\nprior = \"built-in\"",
+            "for = \"variance=5%\"",
+        ],
         read: |table| {
             let aim = registry::parse(table)?;
             Ok(Box::new(Greedy::new(Rule::ALL[RULE], aim)))
@@ -177,7 +188,14 @@ impl Greedy {
         let process = supposed(process, so_far);
         let process = process.ok_or_else(|| self.singular(asked))?;
         let candidates = process.places(&field.pairs());
-        let chosen = if n <= MOST_COMPARED {
+        let for_moment = self.aim.moment.filter(|_| n <= MOST_COMPARED);
+        let for_moment = for_moment.and_then(|aim| {
+            let sums = lobes().flat_map(|lobe| aim.sums(&lobe)).collect::<Vec<_>>();
+            moments::choose(&process, &sums, &candidates, task.wanted(n))
+        });
+        let chosen = if let Some(chosen) = for_moment {
+            chosen
+        } else if n <= MOST_COMPARED {
             let places = process.places(&field.places);
             let bright = match process.prior() {
                 Some(known) => squared(&field.places, known.brightness(&field.places)),
@@ -243,7 +261,18 @@ impl Greedy {
             _ => None,
         };
         let few = asked < MANY && n <= MOST_COMPARED;
-        let chosen = if self.rule != Rule::Uncertainty && few {
+        let for_moment = self.aim.moment.filter(|_| few).and_then(|aim| {
+            let logs = |pairs: &[DirectionPair]| process.likely_most(&process.places(pairs));
+            let expected = OfLogs {
+                symmetry: task.form.symmetry(),
+                logs,
+            };
+            let sums = aim.sums(truth.unwrap_or(&expected));
+            moments::choose(&process, &sums, &candidates, task.wanted(n))
+        });
+        let chosen = if let Some(chosen) = for_moment {
+            chosen
+        } else if self.rule != Rule::Uncertainty && few {
             let places = process.places(&field.places);
             let known = Known::new(&process, &field.places, &field.density, &places, truth);
             let weights = Weights {
@@ -282,6 +311,12 @@ impl SampleSet for Greedy {
         }
         for (name, error) in self.aim.target.iter().flat_map(Target::named) {
             label.push_str(&format!("-to-{name}-{error}"));
+        }
+        if let Some(aim) = self.aim.moment {
+            label.push_str(&format!("-for-{}", aim.name()));
+            if aim.level > 0.0 {
+                label.push_str(&format!("-{}", aim.level));
+            }
         }
         label
     }
@@ -338,12 +373,18 @@ impl Planner for Greedy {
     }
 
     fn is_enough(&self, task: &Task<'_>, so_far: &Measurement) -> bool {
-        let Some(target) = self.aim.target else {
+        let aim = self.aim.moment.filter(|aim| aim.level > 0.0);
+        let is_asked = (self.aim.target.is_some() || aim.is_some()) && self.rule != Rule::AOptimal;
+        let Some(forecast) = is_asked.then(|| self.forecast(task, so_far, &[])).flatten() else {
             return false;
         };
-        let forecast = self.forecast(task, so_far, &[]);
-        let bound = forecast.map(|forecast| forecast.now.bound(so_far.readings()));
-        bound.is_some_and(|bound| target.is_reached(&bound))
+        let readings = so_far.readings();
+        let bound = forecast.now.bound(readings);
+        let known = |moment: MomentForecast| moment.is_reached(readings);
+        self.aim
+            .target
+            .is_none_or(|target| target.is_reached(&bound))
+            && aim.is_none_or(|_| forecast.moment.is_some_and(known))
     }
 
     fn forecast(&self, task: &Task<'_>, so_far: &Measurement, next: &[Pose]) -> Option<Forecast> {
@@ -362,9 +403,28 @@ impl Planner for Greedy {
             [] => now,
             next => errors(next)?,
         };
+        let moment = self.aim.moment.and_then(|aim| {
+            let logs = |pairs: &[DirectionPair]| {
+                let known = mixture.predict(pairs).into_iter();
+                known.map(|known| known.mean).collect()
+            };
+            let symmetry = task.form.symmetry();
+            let sums = aim.sums(&OfLogs { symmetry, logs });
+            let error = |read: &[DirectionPair]| {
+                let of = |sums: &Influences| {
+                    mixture.variances_of_sums_with(&sums.pairs, &sums.weights, read)
+                };
+                let views: Option<Vec<Vec<f64>>> = sums.iter().map(of).collect();
+                moments::expected(views?.into_iter())
+            };
+            let now = error(&[])?;
+            let then = if next.is_empty() { now } else { error(&next)? };
+            Some(MomentForecast { aim, now, then })
+        });
         Some(Forecast {
             now,
             then,
+            moment,
             suspects: mixture.suspects().to_vec(),
         })
     }
@@ -414,7 +474,7 @@ impl<'a> Known<'a> {
         let scale = process.scale;
         let logs = process.means(places).into_iter();
         let logs: Vec<(f64, f64)> = logs.zip(process.variances(places)).collect();
-        let mut bright: Vec<f64> = logs.iter().map(|(z, v)| z + (v * scale).min(1.0)).collect();
+        let mut bright = process.likely_most(places);
         let mut surprise = process.surprise(places);
         if let Some(truth) = truth {
             for (i, (pair, (z, v))) in pairs.iter().zip(&logs).enumerate() {
@@ -451,6 +511,17 @@ pub(super) fn squared(pairs: &[DirectionPair], squares: Vec<f64>) -> Vec<f64> {
         .collect()
 }
 
+/// Glossy and matte materials, whose moments stand for those of any.
+fn lobes() -> impl Iterator<Item = Microfacet<Ggx>> {
+    [0.05, 0.15, 0.4, 0.9].into_iter().map(lobe)
+}
+
+/// The lobe of a roughness.
+fn lobe(alpha: f64) -> Microfacet<Ggx> {
+    let (alpha, fresnel) = (Roughness::Isotropic(alpha), FresnelSpec::default());
+    Microfacet::new(alpha, &fresnel, Channels::Luminance)
+}
+
 /// (f cos)² of many glossy materials at pairs, on average, each as a share of its own mean under a density.
 fn brightness(pairs: &[DirectionPair], density: &[f64]) -> Vec<f64> {
     const LOBES: usize = 16;
@@ -460,9 +531,7 @@ fn brightness(pairs: &[DirectionPair], density: &[f64]) -> Vec<f64> {
     for k in 0..LOBES {
         // From a mirror-like lobe to a matte one.
         let alpha = 0.012 * (0.9_f64 / 0.012).powf(k as f64 / (LOBES - 1) as f64);
-        let (alpha, fresnel) = (Roughness::Isotropic(alpha), FresnelSpec::default());
-        let lobe: Microfacet<Ggx> = Microfacet::new(alpha, &fresnel, Channels::Luminance);
-        lobe.eval_batch(pairs, &mut values, &mut presence);
+        lobe(alpha).eval_batch(pairs, &mut values, &mut presence);
         for albedo in [0.0, 0.3] {
             let squares = pairs.iter().zip(&values).map(|(pair, f)| {
                 let cosine = pair.omega_i.cos_theta();

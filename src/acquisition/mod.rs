@@ -51,12 +51,14 @@ mod choice;
 mod dupuy_jakob;
 mod field;
 mod greedy;
+mod moments;
 mod published;
 mod rows;
 mod vavra_filip;
 
 pub use dupuy_jakob::Retro;
 pub use greedy::{Aim, Greedy, Rule, Target};
+pub use moments::{MomentAim, MomentForecast};
 pub use published::{Criterion, Published};
 pub use vavra_filip::Slices;
 
@@ -155,6 +157,8 @@ pub struct Forecast {
     pub now: Expected,
     /// With those of the batch too.
     pub then: Expected,
+    /// Of a moment that is asked for; `None` also where it is not defined.
+    pub moment: Option<MomentForecast>,
     /// Readings so far that all others contradict, and that are left out.
     pub suspects: Vec<Suspect>,
 }

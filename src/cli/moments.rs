@@ -56,9 +56,14 @@ impl Moments {
             return Err(unusable(&plan, failure, &self.brdf.target));
         }
         print_failures(&failures);
-        for material in plan.materials.iter().filter(|m| !m.symmetry.isotropic) {
+        let is_map = plan.moments.spec.azimuths > 1;
+        let turned = plan
+            .materials
+            .iter()
+            .filter(|m| !is_map && !m.symmetry.isotropic);
+        for material in turned {
             note(&format!(
-                "gonio: {} is anisotropic; its slices are those of views at azimuth 0",
+                "gonio: {} is anisotropic; its slices are those of views at azimuth 0 (--set moments.azimuths=24 makes a map)",
                 material.name
             ));
         }

@@ -6,7 +6,7 @@ use super::{
     ReadingArgs, ThreadArgs, assumed, format_names, format_of, member, note, print,
     refuse_unwritable, suspected, whole, with_bound, with_keys, write_file, writer,
 };
-use crate::acquisition::{self, Forecast, Planner, Task};
+use crate::acquisition::{self, Forecast, MomentAim, MomentForecast, Planner, Task};
 use crate::error::{Error, count};
 use crate::experiment::PlannedInstrument;
 use crate::formats::{Format, WRITE_SCHEDULE};
@@ -33,8 +33,8 @@ of any material:
     -o readings2.csv
   gonio next readings1.csv readings2.csv --batch 16 --instrument cornell -o poses3.csv
 
-Once the upper bounds of the errors have reached a target (--set target.nrmse=0.05), it prints
-`stop: …` and leaves no schedule.")]
+Once the upper bounds of the errors have reached a target (--set target.nrmse=0.05), or that of a moment its level
+(--for variance=5%), it prints `stop: …` and leaves no schedule.")]
 pub(super) struct Next {
     /// The readings so far, in any number of files; poses without a reading count as asked for
     readings: Vec<PathBuf>,
@@ -44,6 +44,10 @@ pub(super) struct Next {
     /// The planner, see `gonio list planners`
     #[arg(long, value_name = "KIND", default_value = "adaptive")]
     planner: String,
+    /// Choose poses for a moment of slices instead, until its error is below a level: variance=5%, mean_deg_40_70=1,
+    /// energy (of its own level, 1 %); at 0 without a stop
+    #[arg(long = "for", value_name = "MOMENT[=LEVEL]")]
+    moment: Option<MomentAim>,
     /// Set a key of the planner, e.g. weight=0.5
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -120,7 +124,10 @@ impl Next {
         let batch = batch.map_err(|e| Error::infeasible("--batch", e))?;
         let (schedule, readings) = (&batch.schedule, batch.readings);
         if batch.is_enough {
-            let known = batch.forecast.map(|f| with_bound(&f.now, readings));
+            let known = batch.forecast.map(|f| match f.moment {
+                Some(moment) => of_moment(&moment, moment.now, readings),
+                None => with_bound(&f.now, readings),
+            });
             if self.output.is_file() {
                 // To be replaced by nothing: its poses are not to be read again.
                 let removed = std::fs::remove_file(&self.output);
@@ -167,6 +174,7 @@ impl Next {
         let Some(Forecast {
             now,
             then,
+            moment,
             suspects,
         }) = &batch.forecast
         else {
@@ -176,11 +184,14 @@ impl Next {
             print(&suspected(so_far, &self.readings, suspects))?;
             self.note_rise(&assume, now, |before| planner.forecast(&task, before, &[]))?;
         }
-        print(&format!(
-            "now: {}\nthen: {}\n",
-            with_bound(now, readings),
-            with_bound(then, readings + chosen),
-        ))
+        let both = [(now, readings), (then, readings + chosen)];
+        let [now, then] = both.map(|(errors, readings)| with_bound(errors, readings));
+        let of = |error: fn(&MomentForecast) -> f64, readings| {
+            let text = moment.as_ref().map(|m| of_moment(m, error(m), readings));
+            text.map_or(String::new(), |text| format!(", {text}"))
+        };
+        let [more_now, more_then] = [of(|m| m.now, readings), of(|m| m.then, readings + chosen)];
+        print(&format!("now: {now}{more_now}\nthen: {then}{more_then}\n"))
     }
 
     /// Says so where the last file of several raised an expected error: its readings are unlike what those before promised.
@@ -216,10 +227,21 @@ impl Next {
     /// The planner that is asked for, a sample set or not.
     fn planner(&self) -> Result<Box<dyn Planner>, Error> {
         let entry = member("--planner", "planner", &self.planner, &acquisition::all())?;
-        let planner = with_keys(&entry, &self.set)?;
+        let mut keys = self.set.clone();
+        keys.extend(self.moment.map(|aim| format!("for=\"{aim}\"")));
+        let planner = with_keys(&entry, &keys)?;
         planner.check(&[]).map_err(|e| Error::config("--set", e))?;
         Ok(planner)
     }
+}
+
+/// An expected error of a moment, with what nine of ten are below.
+fn of_moment(moment: &MomentForecast, expected: f64, readings: usize) -> String {
+    let bound = MomentForecast::bound(expected, readings);
+    format!(
+        "{} {expected:.4} (upper bound {bound:.4})",
+        moment.aim.column()
+    )
 }
 
 /// How often the tile is read: a batch that follows at once needs no reading of it at its start.

@@ -6,7 +6,7 @@ pub use choices::{Advice, AgainstFirst, Spread};
 
 use super::moments::MomentsPlan;
 use super::{Allowance, Failure, Metric, Plan, Row, Source};
-use crate::acquisition;
+use crate::acquisition::{self, MomentAim};
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::instrument;
@@ -27,11 +27,26 @@ const OF_PLANNERS: &str = "half-difference";
 /// The reconstruction that planners' poses are followed by.
 const KRIGING: &str = "kriging";
 
+/// The planner whose poses are chosen for a moment, and the one whose are chosen for the BRDF, batch after batch.
+const ADAPTIVE: &str = "adaptive";
+
+/// How moments are compared: the diffuse part of the truth taken off both.
+const OF_MOMENTS: &str = "\
+    views = 10\nmax_view_deg = 81\nsplit = \"minimum\"\nestimator = { kind = \"peak-resolving\", tolerance = 2e-3 }\n";
+
+/// Numbers of poses that are tried where a moment is to be known to a level.
+const TRIED: [usize; 5] = [16, 32, 64, 128, 250];
+
+/// Share of the materials whose error is to be below the level.
+const WITHIN: f64 = 0.85;
+
 /// What is asked.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct AdviceSpec {
-    /// Poses, or minutes on the instrument.
-    pub allowance: Allowance,
+    /// Poses, or minutes on the instrument; `None`: as many poses as `moment` needs.
+    pub allowance: Option<Allowance>,
+    /// A moment of slices that poses are to serve in place of the BRDF; choices are then ranked by its error.
+    pub moment: Option<MomentAim>,
     /// A preset or a file; `None`: the instrument without flaws.
     pub instrument: Option<String>,
     /// Seed of poses and noise.
@@ -55,10 +70,20 @@ pub struct Advised {
     pub left_out: Vec<String>,
     /// Choices that failed, each reason once.
     pub failures: Vec<Failure>,
+    /// Poses or minutes that choices were compared at.
+    pub allowance: Allowance,
+    /// True if these poses bring the error of a moment below its level for 85 % of the materials; `None` where that was not asked.
+    pub is_enough: Option<bool>,
     /// Materials that were tried.
     pub tried: usize,
     /// Materials there are.
     pub all: usize,
+}
+
+/// A planner for a moment, without a stop.
+fn for_moment(kind: &str, aim: MomentAim) -> Table {
+    let keys = [("kind", kind.to_owned()), ("for", aim.to(0.0).to_string())];
+    Table::from_iter(keys.map(|(key, value)| (key.to_owned(), Value::from(value))))
 }
 
 /// The keys of a config that name materials.
@@ -81,10 +106,83 @@ impl AdviceSpec {
         mut run: impl FnMut(&Plan) -> Result<(Vec<Row>, Vec<Failure>), Error>,
     ) -> Result<Advised, Error> {
         let materials = self.materials(materials)?;
+        let (allowance, is_enough) = match (self.allowance, self.moment) {
+            (Some(allowance), _) => (allowance, None),
+            (None, Some(aim)) => {
+                let found = self.least(aim, &materials, &mut run)?;
+                let most = TRIED[TRIED.len() - 1];
+                let poses = Allowance::Poses(found.unwrap_or(most));
+                (poses, Some(found.is_some()))
+            }
+            (None, None) => {
+                let message = "allowed is a number of poses, minutes or a moment";
+                return Err(Error::config("gonio advise", message));
+            }
+        };
+        let at = Self {
+            allowance: Some(allowance),
+            ..self.clone()
+        };
+        Ok(Advised {
+            is_enough,
+            ..at.compared(&materials, allowance, run)?
+        })
+    }
+
+    /// The least number of poses, of those that are tried, at which poses that are chosen for a moment batch after batch bring its
+    /// error below its level for 85 % of the materials; `None` if the most are too few.
+    fn least(
+        &self,
+        aim: MomentAim,
+        materials: &Materials,
+        run: &mut impl FnMut(&Plan) -> Result<(Vec<Row>, Vec<Failure>), Error>,
+    ) -> Result<Option<usize>, Error> {
+        let mut config = self.config(materials)?;
+        let budgets = TRIED.map(|n| n as i64).to_vec();
+        config.insert("budgets".into(), budgets.into());
+        let only = |kind: &str| Table::from_iter([("kind".to_owned(), Value::from(kind))]);
+        config.insert("sample_set".into(), vec![for_moment(ADAPTIVE, aim)].into());
+        config.insert("parametrization".into(), vec![only(OF_PLANNERS)].into());
+        config.insert("reconstruction".into(), vec![only(KRIGING)].into());
+        let text = toml::to_string(&config).map_err(Error::internal)?;
+        let (rows, _) = run(&Plan::read(&Source::new("gonio advise", text))?)?;
+        let is_enough = |budget: &usize| {
+            let mine = rows.iter().filter(|r| r.budget == *budget);
+            let errors: Vec<f64> = mine.filter_map(|r| self.metric().error(r)).collect();
+            let within = errors.iter().filter(|e| **e <= aim.level).count();
+            within > 0 && within as f64 >= WITHIN * errors.len() as f64
+        };
+        Ok(TRIED.into_iter().find(is_enough))
+    }
+
+    /// The error that choices are ranked by.
+    pub fn metric(&self) -> Metric {
+        self.moment.map_or(self.by, |aim| {
+            let [band, of] = aim.position();
+            Metric::Moment(band, of)
+        })
+    }
+
+    /// What is allowed, in words.
+    fn allowed(&self) -> String {
+        self.allowance.map_or(String::new(), |a| a.to_string())
+    }
+
+    /// Poses, if that is what is allowed.
+    fn poses(&self) -> Option<usize> {
+        self.allowance.and_then(Allowance::count)
+    }
+
+    fn compared(
+        &self,
+        materials: &Materials,
+        allowance: Allowance,
+        mut run: impl FnMut(&Plan) -> Result<(Vec<Row>, Vec<Failure>), Error>,
+    ) -> Result<Advised, Error> {
         let mut rows: Vec<Row> = Vec::new();
         let (mut plans, mut failures): (Vec<Plan>, Vec<Failure>) = (Vec::new(), Vec::new());
         for planners in [false, true] {
-            let Some(plan) = self.plan(&materials, planners)? else {
+            let Some(plan) = self.plan(materials, planners)? else {
                 continue;
             };
             let (made, failed) = run(&plan)?;
@@ -106,6 +204,8 @@ impl AdviceSpec {
             choices,
             left_out,
             failures,
+            allowance,
+            is_enough: None,
             tried: materials.tried,
             all: materials.all,
         })
@@ -169,26 +269,15 @@ impl AdviceSpec {
         planners: bool,
         prior: Option<&Path>,
     ) -> Result<Option<Source>, Error> {
-        let mut config: Table = ADVICE.parse().map_err(Error::internal)?;
-        config.remove("material");
-        config.extend(materials.keys.clone());
-        config.insert("seeds".into(), vec![self.seed].into());
-        let most = self.allowance.count().unwrap_or(0);
+        let mut config = self.config(materials)?;
+        let most = self.poses().unwrap_or(0);
         match self.allowance {
-            Allowance::Minutes(minutes) => {
+            Some(Allowance::Minutes(minutes)) => {
                 config.insert("budgets".into(), Value::Array(Vec::new()));
                 config.insert("minutes".into(), vec![minutes].into())
             }
-            Allowance::Poses(_) | Allowance::Readings(_) => {
-                config.insert("budgets".into(), vec![most as i64].into())
-            }
+            _ => config.insert("budgets".into(), vec![most as i64].into()),
         };
-        if let Some(name) = &self.instrument {
-            let preset = instrument::presets().iter().any(|p| p.name == name);
-            let key = if preset { "preset" } else { "file" };
-            let table = Table::from_iter([(key.to_owned(), Value::from(name.as_str()))]);
-            config.insert("instrument".into(), vec![table].into());
-        }
         let kind = |table: &Value| {
             table
                 .get("kind")
@@ -212,7 +301,11 @@ impl AdviceSpec {
             let read = registry::read_text(planner, "");
             planners && read.is_ok_and(|planner| most <= planner.most())
         };
-        let is_empty = retain("sample_set", &suits);
+        let is_empty = retain("sample_set", &|table| {
+            // Of moments, which take a while, what is best for the BRDF beside what is chosen for them.
+            let serves = self.moment.is_none() || [ADAPTIVE, "sobol"].contains(&&*kind(table));
+            serves && suits(table)
+        });
         retain("parametrization", &|table| {
             !planners || kind(table) == OF_PLANNERS
         });
@@ -224,11 +317,37 @@ impl AdviceSpec {
         if is_empty {
             return Ok(None);
         }
+        if let (Some(aim), true) = (self.moment, planners) {
+            let of_moment = [ADAPTIVE, "a-optimal"].map(|kind| Value::from(for_moment(kind, aim)));
+            if let Some(Value::Array(list)) = config.get_mut("sample_set") {
+                list.extend(of_moment.into_iter().filter(suits));
+            }
+        }
         if let Some(prior) = prior {
             self.add_prior(&mut config, planners, &prior.to_string_lossy());
         }
         let text = toml::to_string(&config).map_err(Error::internal)?;
         Ok(Some(Source::new("gonio advise", text)))
+    }
+
+    /// The config of the materials, the instrument and the errors that are asked for, with all choices.
+    fn config(&self, materials: &Materials) -> Result<Table, Error> {
+        let mut config: Table = ADVICE.parse().map_err(Error::internal)?;
+        config.remove("material");
+        config.extend(materials.keys.clone());
+        config.insert("seeds".into(), vec![self.seed].into());
+        if let Some(name) = &self.instrument {
+            let preset = instrument::presets().iter().any(|p| p.name == name);
+            let key = if preset { "preset" } else { "file" };
+            let table = Table::from_iter([(key.to_owned(), Value::from(name.as_str()))]);
+            config.insert("instrument".into(), vec![table].into());
+        }
+        if self.moment.is_some() {
+            config.insert("quantities".into(), vec!["moments"].into());
+            let moments: Table = OF_MOMENTS.parse().map_err(Error::internal)?;
+            config.insert("moments".into(), moments.into());
+        }
+        Ok(config)
     }
 
     /// Adds planners and reconstructions with a prior of other materials.
@@ -244,7 +363,7 @@ impl AdviceSpec {
             add("sample_set", "adaptive");
         }
         // Beyond it is left out; how many a time allows for is not known yet.
-        if self.allowance.count().is_none_or(|n| n <= TRUSTED) {
+        if self.poses().is_none_or(|n| n <= TRUSTED) {
             add("reconstruction", KRIGING);
         }
     }

@@ -169,7 +169,7 @@ impl Cell {
             cell.differences[0][i] *= unit;
             cell.differences[1][i] *= unit;
         }
-        if slice.brdf.is_mirrored() {
+        if slice.is_mirrored() {
             cell.mirror(order);
         }
         cell

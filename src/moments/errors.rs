@@ -2,8 +2,14 @@
 
 use crate::metrics::{Judged, Quantity};
 
-use super::component::{Component, Moments};
+use super::component::{Component, Estimate, Moments, Order};
+use super::mesh::nodes;
+use super::noise::Sums;
 use super::profile::Profile;
+use super::slice::{Batch, Slice};
+use super::tally::Tally;
+use crate::geometry::DirectionPair;
+use crate::parametrization::view_centered;
 
 /// Moment errors of a reconstruction: means over the views of one of the [`VIEW_BANDS`] of the largest error of the components
 /// of each order. A view where the truth or the reconstruction leaves a moment undefined is left
@@ -67,6 +73,17 @@ impl MomentErrors {
         in_band!("_70_85", "the views above 70° up to 85°"),
     ];
 
+    /// Levels of the errors, in the order of [`QUANTITIES`](Self::QUANTITIES): 1 % of the energy, 1° of the mean direction, 5 % of
+    /// the covariance, 0.1 of a skewness and 0.2 of a kurtosis. The mean in units of the width of the lobe has none of its own.
+    pub const LEVELS: [Option<f64>; Self::COUNT] = [
+        Some(0.01),
+        Some(1.0),
+        None,
+        Some(0.05),
+        Some(0.1),
+        Some(0.2),
+    ];
+
     /// Number of slices of truth and reconstruction that are not resolved.
     pub(crate) const UNRESOLVED: Quantity = Quantity::count(
         "moment_unresolved",
@@ -85,6 +102,32 @@ impl MomentErrors {
                 (from == 0.0 || view > from + AT_END) && view <= to + AT_END
             };
             Self::over(truth, reconstruction, is_in)
+        })
+    }
+
+    /// What small errors of f at pairs of a slice shift an error of [`QUANTITIES`](Self::QUANTITIES) by, `of` its position: for each
+    /// component of its order a sum Σ w f, in the unit of the error. `None` of a slice whose moments of that order are not defined.
+    pub(crate) fn influences(slice: &Slice<'_>, of: usize) -> Option<Influences> {
+        let nodes = nodes(slice);
+        let moments = at_nodes(slice, &nodes);
+        let alpha = moments.energy().filter(|alpha| *alpha > 0.0)?;
+        let Sums { pairs, mut weights } = Sums::new(slice, &moments, alpha, &nodes);
+        let order = [0, 1, 1, 2, 3, 4][of];
+        let mut all = Vec::new();
+        for c in Component::ALL.into_iter().filter(|c| c.order() == order) {
+            let unit = match of {
+                0 => alpha,
+                1 => 1_f64.to_radians(),
+                2 | 3 => moments.unit(c)?,
+                _ => moments.value(c.n, c.m).map(|_| 1.0)?,
+            };
+            let mut sum = std::mem::take(&mut weights[c.index()]);
+            sum.iter_mut().for_each(|w| *w /= unit);
+            all.extend(sum.iter().any(|w| *w != 0.0).then_some(sum));
+        }
+        Some(Influences {
+            pairs,
+            weights: all,
         })
     }
 
@@ -109,6 +152,37 @@ impl MomentErrors {
             kurtosis: mean(|f, g| largest(f, g, 4, |_| Some(1.0))),
         }
     }
+}
+
+/// Sums Σ w f over pairs of a slice, a list of weights for each.
+pub(crate) struct Influences {
+    pub pairs: Vec<DirectionPair>,
+    pub weights: Vec<Vec<f64>>,
+}
+
+/// The moments of a slice by its nodes alone; where the BRDF is mirrored those at φ ≥ 0 are given.
+fn at_nodes(slice: &Slice<'_>, nodes: &[([f64; 2], f64)]) -> Moments {
+    let mut batch = Batch::default();
+    for (point, _) in nodes {
+        batch.push(slice, view_centered(point[0], point[1]));
+    }
+    slice.evaluate(&mut batch);
+    let (mut points, mut weights) = (Vec::new(), Vec::new());
+    for ((point, area), value) in nodes.iter().zip(batch.values()) {
+        points.push(*point);
+        weights.push(area * value);
+        if slice.is_mirrored() {
+            points.push([point[0], -point[1]]);
+            weights.push(area * value);
+        }
+    }
+    let values = Tally::from_points(Order::MAX, &points, &weights).values();
+    Moments(values.map(|value| {
+        value.map(|value| Estimate {
+            value,
+            uncertainty: 0.0,
+        })
+    }))
 }
 
 /// The largest error of the components of an order, each in its unit.

@@ -28,7 +28,7 @@ pub(super) fn nodes(slice: &Slice<'_>) -> Vec<([f64; 2], f64)> {
             .map(move |point| (point, 0.25 * area))
             .collect::<Vec<_>>()
     };
-    mesh(&peaks(slice), slice.brdf.is_mirrored(), COARSE)
+    mesh(&peaks(slice), slice.is_mirrored(), COARSE)
         .iter()
         .flat_map(of)
         .collect()

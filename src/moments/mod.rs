@@ -38,6 +38,7 @@ mod tally;
 
 pub use clamping::{Clamping, HorizonCopy};
 pub use component::{Component, Estimate, Moments, Order};
+pub(crate) use errors::Influences;
 pub use errors::{MomentErrors, VIEW_BANDS};
 pub use estimator::{Estimator, SliceMoments, Unresolved, all, read};
 pub use fit::*;

@@ -11,7 +11,6 @@ use super::slice::Slice;
 use super::tally::{gaussian, powers};
 use crate::brdf::SumErrors;
 use crate::geometry::DirectionPair;
-use crate::parametrization::view_centered;
 use std::f64::consts::FRAC_PI_4;
 
 /// Relative uncertainty of the energy up to which what errors shift the other moments by is linear in them.
@@ -32,25 +31,7 @@ pub(super) fn add(slice: &Slice<'_>, moments: &mut Moments) {
     let Some(alpha) = moments.energy() else {
         return;
     };
-    let (mut pairs, mut weights) = (Vec::new(), vec![Vec::new(); Component::ALL.len()]);
-    for (point, area) in nodes(slice) {
-        let pair = DirectionPair::new(view_centered(point[0], point[1]), slice.omega_o);
-        let mut influence = influence(moments, point);
-        if brdf.is_mirrored() {
-            // The pair at −φ too: what is odd has no error.
-            for c in Component::ALL {
-                influence[c.index()] *= if c.is_odd() { 0.0 } else { 2.0 };
-            }
-        }
-        // A black slice has no other moments.
-        influence[1..]
-            .iter_mut()
-            .for_each(|g| *g /= alpha.max(f64::MIN_POSITIVE));
-        let weight = area * slice.of_luminance(&pair);
-        let each = weights.iter_mut().zip(influence);
-        each.for_each(|(of, g)| of.push(weight * g));
-        pairs.push(pair);
-    }
+    let Sums { pairs, weights } = Sums::new(slice, moments, alpha, &nodes(slice));
     let mut errors = vec![0.0; weights.len()];
     if let Some(split) = split {
         let mut sums = SumErrors::<15>::new();
@@ -70,6 +51,44 @@ pub(super) fn add(slice: &Slice<'_>, moments: &mut Moments) {
     }
     if is_estimated && alpha > 0.0 {
         leave_out(moments, alpha);
+    }
+}
+
+/// Pairs at nodes of a slice, and the weights of a sum Σ w f over them for each component: what moments shift by where errors of f are
+/// small.
+pub(super) struct Sums {
+    pub pairs: Vec<DirectionPair>,
+    pub weights: Vec<Vec<f64>>,
+}
+
+impl Sums {
+    /// Of a slice with these moments, of energy `alpha`, by nodes with their areas; where the BRDF is mirrored those at φ ≥ 0.
+    pub(super) fn new(
+        slice: &Slice<'_>,
+        moments: &Moments,
+        alpha: f64,
+        nodes: &[([f64; 2], f64)],
+    ) -> Self {
+        let (mut pairs, mut weights) = (Vec::new(), vec![Vec::new(); Component::ALL.len()]);
+        for (point, area) in nodes {
+            let pair = slice.pair(*point);
+            let mut influence = influence(moments, *point);
+            if slice.is_mirrored() {
+                // The pair at −φ too: what is odd has no error.
+                for c in Component::ALL {
+                    influence[c.index()] *= if c.is_odd() { 0.0 } else { 2.0 };
+                }
+            }
+            // A black slice has no other moments.
+            influence[1..]
+                .iter_mut()
+                .for_each(|g| *g /= alpha.max(f64::MIN_POSITIVE));
+            let weight = area * slice.of_luminance(&pair);
+            let each = weights.iter_mut().zip(influence);
+            each.for_each(|(of, g)| of.push(weight * g));
+            pairs.push(pair);
+        }
+        Self { pairs, weights }
     }
 }
 

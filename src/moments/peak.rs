@@ -52,7 +52,7 @@ impl PeakResolving {
             None => COARSE,
             Some(_) => COARSE_AGAINST,
         };
-        let cells = mesh(&peaks, slice.brdf.is_mirrored(), coarse)
+        let cells = mesh(&peaks, slice.is_mirrored(), coarse)
             .into_iter()
             .map(|r| Cell::new(slice, order, r, &mut work))
             .collect();

@@ -10,7 +10,7 @@ use crate::parametrization::view_centered;
 use crate::registry::keys;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 /// The part of a BRDF that is analysed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -34,6 +34,9 @@ keys! {
         views: usize = 90;
         /// The last view elevation, degrees, in (0, 90).
         max_view_deg: f64 = 89.0;
+        /// Number of view azimuths, equally spaced on the circle from 0, of an anisotropic BRDF.
+        #[serde(skip_serializing_if = "is_one")]
+        azimuths: usize = 1;
         /// Highest order of the moments.
         order: Order = Order::MAX;
         /// The part of the BRDF.
@@ -41,9 +44,16 @@ keys! {
     }
 }
 
+fn is_one(n: &usize) -> bool {
+    *n == 1
+}
+
 impl MomentsSpec {
     /// Most views that are allowed.
     pub(crate) const MAX_VIEWS: usize = 100_000;
+
+    /// Most view azimuths that are allowed.
+    const MAX_AZIMUTHS: usize = 360;
 
     /// Checks every key.
     ///
@@ -61,6 +71,10 @@ impl MomentsSpec {
         if !(1..=Self::MAX_VIEWS).contains(&self.views) {
             let allowed = format!("a whole number in [1, {}]", Self::MAX_VIEWS);
             return Err(ParameterError::new("views", self.views, allowed));
+        }
+        if !(1..=Self::MAX_AZIMUTHS).contains(&self.azimuths) {
+            let allowed = format!("a whole number from 1 to {}", Self::MAX_AZIMUTHS);
+            return Err(ParameterError::new("azimuths", self.azimuths, allowed));
         }
         if !(self.max_view_deg > 0.0 && self.max_view_deg < 90.0) {
             let allowed = "a number in (0, 90)";
@@ -94,7 +108,11 @@ impl MomentsSpec {
     }
 }
 
-/// The moments of a BRDF's slices over the view elevation.
+fn is_zero(azimuth: &f64) -> bool {
+    *azimuth == 0.0
+}
+
+/// The moments of a BRDF's slices over the view elevation, at one view azimuth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
     /// Channel of the BRDF.
@@ -103,6 +121,9 @@ pub struct Profile {
     pub order: Order,
     /// View elevations, rad, ascending.
     pub views: Vec<f64>,
+    /// View azimuth, rad.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub azimuth: f64,
     /// Diffuse part that was subtracted before, sr⁻¹.
     pub diffuse: f64,
     /// Moments of the slices, one per view.
@@ -122,7 +143,28 @@ impl Profile {
         estimator: &dyn Estimator,
         seed: u64,
     ) -> Result<Self, ParameterError> {
-        Self::made(brdf, channel, spec, estimator, seed, None)
+        Self::made(brdf, channel, spec, estimator, seed, (0.0, None))
+    }
+
+    /// The profiles of the view azimuths of `spec` after the first, which is that of [`new`](Self::new); none of an isotropic BRDF.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn at_further_azimuths(
+        brdf: &dyn Brdf,
+        channel: Channel,
+        spec: &MomentsSpec,
+        estimator: &dyn Estimator,
+        seed: u64,
+    ) -> Result<Vec<Self>, ParameterError> {
+        let n = match brdf.symmetry().isotropic {
+            true => 1,
+            false => spec.azimuths,
+        };
+        let azimuths = (1..n).map(|k| k as f64 / n as f64 * TAU);
+        azimuths
+            .map(|phi| Self::made(brdf, channel, spec, estimator, seed, (phi, None)))
+            .collect()
     }
 
     /// The profile of a reconstruction, which is compared with that of its truth, of the same views: the diffuse part of the truth is
@@ -140,7 +182,8 @@ impl Profile {
         estimator: &dyn Estimator,
         seed: u64,
     ) -> Result<Self, ParameterError> {
-        Self::made(brdf, truth.channel, spec, estimator, seed, Some(truth))
+        let at = (truth.azimuth, Some(truth));
+        Self::made(brdf, truth.channel, spec, estimator, seed, at)
     }
 
     fn made(
@@ -149,7 +192,7 @@ impl Profile {
         spec: &MomentsSpec,
         estimator: &dyn Estimator,
         seed: u64,
-        truth: Option<&Self>,
+        (azimuth, truth): (f64, Option<&Self>),
     ) -> Result<Self, ParameterError> {
         spec.check()?;
         assert!(truth.is_none_or(|truth| truth.views == spec.view_angles()));
@@ -163,7 +206,8 @@ impl Profile {
             estimated.prepare();
         }
         let slices = views.par_iter().enumerate().map(|(i, &theta_o)| {
-            let slice = Slice::new(brdf, channel, theta_o)?.without(diffuse);
+            let slice = Slice::new(brdf, channel, theta_o)?;
+            let slice = slice.without(diffuse).at_azimuth(azimuth);
             // An odd multiplier keeps the seeds of a profile's views apart from those of the next seed.
             let seed = seed
                 .wrapping_mul(0x9e37_79b9_7f4a_7c15)
@@ -180,6 +224,7 @@ impl Profile {
             order: spec.order,
             slices: slices.collect::<Result<_, ParameterError>>()?,
             views,
+            azimuth,
             diffuse,
         })
     }

@@ -5,6 +5,7 @@ use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair};
 use crate::parametrization::view_centered;
 use crate::registry::named;
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
@@ -66,7 +67,7 @@ pub enum Kind {
 }
 
 /// ρ_θo(θ, φ) = ρ(m(θ_o, 0), m(θ, φ)) − diffuse, at least 0 (sr⁻¹, no cosine); m is
-/// [`view_centered`].
+/// [`view_centered`], turned about the normal by the azimuth of the view.
 #[derive(Clone, Copy)]
 pub struct Slice<'a> {
     /// The BRDF.
@@ -77,6 +78,8 @@ pub struct Slice<'a> {
     pub(crate) theta_o: f64,
     /// The direction of the view.
     pub(super) omega_o: Direction,
+    /// Sine and cosine of its azimuth, by which the chart is turned about the normal.
+    turn: [f64; 2],
     /// Diffuse part that is subtracted, sr⁻¹.
     pub(super) diffuse: f64,
 }
@@ -101,8 +104,47 @@ impl<'a> Slice<'a> {
             channel,
             theta_o,
             omega_o,
+            turn: [0.0, 1.0],
             diffuse: 0.0,
         })
+    }
+
+    /// The slice of a view at azimuth `azimuth` (rad), about which the chart turns: θ stays in the plane of incidence.
+    #[must_use]
+    pub fn at_azimuth(self, azimuth: f64) -> Self {
+        let turned = Self {
+            turn: azimuth.sin_cos().into(),
+            ..self
+        };
+        Self {
+            omega_o: turned.turned(view_centered(self.theta_o, 0.0)),
+            ..turned
+        }
+    }
+
+    /// A direction of the chart about the normal as it is on the material.
+    fn turned(&self, direction: Direction) -> Direction {
+        let [sin, cos] = self.turn;
+        if sin == 0.0 && cos == 1.0 {
+            return direction;
+        }
+        let v = direction.vector();
+        Direction::from_unit(DVec3::new(
+            v.x * cos - v.y * sin,
+            v.x * sin + v.y * cos,
+            v.z,
+        ))
+    }
+
+    /// The pair at angles θ, φ (rad).
+    pub(super) fn pair(&self, [theta, phi]: [f64; 2]) -> DirectionPair {
+        DirectionPair::new(self.turned(view_centered(theta, phi)), self.omega_o)
+    }
+
+    /// True if it is the same at φ and −φ.
+    pub(super) fn is_mirrored(&self) -> bool {
+        let is_turned = self.turn[0] != 0.0 && !self.brdf.symmetry().isotropic;
+        self.brdf.is_mirrored() && !is_turned
     }
 
     /// The slice without a Lambertian part of `diffuse` (sr⁻¹, ≥ 0).
@@ -199,6 +241,7 @@ impl Batch {
     /// Adds a light direction.
     #[inline]
     pub fn push(&mut self, slice: &Slice<'_>, omega_i: Direction) {
+        let omega_i = slice.turned(omega_i);
         self.pairs.push(DirectionPair::new(omega_i, slice.omega_o));
     }
 
@@ -209,7 +252,7 @@ impl Batch {
         let both = DirectionPair::new(slice.omega_o, slice.omega_o);
         self.pairs.resize(before + lights.len(), both);
         for (pair, light) in self.pairs[before..].iter_mut().zip(lights) {
-            pair.omega_i = *light;
+            pair.omega_i = slice.turned(*light);
         }
     }
 

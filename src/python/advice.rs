@@ -17,11 +17,13 @@ use std::path::PathBuf;
 /// Compares poses and reconstructions on materials like the one to be measured: the best choices, a dictionary each.
 ///
 /// `config` (a path, or a dictionary of keys) names the materials, `{"materials_dir": "MERL"}`; without it, formulas stand for all.
-/// Allowed are `budget` poses, or `minutes` on `instrument`, a preset or a file. Errors are `nrmse` and `log_relative` under the
+/// Allowed are `budget` poses, or `minutes` on `instrument`, a preset or a file. Poses serve a `moment` of slices instead,
+/// `"variance=5%"`, if one is named; without a budget they are the least of 16, 32, 64, 128 and 250 that bring 85 % of
+/// materials to its level, or 250. Errors are `nrmse` and `log_relative` under the
 /// cosine measure (`by` ranks), `mean` over materials and `below`, what 90 % of materials are below. `prior` is a
 /// file of `gonio train`. At most `most` materials are tried, spread evenly over those that are named.
 #[pyfunction]
-#[pyo3(signature = (config = None, *, budget = None, minutes = None, instrument = None, by = "nrmse", most = 12, prior = None, seed = 1))]
+#[pyo3(signature = (config = None, *, budget = None, minutes = None, instrument = None, by = "nrmse", moment = None, most = 12, prior = None, seed = 1))]
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
 pub fn advise<'py>(
     py: Python<'py>,
@@ -30,21 +32,25 @@ pub fn advise<'py>(
     minutes: Option<f64>,
     instrument: Option<PathBuf>,
     by: &str,
+    moment: Option<&str>,
     #[pyo3(from_py_with = keys::most)] most: usize,
     prior: Option<PathBuf>,
     #[pyo3(from_py_with = keys::seed_of_config)] seed: i64,
 ) -> PyResult<Bound<'py, PyAny>> {
     let allowance = match (budget, minutes) {
-        (Some(budget), None) => Allowance::Poses(keys::budget(budget)?),
+        (Some(budget), None) => Some(Allowance::Poses(keys::budget(budget)?)),
         (None, Some(minutes)) => {
             in_left_open("minutes", minutes, 0.0, MAX_MINUTES).map_err(refused)?;
             if instrument.is_none() {
                 return Err(refused("minutes is of an instrument; allowed: to name one"));
             }
-            Allowance::Minutes(minutes)
+            Some(Allowance::Minutes(minutes))
         }
+        (None, None) if moment.is_some() => None,
         _ => return Err(refused("allowed is one of budget and minutes")),
     };
+    let moment = moment.map(str::parse).transpose();
+    let moment = moment.map_err(of_argument("moment"))?;
     let by = Metric::named(by).map_err(of_argument("by"))?;
     let (source, refuse): (_, fn(Error) -> PyErr) = match config {
         Some(config) => config_source(config)?,
@@ -52,6 +58,7 @@ pub fn advise<'py>(
     };
     let asked = AdviceSpec {
         allowance,
+        moment,
         instrument: instrument.map(|name| name.to_string_lossy().into_owned()),
         seed,
         by,

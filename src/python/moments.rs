@@ -75,6 +75,7 @@ pub fn moments_at(
         order: Order::MAX,
         slices: slices?.map_err(refused)?,
         views,
+        azimuth: 0.0,
         diffuse: 0.0,
     })
 }

@@ -5,7 +5,10 @@ mod apertures;
 mod beforehand;
 #[path = "../common/mod.rs"]
 mod common;
+mod moments;
 mod outliers;
+
+use moments::{known_moments_end_the_readings, poses_for_a_moment_serve_it};
 
 use common::{Level, levels, made, model, test_pairs};
 use gonio::acquisition::{self, Aim, Greedy, Planner, Rule, Target, Task, acquire, once};
@@ -35,6 +38,8 @@ levels! {
     expected_errors_are_not_too_small: "thorough: more lobes and readings";
     what_readings_choose_errs_little_more_than_the_best: "thorough: more lobes and readings";
     twice_the_readings_lower_the_error: "thorough: more lobes and readings";
+    poses_for_a_moment_serve_it: "thorough: more lobes, moments and readings";
+    known_moments_end_the_readings: "thorough: more materials and moments";
 }
 
 fn lobe(alpha: f64) -> Microfacet<Ggx> {

@@ -5,6 +5,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod azimuths;
 mod exact;
 mod extremes;
 mod gaussians;

@@ -1,6 +1,6 @@
 //! The best choices, and the commands that make their schedules.
 
-use super::AdviceSpec;
+use super::{ADAPTIVE, AdviceSpec};
 use crate::acquisition;
 use crate::experiment::{
     Allowance, Cell, Choice, Findings, Line, Metric, Plan, PlannedSet, ReportSpec, Row,
@@ -53,6 +53,9 @@ pub struct Advice {
     pub nrmse: Option<Spread>,
     /// The error log_relative.
     pub log_relative: Option<Spread>,
+    /// The error of the moment that is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moment: Option<Spread>,
     /// The error of the ranking over that of the best; `None` of the best.
     pub against_first: Option<AgainstFirst>,
     /// Poses that were visited, at least and at most.
@@ -79,7 +82,7 @@ impl AdviceSpec {
         symmetry: Symmetry,
     ) -> (Vec<Advice>, Vec<String>) {
         let findings = Findings::asked(rows, BAND, &ReportSpec::default());
-        let Some(ranking) = findings.ranking(self.by, Measure::Cosine.name(), None) else {
+        let Some(ranking) = findings.ranking(self.metric(), Measure::Cosine.name(), None) else {
             return (Vec::new(), Vec::new());
         };
         let of = |line: &Line| Some((line.choice.clone(), line.cells.first().copied()??));
@@ -92,7 +95,7 @@ impl AdviceSpec {
             let poses = [&choice.parametrization, &choice.warp, &choice.sample_set];
             let poses = poses.map(String::clone);
             let mine = rows.iter().filter(|r| r.choice() == *choice);
-            let of: Vec<Option<f64>> = mine.map(|r| r.value(self.by.name())).collect();
+            let of: Vec<Option<f64>> = mine.map(|r| r.value(self.metric().name())).collect();
             let is_inexact = of.iter().any(|e| e.is_some_and(|e| !is_exact(e)));
             let known = seen.contains(&poses) || is_inexact && errors.contains(&of);
             seen.push(poses);
@@ -103,8 +106,16 @@ impl AdviceSpec {
             planned(&choice.sample_set, plans).is_some_and(PlannedSet::learns)
         };
         let best = all.iter().take(LINES);
-        let fixed = all.iter().find(|choice| !learns(choice));
-        let fixed = fixed.filter(|_| best.clone().all(|choice| learns(&choice)));
+        // Beside poses for a moment those for the BRDF, batch after batch.
+        let for_brdf = |(choice, _): &&(Choice, Cell)| choice.sample_set == ADAPTIVE;
+        let fixed = match self.moment {
+            Some(_) => all.iter().find(for_brdf),
+            None => all.iter().find(|choice| !learns(choice)),
+        };
+        let fixed = fixed.filter(|_| match self.moment {
+            Some(_) => !best.clone().any(|choice| for_brdf(&choice)),
+            None => best.clone().all(|choice| learns(&choice)),
+        });
         let kept = LINES - usize::from(fixed.is_some());
         let chosen = best.take(kept).chain(fixed).enumerate();
         let advice = chosen
@@ -138,8 +149,9 @@ impl AdviceSpec {
         Advice {
             nrmse: spread(Metric::Nrmse),
             log_relative: spread(Metric::LogRelative),
+            moment: self.moment.and_then(|_| spread(self.metric())),
             against_first: cell.against_best.map(|paired| AgainstFirst {
-                metric: self.by.name(),
+                metric: self.metric().name(),
                 ratio: paired.ratio,
                 interval: paired.interval,
             }),
@@ -173,7 +185,11 @@ impl AdviceSpec {
         }
         let (mut commands, mut then) = (Vec::new(), None);
         let set = planned(&choice.sample_set, plans);
-        let (kind, prior) = set.map(|set| keys(&set.set.resolved())).unwrap_or_default();
+        let (kind, mut prior) = set.map(|set| keys(&set.set.resolved())).unwrap_or_default();
+        let is_for_moment = set.is_some_and(|set| set.set.resolved().contains_key("for"));
+        if let Some(aim) = self.moment.filter(|_| is_for_moment) {
+            prior += &format!(" --for {aim}");
+        }
         let is_planner = acquisition::all().iter().any(|e| e.kind == kind);
         if let Some(set) = set.filter(|_| is_planner) {
             let next = |readings: &str, batch: usize, to: &str| {
@@ -186,7 +202,7 @@ impl AdviceSpec {
                     "gonio next {readings}--planner {kind}{prior}{folded} --batch {batch}{more} -o {number}-{to}"
                 )
             };
-            let budget = self.allowance.count().unwrap_or(set.set.most());
+            let budget = self.poses().unwrap_or(set.set.most());
             match set.set.batch(0, budget) {
                 None => commands.push(next("", poses[1], "poses.csv")),
                 Some(first) => {
@@ -197,7 +213,7 @@ impl AdviceSpec {
                     let asked = first + second.unwrap_or(0);
                     let third = set.set.batch(asked, budget).filter(|n| *n > 0);
                     then = third.map(|_| {
-                        format!("then, with all readings so far, half as many poses each time, up to {}", self.allowance)
+                        format!("then, with all readings so far, half as many poses each time, up to {}", self.allowed())
                     });
                 }
             }
@@ -207,8 +223,9 @@ impl AdviceSpec {
                 warp => format!(" --warp {}", quoted(warp)),
             };
             let allowed = match self.allowance {
-                Allowance::Minutes(minutes) => format!("--minutes {minutes}"),
-                Allowance::Poses(n) | Allowance::Readings(n) => format!("--budget {n}"),
+                Some(Allowance::Minutes(minutes)) => format!("--minutes {minutes}"),
+                Some(Allowance::Poses(n) | Allowance::Readings(n)) => format!("--budget {n}"),
+                None => String::new(),
             };
             let folded = match symmetry {
                 Symmetry::FULL => String::new(),

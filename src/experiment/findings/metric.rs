@@ -16,17 +16,6 @@ pub enum Metric {
     Moment(usize, usize),
 }
 
-/// Levels of the errors of moments, in the order of [`MomentErrors::QUANTITIES`]: 1 % of the energy, 1° of the mean direction, 5 % of
-/// the covariance, 0.1 of a skewness and 0.2 of a kurtosis. The mean in units of the width of the lobe has none of its own.
-const LEVELS: [Option<f64>; MomentErrors::COUNT] = [
-    Some(0.01),
-    Some(1.0),
-    None,
-    Some(0.05),
-    Some(0.1),
-    Some(0.2),
-];
-
 impl Metric {
     /// Those of test pairs, which every row has.
     pub const OF_PAIRS: [Self; 2] = [Self::Nrmse, Self::LogRelative];
@@ -70,7 +59,7 @@ impl Metric {
     /// The error that readings are counted until, of moments; `None` of others.
     pub fn level(self) -> Option<f64> {
         match self {
-            Self::Moment(_, of) => LEVELS[of],
+            Self::Moment(_, of) => MomentErrors::LEVELS[of],
             _ => None,
         }
     }
@@ -98,7 +87,7 @@ impl Metric {
         }
     }
 
-    pub(super) fn error(self, row: &Row) -> Option<f64> {
+    pub(in crate::experiment) fn error(self, row: &Row) -> Option<f64> {
         row.value(self.name())
     }
 

@@ -23,8 +23,11 @@ pub struct MaterialProfiles {
     pub material_key: RowKey,
     /// The kind of the material; materials of a kind are analysed together.
     pub group: String,
-    /// One profile per channel of the plan.
+    /// One profile per channel of the plan, of views at azimuth 0.
     pub profiles: Vec<Profile>,
+    /// Those of further view azimuths, all azimuths of a channel after one another; none of isotropic materials.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further: Vec<Profile>,
     /// Wall time of each profile, s; empty if the timings of the run are lost.
     #[serde(default)]
     pub seconds: Vec<f64>,
@@ -53,10 +56,10 @@ impl Record for MaterialProfiles {
 const LABEL: &str = "profiles";
 
 impl MaterialProfiles {
-    /// One row per channel and view.
+    /// One row per channel and view; those of further azimuths last.
     pub fn rows(&self) -> impl Iterator<Item = ProfileRow<'_>> {
         let of = |profile| ProfileRow::of_profile(&self.material, profile);
-        self.profiles.iter().flat_map(of)
+        self.profiles.iter().chain(&self.further).flat_map(of)
     }
 }
 
@@ -69,6 +72,8 @@ pub struct ProfileRow<'a> {
     pub channel: Channel,
     /// View elevation, rad.
     pub theta_o: f64,
+    /// View azimuth, rad.
+    pub phi_o: f64,
     /// The moments.
     pub slice: &'a SliceMoments,
 }
@@ -81,6 +86,7 @@ impl<'a> ProfileRow<'a> {
             material,
             channel: profile.channel,
             theta_o,
+            phi_o: profile.azimuth,
             slice,
         })
     }
@@ -145,7 +151,7 @@ impl PerMaterial for MomentsPlan {
         let table = &self.moments;
         let counters = events.counters.clone();
         let brdf = of.brdf.counted_at(&counters, Stage::Moments);
-        let (mut profiles, mut times) = (Vec::new(), Vec::new());
+        let (mut profiles, mut further, mut times) = (Vec::new(), Vec::new(), Vec::new());
         for &channel in &table.spec.channels {
             events.go_on()?;
             let (profile, seconds) = counters.timed(Stage::Moments, || {
@@ -154,6 +160,18 @@ impl PerMaterial for MomentsPlan {
             // The plan has checked every key, and builds what the channels need.
             profiles.push(profile.map_err(Error::internal)?);
             times.push(seconds);
+            let (made, seconds) = counters.timed(Stage::Moments, || {
+                Profile::at_further_azimuths(
+                    &brdf,
+                    channel,
+                    &table.spec,
+                    &*table.estimator,
+                    self.seed,
+                )
+            });
+            let made = made.map_err(Error::internal)?;
+            times.extend((!made.is_empty()).then_some(seconds));
+            further.extend(made);
         }
         // Colours of a material share their shape: the first channel stands for all.
         let clamping = match self.analysis.horizon {
@@ -171,6 +189,7 @@ impl PerMaterial for MomentsPlan {
             material_key: of.material_key.to_owned(),
             group: of.material.group(),
             profiles,
+            further,
             seconds: times,
             clamping,
         })

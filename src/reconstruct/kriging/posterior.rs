@@ -318,6 +318,12 @@ impl Posterior {
             .collect()
     }
 
+    /// ln(f + ε) at places as large as it may well be: by its variance larger than the mean, and by 1 at most.
+    pub(crate) fn likely_most(&self, places: &Places) -> Vec<f64> {
+        let both = self.means(places).into_iter().zip(self.variances(places));
+        both.map(|(z, v)| z + (v * self.scale).min(1.0)).collect()
+    }
+
     /// Variances of ln(f + ε) at places, without the scale.
     pub(crate) fn variances(&self, places: &Places) -> Vec<f64> {
         let before = self.covariance.variances(&places.sites).into_iter();
@@ -332,18 +338,40 @@ impl Posterior {
         if read.sites.len() == 0 {
             return Some(self.variances(places));
         }
+        let projected = self.projected(read, self.covariances(read, places))?;
+        let before = self.variances(places).into_iter();
+        let less = projected.column_iter().map(|t| t.norm_squared());
+        Some(before.zip(less).map(|(v, l)| (v - l).max(0.0)).collect())
+    }
+
+    /// Variances of sums of ln(f + ε) over places, a column of weights for each, without the scale, once there are readings at
+    /// pairs too; `None` if these are singular.
+    pub(crate) fn variances_of_sums(
+        &self,
+        places: &Places,
+        weights: &DMatrix<f64>,
+        read: &[DirectionPair],
+    ) -> Option<Vec<f64>> {
+        let weighted = self.covariances(places, places) * weights;
+        let both = weights.column_iter().zip(weighted.column_iter());
+        let before = both.map(|(own, of)| own.dot(&of));
+        if read.is_empty() {
+            return Some(before.map(|v| v.max(0.0)).collect());
+        }
+        let read = self.places(read);
+        let projected = self.projected(&read, self.covariances(&read, places) * weights)?;
+        let less = projected.column_iter().map(|t| t.norm_squared());
+        Some(before.zip(less).map(|(v, l)| (v - l).max(0.0)).collect())
+    }
+
+    /// Covariances with readings at places, a row for each, times the inverse of the factor of those of the readings; `None` if these are singular.
+    fn projected(&self, read: &Places, mut with: DMatrix<f64>) -> Option<DMatrix<f64>> {
         let mut own = self.covariances(read, read);
         for (i, noise) in self.noise(read).into_iter().enumerate() {
             own[(i, i)] += noise;
         }
-        let mut projected = self.covariances(read, places);
-        if !system::factored(&mut own) {
-            return None;
-        }
-        system::forward(&own, &mut projected);
-        let before = self.variances(places).into_iter();
-        let less = projected.column_iter().map(|t| t.norm_squared());
-        Some(before.zip(less).map(|(v, l)| (v - l).max(0.0)).collect())
+        system::factored(&mut own).then(|| system::forward(&own, &mut with))?;
+        Some(with)
     }
 
     /// Covariances of ln(f + ε) between two lists, without the scale: a column per place of the second.
@@ -471,26 +499,25 @@ impl Mixture {
         all.for_each(|k| k.variance = (k.variance - k.mean * k.mean).max(0.0));
         Some(known)
     }
-}
-
-impl Predictive for Mixture {
-    fn predict(&self, pairs: &[DirectionPair]) -> Vec<LogNormal> {
-        let known = self.with(pairs, &[]);
-        known.unwrap_or_else(|| unreachable!("nothing is not singular"))
-    }
-
-    fn variances_of_sums(&self, pairs: &[DirectionPair], weights: &[Vec<f64>]) -> Vec<f64> {
+    /// Variances of sums Σ w ln(f + ε) over some pairs, a list of weights for each, once there are readings at others too; `None`
+    /// if the covariances of these are singular.
+    pub(crate) fn variances_of_sums_with(
+        &self,
+        pairs: &[DirectionPair],
+        weights: &[Vec<f64>],
+        read: &[DirectionPair],
+    ) -> Option<Vec<f64>> {
         let weights = DMatrix::from_fn(pairs.len(), weights.len(), |k, of| weights[of][k]);
         let mut all = vec![0.0; weights.ncols()];
         // Of the sums of the means of the accounts: their mean, and that of their squares.
         let mut between = vec![[0.0; 2]; weights.ncols()];
         for (share, process) in &self.accounts {
             let places = process.places(pairs);
-            let weighted = process.covariances(&places, &places) * &weights;
+            let variances = process.variances_of_sums(&places, &weights, read)?;
             let means = DVector::from_vec(process.means(&places));
             let shared = DVector::from_vec(process.shared(&places));
             for (i, own) in weights.column_iter().enumerate() {
-                let variance = own.dot(&weighted.column(i)).max(0.0) * process.scale;
+                let variance = variances[i] * process.scale;
                 all[i] += share * (variance + own.dot(&shared).powi(2));
                 let mean = own.dot(&means);
                 between[i][0] += share * mean;
@@ -500,10 +527,20 @@ impl Predictive for Mixture {
         let between = between
             .into_iter()
             .map(|[mean, square]| square - mean * mean);
-        all.iter()
-            .zip(between)
-            .map(|(of, more)| of + more.max(0.0))
-            .collect()
+        let both = all.iter().zip(between);
+        Some(both.map(|(of, more)| of + more.max(0.0)).collect())
+    }
+}
+
+impl Predictive for Mixture {
+    fn predict(&self, pairs: &[DirectionPair]) -> Vec<LogNormal> {
+        let known = self.with(pairs, &[]);
+        known.unwrap_or_else(|| unreachable!("nothing is not singular"))
+    }
+
+    fn variances_of_sums(&self, pairs: &[DirectionPair], weights: &[Vec<f64>]) -> Vec<f64> {
+        let known = self.variances_of_sums_with(pairs, weights, &[]);
+        known.unwrap_or_else(|| unreachable!("nothing is not singular"))
     }
 
     fn suspects(&self) -> &[Suspect] {

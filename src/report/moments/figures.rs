@@ -31,7 +31,7 @@ fn components(odd: bool) -> Vec<Component> {
 }
 
 /// Name of a component, and its unit in brackets.
-fn name_and_unit(Component { n, m }: Component) -> (String, &'static str) {
+pub(super) fn name_and_unit(Component { n, m }: Component) -> (String, &'static str) {
     match n + m {
         0 => ("energy".into(), " (rad²/sr)"),
         1 => (format!("mean {n}{m}"), " (°)"),
@@ -52,6 +52,7 @@ pub fn material_sheet(of: &MaterialProfiles, bilateral: bool) -> Sheet {
     let title = format!("Moments of {} over the view elevation", of.material);
     let (mut sheet, notes) = sheet(of.material.clone(), title, &curves, &all, bilateral);
     sheet.title += &notes;
+    sheet.panels.extend(super::maps::panels(of));
     sheet
 }
 
@@ -88,6 +89,16 @@ pub fn group_sheets(group: &Group, members: &[&MaterialProfiles], bilateral: boo
         sheets.extend([profiles, odd]);
     }
     sheets.extend([fits_sheet(group, &curves, name("fits"), &of), correlation]);
+    sheets.extend(members.iter().filter_map(|of| {
+        let panels = super::maps::panels(of);
+        let stem = crate::report::file_stem(&of.material);
+        (!panels.is_empty()).then(|| Sheet {
+            name: name(&format!("azimuths-{stem}")),
+            title: format!("Moments of {} over the directions of views", of.material),
+            panels,
+            columns: 2,
+        })
+    }));
     sheets
 }
 

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "pictures")]
 mod figures;
+mod maps;
 mod profiles;
 mod relations;
 mod tables;

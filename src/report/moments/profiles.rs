@@ -18,6 +18,7 @@ fn schema<'a>() -> Schema<ProfileRow<'a>> {
         "material" => row.material,
         "channel" => row.channel.name(),
         "theta_o_deg" => degrees(row.theta_o),
+        "phi_o_deg" => degrees(row.phi_o),
     };
     let last = columns! { row in ProfileRow<'a>;
         "missing_share" => row.slice.missing_share,
