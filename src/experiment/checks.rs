@@ -7,6 +7,7 @@ use crate::brdf::BuildError;
 use crate::error::{Error, ParameterError, excerpt};
 use std::collections::HashSet;
 use std::fmt::{self, Display, Formatter};
+use std::ops::RangeInclusive;
 
 /// A place in a config, which errors about its value name.
 #[derive(Clone)]
@@ -56,6 +57,19 @@ impl<'s> Place<'s> {
         self.error(ParameterError::new(self.to_string(), value, allowed))
     }
 
+    /// Refuses a whole number here that is out of range.
+    pub(crate) fn whole<T: Display + PartialOrd>(
+        &self,
+        value: T,
+        range: RangeInclusive<T>,
+    ) -> Result<(), Error> {
+        if range.contains(&value) {
+            return Ok(());
+        }
+        let (least, most) = range.into_inner();
+        Err(self.refused(value, format!("a whole number from {least} to {most}")))
+    }
+
     /// The error of a parameter of the table here, named from the top of the config.
     pub(crate) fn refused_key(&self, e: &ParameterError) -> Error {
         self.key(&e.key).error(format_args!("{self}.{e}"))
@@ -92,13 +106,12 @@ pub(super) fn each_once<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> 
     distinct
 }
 
-/// Refuses an empty list and one that names something twice.
+/// Refuses a list that names something twice.
 pub(super) fn distinct<T, S: Display + Eq + std::hash::Hash>(
     at: &Place<'_>,
     list: &[T],
     show: impl Fn(&T) -> S,
 ) -> Result<(), Error> {
-    refuse_empty(at, list)?;
     let mut seen = HashSet::new();
     for (i, item) in list.iter().enumerate() {
         if !seen.insert(show(item)) {
@@ -115,6 +128,16 @@ pub(super) fn refuse_empty<T>(at: &Place<'_>, list: &[T]) -> Result<(), Error> {
         true => Err(at.problem("= []: allowed is at least one")),
         false => Ok(()),
     }
+}
+
+/// Refuses an empty list and one that names something twice.
+pub(super) fn some_distinct<T, S: Display + Eq + std::hash::Hash>(
+    at: &Place<'_>,
+    list: &[T],
+    show: impl Fn(&T) -> S,
+) -> Result<(), Error> {
+    refuse_empty(at, list)?;
+    distinct(at, list, show)
 }
 
 /// Gives every choice its name, written or made from its keys.

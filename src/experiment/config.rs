@@ -31,19 +31,8 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use toml::de::DeTable;
 
-/// The keys of a config's top level.
-const KEYS: [&str; 25] = [
-    "question",
-    "experiment",
-    "channels",
-    "seeds",
-    "budgets",
-    "readings",
-    "minutes",
-    "measures",
-    "quantities",
-    "materials_dir",
-    "only",
+/// The keys of a config's top level that are tables, and `band`.
+const TABLES: [&str; 14] = [
     "merl",
     "material",
     "parametrization",
@@ -63,7 +52,7 @@ const KEYS: [&str; 25] = [
 /// True of a key of a config's top level.
 #[cfg(feature = "cli")]
 pub(crate) fn is_config_key(key: &str) -> bool {
-    KEYS.contains(&key)
+    Scalars::NAMES.contains(&key) || TABLES.contains(&key)
 }
 
 /// An experiment as it was written, defaults filled in.
@@ -108,7 +97,6 @@ pub struct Config<'s> {
 #[serde(deny_unknown_fields, default)]
 pub struct Reach {
     /// The largest budget it is used at.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub up_to: Option<i64>,
     /// The sample sets it is used on, by name: one, or a list of them.
     #[serde(
@@ -150,7 +138,6 @@ keys! {
     #[derive(PartialEq)]
     pub struct Scalars {
         /// The question the experiment asks; for people.
-        #[serde(skip_serializing_if = "Option::is_none")]
         question: Option<String> = None;
         /// Kind of the experiment.
         experiment: Kind = Kind::Acquisition;
@@ -171,10 +158,8 @@ keys! {
         /// Quantities that are compared beside the values; the defaults of its kind if not written.
         quantities: Option<Vec<QuantityGroup>> = None;
         /// A folder whose `*.binary` files are all materials.
-        #[serde(skip_serializing_if = "Option::is_none")]
         materials_dir: Option<PathBuf> = None;
         /// The files of that folder that are meant, by name; all of them if not written.
-        #[serde(skip_serializing_if = "Option::is_none")]
         only: Option<Vec<String>> = None;
     }
 }
@@ -182,29 +167,19 @@ keys! {
 /// The longest a step of a job may be repeated for, s.
 const MAX_REPEAT_SECONDS: f64 = 60.0;
 
-/// What is written beside the results: nothing unless asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Output {
-    /// The schedules, and in which format.
-    pub schedules: Schedules,
-    /// Pictures of a slice of truth, reconstruction and difference.
-    pub slices: bool,
-    /// `results.parquet` beside `results.csv`: the same columns with their types.
-    pub parquet: bool,
-    /// Seconds that each step of a job (planning, measuring, reconstructing) may be repeated for, so that its time has a range; 0:
-    /// never.
-    pub repeat_seconds: f64,
-}
-
-impl Default for Output {
-    fn default() -> Self {
-        Self {
-            schedules: Schedules::default(),
-            slices: false,
-            parquet: false,
-            repeat_seconds: 0.002,
-        }
+keys! {
+    /// What is written beside the results: nothing unless asked for.
+    #[derive(Copy, PartialEq)]
+    pub struct Output {
+        /// The schedules, and in which format.
+        schedules: Schedules = Schedules::default();
+        /// Pictures of a slice of truth, reconstruction and difference.
+        slices: bool = false;
+        /// `results.parquet` beside `results.csv`: the same columns with their types.
+        parquet: bool = false;
+        /// Seconds that each step of a job (planning, measuring, reconstructing) may be repeated for, so that its time has a
+        /// range; 0: never.
+        repeat_seconds: f64 = 0.002;
     }
 }
 
@@ -270,7 +245,7 @@ impl<'s> Config<'s> {
         mut rest: Table<'s>,
         kind: Kind,
     ) -> Result<Self, ReadError> {
-        refuse_unknown(&rest, &KEYS)?;
+        refuse_unknown(&rest, &[Scalars::NAMES, &TABLES])?;
         let has = |key: &str| rest.get_ref().contains_key(key);
         let no_budgets = !has("budgets") && (has("readings") || has("minutes"));
         let table = &mut rest;
@@ -314,19 +289,13 @@ impl<'s> Config<'s> {
         in_closed("band", self.band, 1.0, 10.0).map_err(|e| source.place("band").error(e))?;
         self.pictures.check(source)?;
         for (i, (_, reach)) in self.reconstructions.iter().enumerate() {
-            if let Some(n) = reach.up_to
-                && !(1..=MAX_BUDGET as i64).contains(&n)
-            {
-                let allowed = format!("a whole number from 1 to {MAX_BUDGET}");
+            if let Some(n) = reach.up_to {
                 let at = source.place("reconstruction").index(i);
-                return Err(at.key("up_to").refused(n, allowed));
+                at.key("up_to").whole(n, 1..=MAX_BUDGET as i64)?;
             }
         }
-        if !self.coordinates.is_empty() {
-            let at = source.place("coordinates");
-            distinct(&at, &self.coordinates, Coordinates::label)?;
-        }
-        Ok(())
+        let at = source.place("coordinates");
+        distinct(&at, &self.coordinates, Coordinates::label)
     }
 }
 
@@ -353,68 +322,51 @@ fn reconstruction(mut table: Table<'_>) -> Result<(Named<dyn Reconstruct>, Reach
     Ok((named(table, reconstruct::read)?, reach))
 }
 
-/// Lists of whole numbers, each in range and each once.
-pub(super) struct Numbers {
-    pub seeds: Vec<u64>,
-    pub budgets: Vec<usize>,
-    pub readings: Vec<usize>,
-}
+/// Seeds, budgets and readings, each in range and each once.
+pub(super) type Numbers = (Vec<u64>, Vec<usize>, Vec<usize>);
 
-impl Numbers {
-    /// Checks them and `minutes`, and that there is at least one seed and one allowance.
-    pub(super) fn checked(config: &Config<'_>) -> Result<Self, Error> {
-        let (source, scalars) = (config.source, &config.scalars);
-        // Each in its range, and as an unsigned number.
-        let convert = |key: &str, list: &[i64], range: RangeInclusive<i64>| {
-            if let Some(i) = list.iter().position(|value| !range.contains(value)) {
-                let (min, max) = range.into_inner();
-                let allowed = format!("a whole number from {min} to {max}");
-                return Err(source.place(key).index(i).refused(list[i], allowed));
-            }
-            let unsigned = list.iter().map(|value| value.unsigned_abs());
-            Ok(unsigned.collect::<Vec<u64>>())
-        };
-        let seeds = convert("seeds", &scalars.seeds, 0..=i64::MAX)?;
-        distinct(&source.place("seeds"), &seeds, u64::to_string)?;
-        let counts = |key: &str, list: &[i64]| {
-            let counts = convert(key, list, 1..=MAX_BUDGET as i64)?;
-            // In range of usize by its limit.
-            let counts: Vec<usize> = counts.into_iter().map(|count| count as usize).collect();
-            if !counts.is_empty() {
-                distinct(&source.place(key), &counts, usize::to_string)?;
-            }
-            Ok::<_, Error>(counts)
-        };
-        let budgets = counts("budgets", &scalars.budgets)?;
-        let readings = counts("readings", &scalars.readings)?;
-        let minutes = &scalars.minutes;
-        if readings.is_empty() && minutes.is_empty() {
-            refuse_empty(&source.place("budgets"), &budgets)?;
+/// Checks lists of numbers, and that there is at least one seed and one allowance.
+pub(super) fn checked_numbers(config: &Config<'_>) -> Result<Numbers, Error> {
+    let (source, scalars) = (config.source, &config.scalars);
+    let convert = |key: &str, list: &[i64], range: RangeInclusive<i64>| {
+        let at = source.place(key);
+        for (i, &value) in list.iter().enumerate() {
+            at.index(i).whole(value, range.clone())?;
         }
-        let at = source.place("minutes");
-        if !minutes.is_empty() {
-            distinct(&at, minutes, f64::to_string)?;
-        }
-        for (i, &m) in minutes.iter().enumerate() {
-            let at = at.index(i);
-            in_left_open(&at.to_string(), m, 0.0, MAX_MINUTES).map_err(|e| at.error(e))?;
-        }
-        for (key, used) in [
-            ("readings", !readings.is_empty()),
-            ("minutes", !minutes.is_empty()),
-        ] {
-            if used && config.instruments.is_empty() {
-                return Err(source.place(key).problem(
-                    "are those of an instrument, and there is none; allowed: with an [[instrument]] only",
-                ));
-            }
-        }
-        Ok(Self {
-            seeds,
-            budgets,
-            readings,
-        })
+        distinct(&at, list, i64::to_string)
+    };
+    convert("seeds", &scalars.seeds, 0..=i64::MAX)?;
+    refuse_empty(&source.place("seeds"), &scalars.seeds)?;
+    let seeds = scalars.seeds.iter().map(|seed| seed.unsigned_abs());
+    let counts = |key: &str, list: &[i64]| {
+        convert(key, list, 1..=MAX_BUDGET as i64)?;
+        let counts = list.iter().map(|count| count.unsigned_abs() as usize);
+        Ok::<Vec<usize>, Error>(counts.collect())
+    };
+    let budgets = counts("budgets", &scalars.budgets)?;
+    let readings = counts("readings", &scalars.readings)?;
+    let minutes = &scalars.minutes;
+    if readings.is_empty() && minutes.is_empty() {
+        refuse_empty(&source.place("budgets"), &budgets)?;
     }
+    let at = source.place("minutes");
+    distinct(&at, minutes, f64::to_string)?;
+    for (i, &m) in minutes.iter().enumerate() {
+        let at = at.index(i);
+        in_left_open(&at.to_string(), m, 0.0, MAX_MINUTES).map_err(|e| at.error(e))?;
+    }
+    let of_instruments = [
+        ("readings", !readings.is_empty()),
+        ("minutes", !minutes.is_empty()),
+    ];
+    for (key, _) in of_instruments.into_iter().filter(|(_, is_used)| *is_used) {
+        if config.instruments.is_empty() {
+            return Err(source.place(key).problem(
+                "are those of an instrument, and there is none; allowed: with an [[instrument]] only",
+            ));
+        }
+    }
+    Ok((seeds.collect(), budgets, readings))
 }
 
 /// The longest time a schedule may be asked to take: a year.
@@ -443,9 +395,7 @@ pub(super) fn check_metrics(config: &Config<'_>) -> Result<(), Error> {
 pub(super) fn check_quantities(config: &Config<'_>) -> Result<bool, Error> {
     let source = config.source;
     let wanted = config.scalars.quantities.as_deref().unwrap_or_default();
-    if !wanted.is_empty() {
-        distinct(&source.place("quantities"), wanted, |q| q.name())?;
-    }
+    distinct(&source.place("quantities"), wanted, |q| q.name())?;
     let wanted = wanted.contains(&QuantityGroup::Moments);
     let Some(moments) = &config.moments else {
         return Ok(wanted);
@@ -500,7 +450,7 @@ pub(super) fn check_output(config: &Config<'_>) -> Result<(), Error> {
     }
     let seconds = config.output.repeat_seconds;
     if !(0.0..=MAX_REPEAT_SECONDS).contains(&seconds) {
-        let at = config.source.place("output").key("repeat_seconds");
+        let at = config.source.place("output.repeat_seconds");
         let allowed = format!("a number from 0 to {MAX_REPEAT_SECONDS}");
         return Err(at.refused(seconds, allowed));
     }

@@ -47,7 +47,6 @@ keys! {
         holes: bool = true;
         /// Seed of what all its readings share (offsets of axes, the tile, drift); the seed of the
         /// row if left out.
-        #[serde(skip_serializing_if = "Option::is_none")]
         realisation: Option<u64> = None;
     }
 }

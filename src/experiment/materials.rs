@@ -1,6 +1,6 @@
 //! The materials of a plan: those written out, and the MERL files of a folder.
 
-use super::checks::{Names, Place, distinct};
+use super::checks::{Names, Place, some_distinct};
 use super::choices::Material;
 use super::of_readings;
 use super::source::Source;
@@ -118,12 +118,14 @@ pub(super) fn insert_materials(table: &mut toml::Table, materials: &[Material], 
         keys.remove("path");
         table.insert("merl".into(), keys.into());
     }
-    let tables = written.iter().map(|m| {
-        let mut table = with_name(m.spec.resolved(), &m.name);
-        table.insert("symmetry".into(), section(&m.symmetry).into());
-        table
-    });
-    insert_list(table, "material", tables);
+    insert_list(table, "material", written.iter().map(written_out));
+}
+
+/// A material as a config writes it out.
+pub(super) fn written_out(material: &Material) -> toml::Table {
+    let mut table = with_name(material.spec.resolved(), &material.name);
+    table.insert("symmetry".into(), section(&material.symmetry).into());
+    table
 }
 
 /// Checks and names every material: those of `tables`, which are written out, and then the MERL files of the
@@ -138,7 +140,7 @@ pub(super) fn gather(
     channels: &Channels,
 ) -> Result<(Vec<Material>, Vec<String>), Error> {
     if let Some(only) = only {
-        distinct(&source.place("only"), only, String::clone)?;
+        some_distinct(&source.place("only"), only, String::clone)?;
     }
     let mut missing = only.unwrap_or_default().to_vec();
     let mut names = Names::default();

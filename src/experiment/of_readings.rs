@@ -43,32 +43,23 @@ struct Keys {
     /// The readings.
     file: PathBuf,
     /// Name of the coordinates, in which readings that say none are interpolated.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     parametrization: Option<String>,
     /// Symmetries of the material, by which a reading stands for others.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     symmetries: Option<Symmetry>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     columns: BTreeMap<String, String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     angles: Option<AngleUnit>,
     #[serde(default)]
     elevation: bool,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     azimuth: Option<Azimuth>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     quantity: Option<Quantity>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     uncertainties: Option<UncertaintyUnit>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     coverage_factor: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     polarisation: Option<Polarisation>,
     #[serde(default)]
     partial: bool,
     #[serde(default)]
     mixed: bool,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     no_reading: Option<f64>,
     #[serde(default, rename = "reconstruction", skip_serializing)]
     _reconstruction: Option<IgnoredAny>,

@@ -62,10 +62,7 @@ impl PictureSpec {
             ("samples", self.samples, 65_536),
             ("budget", self.budget, MAX_BUDGET),
         ] {
-            if !(1..=most).contains(&value) {
-                let allowed = format!("a whole number from 1 to {most}");
-                return Err(at.key(key).refused(value, allowed));
-            }
+            at.key(key).whole(value, 1..=most)?;
         }
         let at = at.key("lighting");
         self.lighting.check().map_err(|e| at.not_built(e))

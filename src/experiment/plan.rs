@@ -3,12 +3,12 @@
 //! Everything that can be refused without measuring is refused here, so that a mistake costs a
 //! second and not an hour. No table is loaded; headers and lengths of files are read.
 
-use super::checks::{Place, distinct, each_once, name_all, refuse_empty};
+use super::checks::{Place, each_once, name_all, refuse_empty, some_distinct};
 use super::choices::{
     Allowance, Coordinates, DEFAULT, Material, Method, NONE, OWN, PlannedSet, UsedIn,
 };
 use super::config::{
-    Config, Numbers, Output, Reach, check_metrics, check_output, check_quantities,
+    Config, Output, Reach, check_metrics, check_output, check_quantities, checked_numbers,
 };
 use super::instruments::{self, PlannedInstrument};
 use super::kind::{Kind, QuantityGroup};
@@ -118,10 +118,9 @@ impl Plan {
 
     fn of_parts(config: Config<'_>) -> Result<Self, Error> {
         let source = config.source;
-        let numbers = Numbers::checked(&config)?;
-        distinct(&source.place("measures"), &config.scalars.measures, |m| {
-            m.name()
-        })?;
+        let (seeds, budgets, readings) = checked_numbers(&config)?;
+        let at = source.place("measures");
+        some_distinct(&at, &config.scalars.measures, |m| m.name())?;
         check_metrics(&config)?;
         check_output(&config)?;
         let wanted = check_quantities(&config)?;
@@ -153,9 +152,9 @@ impl Plan {
             kind: scalars.experiment,
             question: scalars.question,
             channels: scalars.channels,
-            seeds: numbers.seeds,
-            budgets: numbers.budgets,
-            readings: numbers.readings,
+            seeds,
+            budgets,
+            readings,
             minutes: scalars.minutes,
             measures: scalars.measures,
             metrics: config.metrics,

@@ -86,15 +86,12 @@ impl Choice {
 #[serde(deny_unknown_fields, default)]
 pub struct ReportSpec {
     /// Its title; the question, if there is one, stands above all.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
     /// The column whose levels are compared, all else equal.
     pub factor: Factor,
     /// The level that others are compared with; the first if not written.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
     /// The level that the verdict is about; the best beside the reference if not written.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub challenger: Option<String>,
 }
 

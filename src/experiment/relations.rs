@@ -2,16 +2,16 @@
 //! predicted from moments of its slices and of the light (Zubiaga et al. 2015, §3.2 and §3.3; see
 //! [`docs::relations`](crate::docs::relations)).
 
-use super::checks::{distinct, name_all};
+use super::checks::{name_all, some_distinct};
 use super::counts::{Built, Stage};
 use super::each::{Of, PerMaterial};
 use super::key::{Expected, Input, Part, RowKey, forget_paths, hash, of_part};
 use super::kind::Kind;
-use super::moments::MomentsPlan;
+use super::moments::{self, MomentsPlan};
 use super::observer::{EventSink, Stop};
 use super::record::{Head, Record};
 use super::source::Source;
-use super::tables::{Named, insert_list, named, refuse_unknown, section, take_list, with_name};
+use super::tables::{Named, insert_list, named, section, take_list, with_name};
 use crate::brdf::{BuildError, Channels};
 use crate::error::Error;
 use crate::lighting::{self, Lighting, LightingSpec};
@@ -21,20 +21,6 @@ use crate::registry::{self, ReadError, Table, keys};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
-
-/// Keys that a config of this kind has.
-const KEYS: [&str; 10] = [
-    "question",
-    "experiment",
-    "seeds",
-    "materials_dir",
-    "only",
-    "merl",
-    "material",
-    "moments",
-    "lighting",
-    "relations",
-];
 
 keys! {
     /// `[relations]`: the views, and the keys of [`RelationSpec`].
@@ -100,7 +86,7 @@ impl RelationsPlan {
             max_views: keys.max_views,
         };
         spec.check().map_err(|e| here.refused_key(&e))?;
-        distinct(&here.key("views_deg"), &keys.views_deg, f64::to_string)?;
+        some_distinct(&here.key("views_deg"), &keys.views_deg, f64::to_string)?;
         for (i, &view) in keys.views_deg.iter().enumerate() {
             let last = base.moments.spec.max_view_deg;
             if !(view >= 0.0 && view <= last) {
@@ -108,7 +94,7 @@ impl RelationsPlan {
                 return Err(here.key("views_deg").index(i).refused(view, allowed));
             }
         }
-        distinct(&here.key("along"), &keys.along, |a| a.name())?;
+        some_distinct(&here.key("along"), &keys.along, |a| a.name())?;
         let order = base.moments.spec.order.get();
         if order < 2 {
             let allowed = "a whole number in [2, 4] in this experiment";
@@ -160,7 +146,7 @@ impl RelationsPlan {
 type Parts<'s> = (Table<'s>, Vec<Named<dyn LightingSpec>>, Keys);
 
 fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
-    refuse_unknown(&table, &KEYS)?;
+    moments::refuse_others(&table, &["lighting", "relations"])?;
     let lights = take_list(&mut table, "lighting", |t| named(t, lighting::read))?;
     let keys = registry::take(&mut table, "relations", registry::parse)?;
     Ok((table, lights.unwrap_or_default(), keys.unwrap_or_default()))
@@ -169,7 +155,7 @@ fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
 /// Reads the tables of a config of this kind, without checking their values.
 pub(super) fn read_keys(table: Table<'_>) -> Result<(), ReadError> {
     let (table, _, _) = parts(table)?;
-    super::moments::read_tables(table)
+    moments::read_tables(table)
 }
 
 /// The relations of a material under a lighting.

@@ -20,13 +20,13 @@ impl<T: ?Sized> From<Box<T>> for Named<T> {
     }
 }
 
-/// Refuses a config with a key of the top level that is not in `keys`.
-pub(super) fn refuse_unknown(table: &Table<'_>, keys: &[&str]) -> Result<(), ReadError> {
+/// Refuses a config with a key of the top level that is in none of these lists.
+pub(super) fn refuse_unknown(table: &Table<'_>, keys: &[&[&str]]) -> Result<(), ReadError> {
+    let keys = keys.concat();
     for key in table.get_ref().keys() {
         let name = key.get_ref().as_ref();
         if !keys.contains(&name) {
-            let allowed = one_of(name, keys);
-            let name = excerpt(name);
+            let (allowed, name) = (one_of(name, &keys), excerpt(name));
             let message = format!("unknown key {name}; allowed: {allowed}");
             return Err(ReadError::new(key.span(), message));
         }
@@ -41,14 +41,9 @@ pub(super) fn take_list<'s, T>(
     key: &str,
     read: impl Fn(Table<'s>) -> Result<T, ReadError>,
 ) -> Result<Option<Vec<T>>, ReadError> {
-    let Some(tables) = registry::take_tables(table, key)? else {
-        return Ok(None);
-    };
-    tables
-        .into_iter()
-        .map(read)
-        .collect::<Result<_, _>>()
-        .map(Some)
+    let tables = registry::take_tables(table, key)?;
+    let read = tables.map(|tables| tables.into_iter().map(read).collect());
+    read.transpose()
 }
 
 /// Takes `name` and lets the family read the rest.

@@ -2,9 +2,9 @@
 
 use super::choices::Material;
 use super::key::{self, Part};
-use super::materials::{MaterialTable, material};
+use super::materials::{MaterialTable, material, written_out};
 use super::source::Source;
-use super::tables::{section, take_list, with_name};
+use super::tables::{insert_list, section, take_list};
 use super::tuning::{Memory, Tuning, suits_folding};
 use crate::brdf::Channels;
 use crate::error::Error;
@@ -69,12 +69,9 @@ impl TuningTable {
             part.feed(&text);
         }
         part.feed_member(method.resolved(), method.prior());
-        let contents = tested
-            .iter()
-            .map(key::content)
-            .collect::<Result<Vec<_>, _>>()?;
+        let contents: Result<Vec<_>, _> = tested.iter().map(key::content).collect();
+        let contents = contents?;
         let mut training = Vec::new();
-        let mut written = Vec::new();
         for (i, table) in materials.into_iter().enumerate() {
             let at = at.index(i);
             let material = table.checked(&at, &Channels::Luminance)?;
@@ -89,24 +86,20 @@ impl TuningTable {
             part.feed(&key::pathless(&*material.spec).to_string());
             part.feed(&content);
             part.feed(&section(&material.symmetry).to_string());
-            let mut keys = with_name(material.spec.resolved(), &material.name);
-            keys.insert("symmetry".into(), section(&material.symmetry).into());
-            written.push(toml::Value::Table(keys));
             training.push(material);
         }
-        for material in tested {
-            if !training
+        let suits = |m: &Material| {
+            training
                 .iter()
-                .any(|t| suits_folding(t.symmetry, material.symmetry))
-            {
-                return Err(at.problem(format_args!(
-                    "has none with the symmetries of {:?}; allowed: at least one",
-                    material.name
-                )));
-            }
+                .any(|t| suits_folding(t.symmetry, m.symmetry))
+        };
+        if let Some(Material { name, .. }) = tested.iter().find(|m| !suits(m)) {
+            return Err(at.problem(format_args!(
+                "has none with the symmetries of {name:?}; allowed: at least one"
+            )));
         }
         let mut resolved = section(&keys);
-        resolved.insert("materials".into(), written.into());
+        insert_list(&mut resolved, "materials", training.iter().map(written_out));
         Ok(Tuning {
             resolved,
             materials: training,

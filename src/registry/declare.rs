@@ -102,6 +102,12 @@ macro_rules! keys {
             $($(#[$attribute])* $vis $key: $type,)*
         }
 
+        impl $Name {
+            /// The names of its keys, in their order.
+            #[allow(dead_code, reason = "not every table is asked")]
+            $vis const NAMES: &[&str] = &[$(stringify!($key)),*];
+        }
+
         impl Default for $Name {
             fn default() -> Self {
                 Self {

@@ -10,5 +10,5 @@ mod profiles;
 
 pub(crate) use analysis::{CorrelationRow, Group, ProfileFits, Spread, at_bound};
 pub(crate) use plan::{AnalysisSpec, MomentsPlan, MomentsTable, PublishedNumbers};
-pub(super) use plan::{read_keys, read_tables};
+pub(super) use plan::{read_keys, read_tables, refuse_others};
 pub use profiles::{MaterialProfiles, ProfileRow, degrees, shown};

@@ -14,29 +14,25 @@ use crate::registry::{self, ReadError, Table, keys};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-const KEYS: [&str; 10] = [
-    "question",
-    "experiment",
-    "seeds",
-    "materials_dir",
-    "only",
-    "merl",
-    "material",
-    "moments",
-    "analysis",
-    "lighting",
-];
+/// Keys of the top level that configs of other kinds do not have.
+const OWN: [&str; 2] = ["analysis", "lighting"];
+
+/// Refuses a key of the top level that neither all configs about moments have nor this kind has of its `own`.
+pub(in crate::experiment) fn refuse_others(
+    table: &Table<'_>,
+    own: &[&str],
+) -> Result<(), ReadError> {
+    let shared = ["merl", "material", "moments"];
+    refuse_unknown(table, &[Scalars::NAMES, &shared, own])
+}
 
 keys! {
     /// The keys of the top level that are no tables.
     struct Scalars {
-        #[serde(skip_serializing_if = "Option::is_none")]
         question: Option<String> = None;
         experiment: Kind = Kind::Moments;
         seeds: Vec<u64> = vec![1];
-        #[serde(skip_serializing_if = "Option::is_none")]
         materials_dir: Option<PathBuf> = None;
-        #[serde(skip_serializing_if = "Option::is_none")]
         only: Option<Vec<String>> = None;
     }
 }
@@ -55,7 +51,6 @@ keys! {
         /// no material has are told and left out.
         spheres: Vec<String> = Vec::new();
         /// Published numbers to compare with.
-        #[serde(skip_serializing_if = "Option::is_none")]
         published: Option<PublishedNumbers> = None;
     }
 }
@@ -137,7 +132,7 @@ impl MomentsPlan {
     pub fn read(source: &Source) -> Result<Self, Error> {
         Kind::Moments.require(source)?;
         let table = source.table()?;
-        refuse_unknown(&table, &KEYS).map_err(|e| source.error(e))?;
+        refuse_others(&table, &OWN).map_err(|e| source.error(e))?;
         Self::from_table(source, table)
     }
 
@@ -218,7 +213,7 @@ struct Parts<'s> {
 
 /// Reads the tables of a config of this kind, without checking their values.
 pub(in crate::experiment) fn read_keys(table: Table<'_>) -> Result<(), ReadError> {
-    refuse_unknown(&table, &KEYS)?;
+    refuse_others(&table, &OWN)?;
     read_tables(table)
 }
 
