@@ -148,13 +148,12 @@ pub(super) fn name_all<T: ?Sized>(
 ) -> Result<Vec<(String, Box<T>)>, Error> {
     refuse_empty(at, &list)?;
     let mut names = Names::default();
-    let mut out = Vec::with_capacity(list.len());
-    for (i, Named { name, choice }) in list.into_iter().enumerate() {
-        let name = name.unwrap_or_else(|| label(&choice));
+    let named = list.into_iter().enumerate().map(|(i, table)| {
+        let name = table.name.unwrap_or_else(|| label(&table.choice));
         names.take(&at.index(i), &name)?;
-        out.push((name, choice));
-    }
-    Ok(out)
+        Ok((name, table.choice))
+    });
+    named.collect()
 }
 
 /// Bytes of a name. File systems allow 255, of which endings and what distinguishes several files of one

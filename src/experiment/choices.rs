@@ -182,7 +182,7 @@ pub enum Allowance {
 }
 
 /// Poses that an instrument visits in a minute, times the schedules that are tried to find out.
-const MINUTE_WORK: f64 = 300.0;
+pub(super) const MINUTE_WORK: f64 = 300.0;
 
 /// Poses that an instrument takes in a minute, about: the presets take 6 to 30.
 pub(crate) const POSES_A_MINUTE: f64 = 20.0;
@@ -196,21 +196,11 @@ impl Allowance {
         }
     }
 
-    /// About the number of readings.
-    pub(super) fn usual(self) -> usize {
-        match self {
-            Allowance::Minutes(minutes) => {
-                (minutes * POSES_A_MINUTE).min(MAX_BUDGET as f64) as usize
-            }
-            _ => self.readings(),
-        }
-    }
-
-    /// Upper estimate of the number of readings.
-    pub(super) fn readings(self) -> usize {
+    /// The number of readings, of a time by so many in a minute.
+    pub(super) fn readings(self, in_a_minute: f64) -> usize {
         match self {
             Allowance::Poses(n) | Allowance::Readings(n) => n,
-            Allowance::Minutes(minutes) => (minutes * MINUTE_WORK).min(MAX_BUDGET as f64) as usize,
+            Allowance::Minutes(minutes) => (minutes * in_a_minute).min(MAX_BUDGET as f64) as usize,
         }
     }
 

@@ -355,18 +355,23 @@ pub(super) fn checked_numbers(config: &Config<'_>) -> Result<Numbers, Error> {
         let at = at.index(i);
         in_left_open(&at.to_string(), m, 0.0, MAX_MINUTES).map_err(|e| at.error(e))?;
     }
-    let of_instruments = [
-        ("readings", !readings.is_empty()),
-        ("minutes", !minutes.is_empty()),
-    ];
-    for (key, _) in of_instruments.into_iter().filter(|(_, is_used)| *is_used) {
-        if config.instruments.is_empty() {
-            return Err(source.place(key).problem(
-                "are those of an instrument, and there is none; allowed: with an [[instrument]] only",
-            ));
-        }
+    if let Some(key) = of_instruments(&readings, minutes)
+        && config.instruments.is_empty()
+    {
+        return Err(source.place(key).problem(
+            "are those of an instrument, and there is none; allowed: with an [[instrument]] only",
+        ));
     }
     Ok((seeds.collect(), budgets, readings))
+}
+
+/// The first key that allows schedules something other than poses, if one does.
+pub(super) fn of_instruments(readings: &[usize], minutes: &[f64]) -> Option<&'static str> {
+    match (readings, minutes) {
+        ([], []) => None,
+        ([], _) => Some("minutes"),
+        _ => Some("readings"),
+    }
 }
 
 /// The longest time a schedule may be asked to take: a year.

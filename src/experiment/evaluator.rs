@@ -55,6 +55,7 @@ impl Truth {
 type Member<'a> = (&'a Material, &'a Truth, &'a Readings);
 
 /// The comparison of one material's reconstruction with its truth.
+#[derive(Default)]
 pub(super) struct Compared {
     /// Sums over the pairs.
     tally: Tally,
@@ -178,7 +179,7 @@ impl<'a> Evaluator<'a> {
 
     /// The coverage of the counted test pairs by the poses that have a reading.
     pub(crate) fn coverage(&self, measured: &Measurement) -> Vec<Coverage> {
-        let (found, _) = self.counters.timed(Stage::Evaluate, || {
+        let found = self.counters.timed(Stage::Evaluate, || {
             let all = &self.level(0).pairs;
             let pairs: Vec<_> = Uncovered::counted(all.len()).map(|i| all[i]).collect();
             match Cover::of(measured) {
@@ -187,7 +188,7 @@ impl<'a> Evaluator<'a> {
                 Err(_) => vec![Coverage::Unknown; pairs.len()],
             }
         });
-        found
+        found.0
     }
 
     /// Reconstructs a group, whose readings have this coverage, and compares each with its truth, at as many pairs
@@ -216,16 +217,8 @@ impl<'a> Evaluator<'a> {
             tally: self.set.tally(),
             whole: made.whole.as_ref().map(|_| self.set.tally()),
             nothing_lost: member.2.nothing_lost,
-            converged: Vec::new(),
-            uncovered: Vec::new(),
-            within: Vec::new(),
-            expected: Vec::new(),
-            albedo: None,
-            moments: None,
             reconstructed: reconstructed.times(share),
-            evaluated: Spent::default(),
-            moment_seconds: None,
-            is_done: false,
+            ..Compared::default()
         };
         comparison.compared = members.iter().map(new).collect();
         if let (Copies::One(copy), [only]) = (&made.copies, members) {
@@ -279,9 +272,9 @@ impl<'a> Evaluator<'a> {
         Ok(comparison.compared)
     }
 
-    /// Counts evaluations of reconstructions.
-    fn evaluated(&self, pairs: usize) {
-        self.counters.add(Stage::Evaluate, Work::Evaluated, pairs);
+    /// Counts work of evaluating reconstructions.
+    fn count(&self, work: Work, number: usize) {
+        self.counters.add(Stage::Evaluate, work, number);
     }
 
     /// The moment profile of a BRDF; `None` if moments are not compared.
@@ -353,7 +346,7 @@ impl Comparison<'_> {
                 .map(|stack| stack.evaluate(pairs, go_on))
                 .transpose()?;
             let lists = values.len() + whole.as_ref().map_or(0, Vec::len);
-            judge.evaluated(lists * pairs.len());
+            judge.count(Work::Evaluated, lists * pairs.len());
             let all = self.compared.par_iter_mut().enumerate();
             all.for_each(|(i, compared)| {
                 let (Some(truth), Some(at)) = (&truths[i], place(i)) else {
@@ -416,7 +409,8 @@ impl Comparison<'_> {
             return Ok(());
         };
         let values = copies.evaluate(probe.pairs(), go_on)?;
-        self.judge.evaluated(values.len() * probe.pairs().len());
+        let evaluated = values.len() * probe.pairs().len();
+        self.judge.count(Work::Evaluated, evaluated);
         for ((member, values), compared) in self.members.iter().zip(&values).zip(&mut self.compared)
         {
             let truth = member.1.albedo.as_ref();
@@ -450,14 +444,9 @@ impl Comparison<'_> {
                 continue;
             };
             let at = replicated.luminance_at(&level.pairs);
-            judge
-                .counters
-                .add(Stage::Evaluate, Work::Reconstructions, 1);
-            judge.evaluated(at.len());
-            let values = Values {
-                luminance: at.iter().map(|at| at.value).collect(),
-                missing: Vec::new(),
-            };
+            judge.count(Work::Reconstructions, 1);
+            judge.count(Work::Evaluated, at.len());
+            let values = Values::from(at.iter().map(|at| at.value).collect::<Vec<_>>());
             let uncertainty: Vec<f64> = at.iter().map(Uncertain::uncertainty).collect();
             let truth = judge.values(member.1, 0);
             let share = |weights: &Vec<f64>| {
@@ -484,10 +473,7 @@ impl Comparison<'_> {
                 let predictive = method.predictive(&member.2.measured).ok().flatten();
                 let expected =
                     predictive.map(|predictive| Expected::per_measure(&level, &*predictive));
-                let made = usize::from(expected.is_some());
-                judge
-                    .counters
-                    .add(Stage::Evaluate, Work::Reconstructions, made);
+                judge.count(Work::Reconstructions, usize::from(expected.is_some()));
                 compared.expected = expected.unwrap_or_default();
             });
         }

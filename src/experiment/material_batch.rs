@@ -110,11 +110,7 @@ impl MaterialBatch {
                 }
             });
         }
-        let values = |luminance| Values {
-            luminance,
-            missing: Vec::new(),
-        };
-        Ok(luminance.into_iter().map(values).collect())
+        Ok(luminance.into_iter().map(Values::from).collect())
     }
 }
 

@@ -182,10 +182,10 @@ impl<'o, R> EventSink<'o, R> {
 
     /// Returns an error if the observer has cancelled.
     pub(crate) fn go_on(&self) -> Result<(), Stop> {
-        if self.observer.cancelled() {
-            return Err(Stop::Cancelled);
+        match self.observer.cancelled() {
+            true => Err(Stop::Cancelled),
+            false => Ok(()),
         }
-        Ok(())
     }
 
     pub(crate) fn made(&mut self, records: &[R]) -> Result<(), Stop> {
@@ -231,20 +231,14 @@ impl<'o, R> EventSink<'o, R> {
         material: &Material,
         jobs: usize,
     ) -> Result<Option<Identity>, Stop> {
-        let (identity, _) = self
-            .counters
-            .timed(Stage::Load, || Identity::read(material));
-        self.read(identity.iter().flat_map(|i| &i.inputs));
-        let identity = self.or_failed(
-            identity.map_err(Stop::failed),
-            [material.name.clone()],
-            jobs,
-        )?;
-        let summary = &mut self.summary;
+        let read = || Identity::read(material).map_err(Stop::failed);
+        let (identity, _) = self.counters.timed(Stage::Load, read);
+        let identity = self.or_failed(identity, [material.name.clone()], jobs)?;
         let inputs = identity.iter().flat_map(|i| &i.inputs);
-        summary.inputs.extend(inputs.cloned());
+        self.read(inputs.clone());
+        self.summary.inputs.extend(inputs.cloned());
         let key = identity.as_ref().map(|i| i.key.clone());
-        summary.materials.push(key);
+        self.summary.materials.push(key);
         Ok(identity)
     }
 
@@ -257,13 +251,14 @@ impl<'o, R> EventSink<'o, R> {
         channels: Channels,
         jobs: usize,
     ) -> Result<Option<Built>, Stop> {
-        let ((built, same), _) = self.counters.timed(Stage::Load, || {
+        let (made, _) = self.counters.timed(Stage::Load, || {
             let built = Built::new(&*material.spec, channels, &self.counters);
-            (built, identity.check_unchanged())
+            let same = identity.check_unchanged();
+            built
+                .map_err(Stop::failed)
+                .and_then(|built| same.map(|()| built).map_err(Stop::failed))
         });
         self.read(&identity.inputs);
-        let built = built.map_err(Stop::failed);
-        let made = built.and_then(|built| same.map(|()| built).map_err(Stop::failed));
         self.or_failed(made, [material.name.clone()], jobs)
     }
 

@@ -5,35 +5,23 @@ use super::source::Source;
 use super::tables::section;
 use crate::error::Error;
 use crate::lighting::{self, LightingSpec, SkySpec};
-use crate::registry::{self, ReadError, Table};
-use serde::{Deserialize, Serialize};
+use crate::registry::{self, ReadError, Table, keys};
+use std::sync::Arc;
 
-/// `[pictures]`: pictures that are drawn of each material.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PictureSpec {
-    /// True if pictures are drawn.
-    pub draw: bool,
-    /// Width and height of a sphere, pixels.
-    pub resolution: usize,
-    /// Samples per pixel.
-    pub samples: usize,
-    /// Budget of the reconstructions that are drawn, distinct configurations.
-    pub budget: usize,
-    /// Lighting of the spheres.
-    #[serde(skip)]
-    pub lighting: Box<dyn LightingSpec>,
-}
-
-impl Default for PictureSpec {
-    fn default() -> Self {
-        Self {
-            draw: true,
-            resolution: 512,
-            samples: 8,
-            budget: 1000,
-            lighting: Box::new(SkySpec::default()),
-        }
+keys! {
+    /// `[pictures]`: pictures that are drawn of each material.
+    pub struct PictureSpec {
+        /// True if pictures are drawn.
+        draw: bool = true;
+        /// Width and height of a sphere, pixels.
+        resolution: usize = 512;
+        /// Samples per pixel.
+        samples: usize = 8;
+        /// Budget of the reconstructions that are drawn, distinct configurations.
+        budget: usize = 1000;
+        /// Lighting of the spheres.
+        #[serde(skip)]
+        lighting: Arc<dyn LightingSpec> = Arc::new(SkySpec::default());
     }
 }
 
@@ -41,16 +29,13 @@ impl PictureSpec {
     /// Takes the table out of a config's; where there is none, `draw` says if pictures are drawn.
     pub(super) fn take(config: &mut Table<'_>, draw: bool) -> Result<Self, ReadError> {
         let Some(mut table) = registry::take_table(config, "pictures")? else {
-            return Ok(Self {
-                draw,
-                ..Self::default()
-            });
+            let usual = Self::default();
+            return Ok(Self { draw, ..usual });
         };
-        let lighting = registry::take_table(&mut table, "lighting")?;
-        let lighting = lighting.map(lighting::read).transpose()?;
+        let lighting = registry::take(&mut table, "lighting", lighting::read)?;
         let mut spec: Self = registry::parse(table)?;
         if let Some(lighting) = lighting {
-            spec.lighting = lighting;
+            spec.lighting = lighting.into();
         }
         Ok(spec)
     }

@@ -9,6 +9,7 @@ use super::choices::{
 };
 use super::config::{
     Config, Output, Reach, check_metrics, check_output, check_quantities, checked_numbers,
+    of_instruments,
 };
 use super::instruments::{self, PlannedInstrument};
 use super::kind::{Kind, QuantityGroup};
@@ -284,15 +285,10 @@ impl Plan {
             }
             (None, None, _) => return Ok(()),
         };
-        for (key, used) in [
-            ("readings", !self.readings.is_empty()),
-            ("minutes", !self.minutes.is_empty()),
-        ] {
-            if used {
-                let set = source.place("sample_set").index(set);
-                let problem = format!("do not go with the tuned ratio of {set}; allowed: budgets");
-                return Err(source.place(key).problem(problem));
-            }
+        if let Some(key) = of_instruments(&self.readings, &self.minutes) {
+            let set = source.place("sample_set").index(set);
+            let problem = format!("do not go with the tuned ratio of {set}; allowed: budgets");
+            return Err(source.place(key).problem(problem));
         }
         let method = Arc::clone(method);
         let tuning = table.plan(source, &self.materials, &self.metrics, method)?;

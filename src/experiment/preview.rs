@@ -63,7 +63,7 @@ pub(crate) fn preview(
         Err(Error::Config { .. } | Error::Infeasible { .. }) => return Ok(None),
         Err(e) => return Err(e),
     };
-    let readings = match Readings::take(brdf, &route, seed, &|| false) {
+    let readings = match Readings::take(brdf, &route, seed, &|| Ok(())) {
         Ok(readings) => readings,
         Err(Stop::Error(e)) => return Err(e),
         Err(Stop::Cancelled | Stop::Failed(_)) => return Ok(None),

@@ -1,7 +1,7 @@
 //! Measures a schedule on its instrument, and counts the readings for rows.
 
 use super::counts::{Counters, Spent, Stage, Work};
-use super::observer::Stop;
+use super::observer::{GoOn, Stop};
 use super::route::{Route, Tour};
 use super::row::Row;
 use crate::brdf::Brdf;
@@ -29,11 +29,11 @@ impl Readings {
         brdf: &dyn Brdf,
         route: &Route,
         seed: u64,
-        cancelled: &dyn Fn() -> bool,
+        go_on: GoOn<'_>,
     ) -> Result<Self, Stop> {
         let measure = |tour: Option<&Tour>| match tour {
             None => Ok(Ideal.measure(brdf, &route.schedule)),
-            Some(tour) => tour.measure(brdf, &route.schedule, seed, cancelled),
+            Some(tour) => tour.measure(brdf, &route.schedule, seed, go_on),
         };
         let measured = measure(route.tour.as_ref())?;
         let whole = route.whole.as_ref().map(|whole| measure(Some(whole)));

@@ -8,7 +8,7 @@ mod search;
 use super::choices::Allowance;
 use super::counts::{Counters, Spent, Stage, Work};
 use super::instruments::PlannedInstrument;
-use super::observer::{ScheduleKey, Stop};
+use super::observer::{GoOn, ScheduleKey, Stop};
 use super::tuning::Wanted;
 use crate::acquisition::Task;
 use crate::brdf::Brdf;
@@ -65,10 +65,10 @@ impl Tour {
         brdf: &dyn Brdf,
         schedule: &Arc<Schedule>,
         seed: u64,
-        cancelled: &dyn Fn() -> bool,
+        go_on: GoOn<'_>,
     ) -> Result<Measurement, Stop> {
         let session = self.bench.session(&self.itinerary, seed);
-        let measured = session.measure_while(brdf, schedule, &mut || !cancelled());
+        let measured = session.measure_while(brdf, schedule, &mut || go_on().is_ok());
         measured.ok_or(Stop::Cancelled)
     }
 }
@@ -143,7 +143,7 @@ impl Router {
 
     /// The route of a key; `again`: a later material asks for it too.
     pub(super) fn find_for(&mut self, key: &ScheduleKey<'_>, again: bool) -> Result<Route, Error> {
-        match self.make(key, false, again, &|| false) {
+        match self.make(key, false, again, &|| Ok(())) {
             Ok(route) => Ok(route),
             Err(Stop::Failed(why)) if key.instrument.is_none() => {
                 Err(Error::config("budgets", why))
@@ -159,10 +159,10 @@ impl Router {
         &mut self,
         key: &ScheduleKey<'_>,
         again: bool,
-        cancelled: &dyn Fn() -> bool,
+        go_on: GoOn<'_>,
     ) -> Result<Route, Stop> {
         let holes = key.instrument.is_some_and(|i| i.use_of.holes);
-        self.make(key, holes, again, cancelled)
+        self.make(key, holes, again, go_on)
     }
 
     /// A route; `holes`: also its tour without limits if some pose is out of reach.
@@ -171,7 +171,7 @@ impl Router {
         key: &ScheduleKey<'_>,
         holes: bool,
         again: bool,
-        cancelled: &dyn Fn() -> bool,
+        go_on: GoOn<'_>,
     ) -> Result<Route, Stop> {
         if key.sample_set.learns() {
             return Err(Stop::Failed(format!(
@@ -191,11 +191,11 @@ impl Router {
         let budget = match known {
             Some(budget) => budget,
             None => {
-                let budget = self.budget(key, cancelled)?;
+                let budget = self.budget(key, go_on)?;
                 *self.budgets.entry(asked).or_insert(budget)
             }
         };
-        let (schedule, mut spent) = self.schedule(key, budget, again, cancelled)?;
+        let (schedule, mut spent) = self.schedule(key, budget, again, go_on)?;
         let (mut tour, mut whole) = (None, None);
         if let Some(instrument) = key.instrument {
             let order = instrument.use_of.order;
@@ -226,11 +226,7 @@ impl Router {
 
     /// The budget of an allowance: the largest whose schedule has at most so many reachable poses,
     /// or takes at most so long.
-    fn budget(
-        &mut self,
-        key: &ScheduleKey<'_>,
-        cancelled: &dyn Fn() -> bool,
-    ) -> Result<usize, Stop> {
+    fn budget(&mut self, key: &ScheduleKey<'_>, go_on: GoOn<'_>) -> Result<usize, Stop> {
         // Whether a pose is reachable does not depend on the order.
         let (most, order) = match key.allowance {
             Allowance::Poses(budget) => return Ok(budget),
@@ -239,13 +235,11 @@ impl Router {
         };
         let mut refusal = None;
         let found = largest_within(most, |budget| {
-            if cancelled() {
-                return Err(Stop::Cancelled);
-            }
+            go_on()?;
             if budget > key.sample_set.set.most() {
                 return Ok(f64::INFINITY);
             }
-            let schedule = match self.schedule(key, budget, false, cancelled) {
+            let schedule = match self.schedule(key, budget, false, go_on) {
                 Ok((schedule, _)) => schedule,
                 // A schedule that is too small to be made takes no time; a larger one will.
                 Err(Stop::Failed(reason)) => {
@@ -279,7 +273,7 @@ impl Router {
         key: &ScheduleKey<'_>,
         budget: usize,
         again: bool,
-        cancelled: &dyn Fn() -> bool,
+        go_on: GoOn<'_>,
     ) -> Result<(Arc<Schedule>, Spent), Stop> {
         let set = &*key.sample_set.set;
         let seed = set.is_random().then_some(key.seed);
@@ -300,28 +294,26 @@ impl Router {
                 symmetry: key.symmetry,
                 budget,
             };
-            let find = || tuning.find(grid, set, &form, (&self.counters, cancelled));
+            let find = || tuning.find(grid, set, &form, (&self.counters, go_on));
             let (found, _) = self.counters.timed(Stage::Plan, find);
             tuned_set = set.tuned(&found?.ratio);
         }
         let bench = instrument.map(|i| self.bench(i, true, key.seed));
         let bench = bench.transpose()?;
-        let go_on = || !cancelled();
+        let goes_on = || go_on().is_ok();
         let task = Task {
             form,
             budget,
             seed: key.seed,
             machine: bench.as_ref().map(|(_, bench)| bench.machine()),
-            go_on: &go_on,
+            go_on: &goes_on,
             truth: None,
         };
         let (planned, spent) = self.counters.repeated(Stage::Plan, |_| match &tuned_set {
             Some(tuned) => tuned.plan(&task.form, budget, key.seed),
             None => set.design(&task),
         });
-        if cancelled() {
-            return Err(Stop::Cancelled);
-        }
+        go_on()?;
         let schedule = planned.map_err(Stop::failed)?;
         self.counters.add(Stage::Plan, Work::Schedules, 1);
         let poses = schedule.poses.len();
@@ -457,7 +449,7 @@ mod tests {
                             seed,
                             material: None,
                         };
-                        let found = router.route(&key, false, &|| false);
+                        let found = router.route(&key, false, &|| Ok(()));
                         found.unwrap_or_else(|_| panic!())
                     }));
                 }

@@ -43,9 +43,9 @@ macro_rules! row {
             }
         }
 
-        const HEAD: &[(&str, &str)] = &[$( (stringify!($head), concat!($( $before ),+)) ),+];
-        const TAIL: &[(&str, &str)] = &[$( (stringify!($tail), concat!($( $after ),+)) ),+];
-        const SPENT: &[(&str, &str)] = &[$( (stringify!($time), concat!($( $spent ),+)) ),+];
+        const HEAD: &[(&str, &str)] = &[$( (stringify!($head), concat!($( $before ),+).trim_ascii()) ),+];
+        const TAIL: &[(&str, &str)] = &[$( (stringify!($tail), concat!($( $after ),+).trim_ascii()) ),+];
+        const SPENT: &[(&str, &str)] = &[$( (stringify!($time), concat!($( $spent ),+).trim_ascii()) ),+];
         const TIMES: &[&str] = &[$( stringify!($time) ),+];
     };
 }
@@ -164,12 +164,8 @@ pub fn quantities() -> &'static [Quantity] {
         all.push(WITHIN);
         all.extend(Expected::QUANTITIES.map(|(q, _)| q));
         all.extend([AlbedoProbe::QUANTITY, AlbedoProbe::QUADRATURE]);
-        all.extend(
-            MomentErrors::QUANTITIES
-                .as_flattened()
-                .iter()
-                .map(|(q, _)| *q),
-        );
+        let of_moments = MomentErrors::QUANTITIES.as_flattened();
+        all.extend(of_moments.iter().map(|(q, _)| *q));
         all.push(MomentErrors::UNRESOLVED);
         all.extend(HOLES.map(|(q, _)| q));
         all
@@ -245,13 +241,13 @@ impl Row {
     /// The columns, in order, and what they mean; without the wall times, which `timings.jsonl` has.
     pub fn columns() -> impl Iterator<Item = (&'static str, &'static str)> {
         let judged = quantities().iter().map(|q| (q.name, q.summary));
-        let head = HEAD.iter().map(trimmed);
-        head.chain(judged).chain(TAIL.iter().map(trimmed))
+        let head = HEAD.iter().copied();
+        head.chain(judged).chain(TAIL.iter().copied())
     }
 
     /// The wall times by name, and what they mean.
     pub fn times() -> impl Iterator<Item = (&'static str, &'static str)> {
-        SPENT.iter().map(trimmed)
+        SPENT.iter().copied()
     }
 
     /// The value of a quantity by its name; `None` where it is not defined.
@@ -287,11 +283,6 @@ impl Row {
         let measured = self.plan_seconds? + self.measure_seconds?;
         Some(measured + self.reconstruct_seconds? + self.evaluate_seconds?)
     }
-}
-
-/// A column without the blanks around what it means.
-fn trimmed(&(name, meaning): &(&'static str, &'static str)) -> (&'static str, &'static str) {
-    (name, meaning.trim())
 }
 
 impl Record for Row {

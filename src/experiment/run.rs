@@ -7,7 +7,7 @@
 mod follow;
 
 use super::checks::each_once;
-use super::choices::Material;
+use super::choices::{MINUTE_WORK, Material};
 use super::counts::{Counters, Spent, Stage};
 use super::evaluator::{Evaluator, Truth};
 use super::key::{self, Expected, Identity, RowKey};
@@ -190,7 +190,7 @@ impl<'a> Runner<'a> {
                 // Uncertainties of two types; with and without limits, if that is asked.
                 Some(i) => (ideal + 2 * value) * if i.use_of.holes { 2 } else { 1 },
             };
-            unit.allowance.readings() * a_pose
+            unit.allowance.readings(MINUTE_WORK) * a_pose
         });
         // Of the truth, of all channels of the reconstruction and of their luminance.
         let pairs = self.judge.pairs() * (2 * number + value);
@@ -359,10 +359,9 @@ impl<'a> Runner<'a> {
         if schedule.sample_set.learns() {
             return self.learn(&wanting, batch);
         }
-        let observer = &*self.events.observer;
-        let cancelled = || observer.cancelled();
+        let events = &self.events;
         // Another tile asks again.
-        let found = self.router.route(schedule, several, &cancelled);
+        let found = self.router.route(schedule, several, &|| events.go_on());
         let Some(route) = self.or_lost(found, &wanting, batch)? else {
             return Ok(Vec::new());
         };
@@ -390,15 +389,14 @@ impl<'a> Runner<'a> {
                 "measuring {}, {schedule}",
                 member.material.name
             ))?;
-            let observer = &*self.events.observer;
-            let cancelled = || observer.cancelled();
+            let events = &self.events;
             let take = |counters: &Counters| {
                 let brdf = truth.brdf.counted_at(counters, Stage::Measure);
-                Readings::take(&brdf, route, schedule.seed, &cancelled)
+                Readings::take(&brdf, route, schedule.seed, &|| events.go_on())
             };
-            let (readings, spent) = self.events.counters.repeated(Stage::Measure, take);
+            let (readings, spent) = events.counters.repeated(Stage::Measure, take);
             let readings = readings?;
-            readings.count(&self.events.counters);
+            readings.count(&events.counters);
             let whole = readings.whole.as_ref().map(present);
             let present = [present(&readings.measured), whole.unwrap_or_default()];
             let measured = Measured {

@@ -1,6 +1,6 @@
 //! The schedules of a plan, the reconstructions made on each, and the resulting rows.
 
-use super::choices::{Allowance, Choice, Coordinates, IDEAL, Method, OWN};
+use super::choices::{Allowance, Choice, Coordinates, IDEAL, Method, OWN, POSES_A_MINUTE};
 use super::instruments::PlannedInstrument;
 use super::key::{Expected, Part};
 use super::moments::MomentsTable;
@@ -89,15 +89,9 @@ impl Plan {
     /// The units and materials of a shard: units are dealt out from the largest, for equal work;
     /// where there are fewer of them than shards, materials are dealt out as well.
     pub fn share(&self, shard: Option<Shard>) -> Share {
-        let mut units = self.units();
-        let Some(Shard { part, of }) = shard else {
-            return Share {
-                units,
-                materials: Shard::WHOLE,
-                group: Shard::WHOLE,
-            };
-        };
-        let blocks = (of / units.len()).clamp(1, self.materials.len());
+        let units = self.units();
+        let Shard { part, of } = shard.unwrap_or(Shard::WHOLE);
+        let blocks = (of / units.len().max(1)).clamp(1, self.materials.len());
         let (group, block) = ((part - 1) / blocks, (part - 1) % blocks);
         let groups = of / blocks;
         let mut order: Vec<usize> = (0..units.len()).collect();
@@ -111,9 +105,8 @@ impl Plan {
         let mine = order.into_iter().skip(group).step_by(groups);
         let mut mine: Vec<usize> = mine.filter(|_| group < groups).collect();
         mine.sort_unstable();
-        units = mine.into_iter().map(|i| units[i]).collect();
         Share {
-            units,
+            units: mine.into_iter().map(|i| units[i]).collect(),
             materials: Shard {
                 part: block + 1,
                 of: blocks,
@@ -134,7 +127,8 @@ impl Plan {
 
     /// Time to reconstruct a material on one core, and to compare it, s: about, without that of planning.
     pub(super) fn job_seconds(&self, unit: &Unit, method: usize) -> f64 {
-        let (readings, method) = (unit.allowance.usual(), &self.methods[method].method);
+        let method = &self.methods[method].method;
+        let readings = unit.allowance.readings(POSES_A_MINUTE);
         // How many pairs suffice is not known beforehand.
         let [fewest, most] = [
             self.metrics.pairs,

@@ -177,11 +177,8 @@ impl Asked {
             ("object", Value::Table(Table::new())),
         ];
         let probes = probes.map(|(name, probe)| (name, self.answer(reader, place, probe)));
-        let taken = probes.iter().filter(|(_, said)| {
-            let said = said.as_deref();
-            said.is_none_or(|said| !refuses_type(said))
-        });
-        let taken: Vec<_> = taken.collect();
+        let is_taken = |said: &Option<String>| !said.as_deref().is_some_and(refuses_type);
+        let taken: Vec<_> = probes.iter().filter(|(_, said)| is_taken(said)).collect();
         if taken.is_empty() || taken.len() == probes.len() {
             return json!({});
         }
@@ -386,7 +383,7 @@ impl Asked {
                 let mut table = with.clone();
                 table.insert(key.to_owned(), value.clone());
                 let said = self.answer(reader, place, Value::Table(table));
-                said.is_none_or(|said| !refuses_type(&said))
+                !said.as_deref().is_some_and(refuses_type)
             });
             let Some(value) = fitting else {
                 return;

@@ -8,7 +8,7 @@
 
 use super::counts::{Built, Counters, Stage, Work};
 use super::material::Material;
-use super::stop::Stop;
+use super::stop::{GoOn, Stop};
 use crate::brdf::Channels;
 use crate::error::{Error, ParameterError};
 use crate::geometry::{DirectionPair, Symmetry};
@@ -143,7 +143,7 @@ impl Tuning {
         grid: Wanted,
         set: &dyn SampleSet,
         form: &Arc<dyn Parametrization>,
-        with: (&Counters, &dyn Fn() -> bool),
+        with: (&Counters, GoOn<'_>),
     ) -> Result<Tuned, Stop> {
         if let Some(known) = self.found().into_iter().find(|t| t.grid == grid) {
             return Ok(known);
@@ -160,7 +160,7 @@ impl Tuning {
         grid: Wanted,
         set: &dyn SampleSet,
         form: &Arc<dyn Parametrization>,
-        (counters, cancelled): (&Counters, &dyn Fn() -> bool),
+        (counters, go_on): (&Counters, GoOn<'_>),
     ) -> Result<Tuned, Stop> {
         let truths = self.truths(counters)?;
         let mut search = Search {
@@ -174,7 +174,7 @@ impl Tuning {
             budget: grid.budget,
             known: HashMap::new(),
             counters,
-            cancelled,
+            go_on,
         };
         let mut ratio: Vec<f64> = form.axes().iter().map(|a| a.density).collect();
         let (mut shape, mut least) = search.error(&ratio)?;
@@ -224,7 +224,7 @@ struct Search<'a> {
     /// By shape: many ratios are one.
     known: HashMap<Vec<usize>, f64>,
     counters: &'a Counters,
-    cancelled: &'a dyn Fn() -> bool,
+    go_on: GoOn<'a>,
 }
 
 impl Search<'_> {
@@ -244,9 +244,7 @@ impl Search<'_> {
         add(Work::Grids, 1);
         let [mut logs, mut count] = [0.0; 2];
         for truth in &self.truths {
-            if (self.cancelled)() {
-                return Err(Stop::Cancelled);
-            }
+            (self.go_on)()?;
             let brdf = truth.brdf.counted_at(self.counters, Stage::Plan);
             let measurement = Ideal.measure(&brdf, &schedule);
             let made = match self.tuning.method.reconstruct(&measurement) {

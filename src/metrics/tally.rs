@@ -15,7 +15,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 const ABOVE: f64 = 0.001;
 
 /// Sums over pairs, from which errors are made: per measure and replicate of the pairs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Tally {
     replicates: Vec<Replicate>,
 }

@@ -98,9 +98,13 @@ impl Metric {
         let standard = of
             .next()
             .and_then(|((standard, _), _)| row.value(standard.name));
-        let share = standard.zip(self.error(row)).map(|(se, error)| se / error);
-        let share = share.filter(|share| share.is_finite()).unwrap_or(0.0);
-        share.hypot(self.share_of_truth(row))
+        let share = |part: Option<f64>| {
+            let share = part.zip(self.error(row)).map(|(part, error)| part / error);
+            share.filter(|share| share.is_finite()).unwrap_or(0.0)
+        };
+        // Of √(e² + t²) what e leaves.
+        let of_truth = share(self.truth_error(row)).powi(2);
+        share(standard).hypot(1.0 - (1.0 - of_truth).max(0.0).sqrt())
     }
 
     /// The error of the truth that is in it, [`crate::metrics::TruthErrors`].
@@ -110,13 +114,5 @@ impl Metric {
             Metric::LogRelative => row.value("truth_log_relative"),
             _ => None,
         }
-    }
-
-    /// The part of it that the error of the truth may be: of √(e² + t²) what e leaves.
-    fn share_of_truth(self, row: &Row) -> f64 {
-        let both = self.truth_error(row).zip(self.error(row));
-        let share = both.map(|(truth, error)| truth / error);
-        let share = share.filter(|share| share.is_finite()).unwrap_or(0.0);
-        1.0 - (1.0 - share * share).max(0.0).sqrt()
     }
 }

@@ -7,7 +7,7 @@ use crate::moments::{
     Profile, ViewRange, fit_average_variance, fit_energy, fit_energy_shared, fit_mean,
     fit_mean_variance,
 };
-use crate::numeric::{Correlation, CorrelationMatrix, correlate};
+use crate::numeric::{Correlation, CorrelationMatrix, correlate, extent};
 use serde::Serialize;
 
 /// The fits of one profile, and averages over the fitted views.
@@ -149,19 +149,13 @@ impl Spread {
     /// Mean and spread of some values; `None` if there are none.
     pub(crate) fn over(values: impl Iterator<Item = f64>) -> Option<Self> {
         let values: Vec<f64> = values.collect();
-        let n = values.len();
-        if n == 0 {
-            return None;
-        }
+        let (n, range) = (values.len(), extent(values.iter().copied())?);
         let mean = values.iter().sum::<f64>() / n as f64;
         let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
         Some(Self {
             mean,
             deviation: (n > 1).then(|| (squares / (n - 1) as f64).sqrt()),
-            range: [
-                values.iter().copied().fold(f64::INFINITY, f64::min),
-                values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            ],
+            range,
             materials: n,
         })
     }

@@ -2,7 +2,7 @@
 
 use super::super::choices::Allowance;
 use super::super::counts::{Spent, Stage, timed};
-use super::super::observer::{ScheduleKey, Stop};
+use super::super::observer::{GoOn, ScheduleKey, Stop};
 use super::{Route, Router, SetKey, Tour, too_few};
 use crate::acquisition::{self, Planner, Task};
 use crate::brdf::Brdf;
@@ -33,7 +33,7 @@ impl Router {
     pub(in super::super) fn begin<'a>(
         &mut self,
         key: &ScheduleKey<'a>,
-        cancelled: &dyn Fn() -> bool,
+        go_on: GoOn<'_>,
     ) -> Result<Acquisition<'a>, Stop> {
         let planner = &*key.sample_set.set;
         let form = key.coordinates.checked_form(key.symmetry)?;
@@ -53,13 +53,11 @@ impl Router {
             seconds: 0.0,
         };
         let (first, seconds) = self.counters.timed(Stage::Plan, || {
-            let go_on = || !cancelled();
-            let task = begun.task(&go_on, None);
+            let goes_on = || go_on().is_ok();
+            let task = begun.task(&goes_on, None);
             acquisition::further(planner, &task, &acquisition::nothing(&task))
         });
-        if cancelled() {
-            return Err(Stop::Cancelled);
-        }
+        go_on()?;
         begun.seconds = seconds;
         let set = SetKey::new(key);
         self.courses.retain(|(of, ..), _| *of == set);
@@ -107,16 +105,14 @@ impl Acquisition<'_> {
         &self,
         brdf: &dyn Brdf,
         course: &mut Course,
-        cancelled: &dyn Fn() -> bool,
+        go_on: GoOn<'_>,
     ) -> Result<Route, Stop> {
         let mut before = 0.0;
         let (found, seconds) = timed(|| match &self.bench {
-            None => self.without_machine(brdf, (course, &mut before), cancelled),
-            Some((bench, order, _)) => self.on_machine(brdf, (bench, *order), cancelled),
+            None => self.without_machine(brdf, (course, &mut before), go_on),
+            Some((bench, order, _)) => self.on_machine(brdf, (bench, *order), go_on),
         });
-        if cancelled() {
-            return Err(Stop::Cancelled);
-        }
+        go_on()?;
         let (schedule, itinerary) = found?;
         let tour = self.bench.as_ref().zip(itinerary);
         Ok(Route {
@@ -137,10 +133,10 @@ impl Acquisition<'_> {
         &self,
         brdf: &dyn Brdf,
         (course, before): (&mut Course, &mut f64),
-        cancelled: &dyn Fn() -> bool,
+        go_on: GoOn<'_>,
     ) -> Result<Way, Stop> {
-        let go_on = || !cancelled();
-        let task = self.task(&go_on, Some(brdf));
+        let goes_on = || go_on().is_ok();
+        let task = self.task(&goes_on, Some(brdf));
         let within = course.batches.iter().rev().find(|(n, _)| *n <= self.budget);
         let known = match within {
             Some(&(n, seconds)) => {
@@ -165,7 +161,7 @@ impl Acquisition<'_> {
         let taken = acquisition::acquire_from(self.planner, &task, brdf, known, &mut count_batch);
         let taken = taken.map_err(Stop::failed)?;
         let poses = &taken.schedule.poses;
-        if self.planner.nests() && !cancelled() && poses.len() > course.poses.len() {
+        if self.planner.nests() && goes_on() && poses.len() > course.poses.len() {
             let last = course.batches.last().map_or(0, |batch| batch.0);
             course
                 .batches
@@ -179,15 +175,15 @@ impl Acquisition<'_> {
         &self,
         brdf: &dyn Brdf,
         (bench, order): (&Bench, Order),
-        cancelled: &dyn Fn() -> bool,
+        go_on: GoOn<'_>,
     ) -> Result<Way, Stop> {
-        let go_on = || !cancelled();
-        let task = self.task(&go_on, Some(brdf));
+        let goes_on = || go_on().is_ok();
+        let task = self.task(&goes_on, Some(brdf));
         let schedule = |poses| Arc::new(acquisition::scheduled(&task, self.planner, poses));
         let mut so_far = acquisition::nothing(&task);
         let mut itinerary = bench.plan_of(&so_far.schedule, &[], order);
         let mut poses = self.first.clone();
-        while go_on() {
+        while goes_on() {
             let before = so_far.schedule.poses.len();
             let asked = poses.len() - before;
             let all = schedule(poses.clone());

@@ -34,8 +34,8 @@ impl Runner<'_> {
         if members.is_empty() {
             return Ok(made);
         }
-        let observer = &*self.events.observer;
-        let begun = self.router.begin(schedule, &|| observer.cancelled());
+        let events = &self.events;
+        let begun = self.router.begin(schedule, &|| events.go_on());
         let Some(begun) = self.or_lost(begun, members, batch)? else {
             return Ok(made);
         };
@@ -46,11 +46,11 @@ impl Runner<'_> {
             let name = &member.material.name;
             self.events
                 .doing(&format_args!("acquiring {name}, {schedule}"))?;
-            let observer = &*self.events.observer;
+            let events = &self.events;
             let course = self.router.course(schedule, name);
-            let (found, _) = self.events.counters.timed(Stage::Plan, || {
-                let brdf = truth.brdf.counted_at(&self.events.counters, Stage::Plan);
-                begun.route(&brdf, course, &|| observer.cancelled())
+            let (found, _) = events.counters.timed(Stage::Plan, || {
+                let brdf = truth.brdf.counted_at(&events.counters, Stage::Plan);
+                begun.route(&brdf, course, &|| events.go_on())
             });
             let Some(route) = self.or_lost(found, &[member], batch)? else {
                 continue;
