@@ -285,8 +285,7 @@ pub(crate) fn take<'a, T>(
     take_table(table, key)?.map(read).transpose()
 }
 
-/// Deserializes a key whose table was taken out before, and which is listed with the others in the message about an unknown
-/// one: its default, whatever is there.
+/// The default of a key whose table was taken out before, and which is listed in the message about an unknown one.
 pub(crate) fn taken<'de, D: Deserializer<'de>, T: Default>(from: D) -> Result<T, D::Error> {
     IgnoredAny::deserialize(from).map(|_| T::default())
 }

@@ -156,8 +156,7 @@ pub(super) fn name_all<T: ?Sized>(
     named.collect()
 }
 
-/// Bytes of a name. File systems allow 255, of which endings and what distinguishes several files of one
-/// name need some.
+/// Bytes of a name. File systems allow 255, of which endings need some.
 const LONGEST_NAME: usize = 200;
 
 /// Names already used in a plan.

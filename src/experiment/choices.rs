@@ -81,10 +81,7 @@ impl Coordinates {
         self.spec.form(symmetry)
     }
 
-    /// The form for a material of a plan.
-    ///
-    /// # Errors
-    /// [`Error::Internal`]: the plan has checked the warps.
+    /// The form for a material of a plan, whose warps are checked.
     pub(crate) fn checked_form(
         &self,
         symmetry: Symmetry,

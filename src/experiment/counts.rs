@@ -340,10 +340,7 @@ pub struct Built {
 }
 
 impl Built {
-    /// Builds a material.
-    ///
-    /// # Errors
-    /// As [`BrdfSpec::build`].
+    /// Builds a material, or fails as [`BrdfSpec::build`] does.
     pub(super) fn new(
         spec: &dyn BrdfSpec,
         channels: Channels,

@@ -191,8 +191,7 @@ impl<'a> Evaluator<'a> {
         found.0
     }
 
-    /// Reconstructs a group, whose readings have this coverage, and compares each with its truth, at as many pairs
-    /// as each needs; or the reason why there is none.
+    /// Reconstructs a group, whose readings have this coverage, and compares each with its truth, at as many pairs as it needs.
     pub(crate) fn compared(
         &self,
         schedule: &ScheduleKey<'_>,

@@ -38,8 +38,7 @@ pub struct Scope {
     pub truth: Option<String>,
     /// Materials that are compared.
     pub materials: usize,
-    /// Materials that say nothing about which choice is better, and why: `lambert (exact by a
-    /// choice)`.
+    /// Materials that say nothing about which choice is better, and why: `lambert (exact by a choice)`.
     pub left_out: Vec<String>,
 }
 
@@ -61,8 +60,7 @@ pub struct Cell {
     pub mean: f64,
     /// Median of the error over materials.
     pub median: f64,
-    /// Comparison with the best choice of this allowance, p adjusted for the number of comparisons;
-    /// `None` for the best itself, and where materials are missing.
+    /// Comparison with the best choice of this allowance, p adjusted; `None` of the best, and where materials are missing.
     pub against_best: Option<Paired>,
     /// Rank among the choices that have errors of all materials, from 1; `None` for the others.
     pub place: Option<usize>,
@@ -86,19 +84,16 @@ pub struct Ranking {
 }
 
 /// One level of a factor against another, all else equal: where poses or readings were allowed, at the same readings.
-/// The error of the side with more is interpolated to them; where no budget of it is below, that of the other side to
-/// its number; and where none is above either, errors are compared as they are.
+/// The error of the side with more is interpolated to them, or else that of the other side to its number, if either can be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Duel {
     /// The first level's choice.
     pub a: Choice,
     /// The second level's choice.
     pub b: Choice,
-    /// One comparison per allowance; ratios below 1: the first is better. p is adjusted over the
-    /// allowances.
+    /// One comparison per allowance, p adjusted over them; ratios below 1: the first is better.
     pub cells: Vec<Option<Paired>>,
-    /// Over all allowances, if there are several: of each material that has an error at all of them their
-    /// geometric mean; `None` without such materials.
+    /// Over all allowances, if there are several: geometric means of the materials that have an error at each.
     pub overall: Option<Paired>,
 }
 
@@ -150,8 +145,7 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Findings that count ratios of errors below `band` (above 1) as no difference and compare
-    /// parametrizations with the first.
+    /// Findings that count ratios of errors below `band` (above 1) as none, and compare parametrizations with the first.
     pub fn new(rows: &[&Row], band: f64) -> Self {
         Self::asked(rows, band, &ReportSpec::default())
     }

@@ -45,8 +45,7 @@ keys! {
         noise: bool = true;
         /// True if the error of unreachable poses is found, by measuring without limits too.
         holes: bool = true;
-        /// Seed of what all its readings share (offsets of axes, the tile, drift); the seed of the
-        /// row if left out.
+        /// Seed of what all its readings share (offsets of axes, the tile, drift); that of the row if left out.
         realisation: Option<u64> = None;
     }
 }
@@ -122,11 +121,10 @@ pub struct PlannedInstrument {
 }
 
 impl PlannedInstrument {
-    /// The instrument that a preset's name or a file's path means, complete and visiting the poses
-    /// in this order; errors name the file and line.
+    /// The instrument that a preset's name or a file's path means, visiting the poses in this order.
     ///
     /// # Errors
-    /// [`Error::Config`].
+    /// As [`load`].
     pub fn load(preset_or_path: &str, order: Order) -> Result<Self, Error> {
         let spec = load(preset_or_path)?;
         let use_of = Use {
@@ -146,8 +144,7 @@ impl PlannedInstrument {
         }
     }
 
-    /// Refuses an anisotropic material on a machine that cannot turn it; `place` is where the
-    /// instrument is named, `key` how.
+    /// Refuses an anisotropic material on a machine that cannot turn it; `place` is where the instrument is named.
     ///
     /// # Errors
     /// [`Error::Infeasible`].
@@ -198,10 +195,10 @@ impl PlannedInstrument {
     }
 }
 
-/// The instrument that a preset's name or a file's path means; errors name the file and line.
+/// The instrument that a preset's name or a file's path means.
 ///
 /// # Errors
-/// [`Error::Config`].
+/// [`Error::Config`], with file and line.
 pub fn load(preset_or_path: &str) -> Result<InstrumentSpec, Error> {
     if let Some(spec) = preset(preset_or_path)? {
         return Ok(spec);
@@ -238,10 +235,6 @@ fn read(path: &Path) -> Result<InstrumentSpec, Error> {
 }
 
 /// Reads every instrument of a config and checks it against the materials.
-///
-/// # Errors
-/// [`Error::Config`], and [`Error::Infeasible`] for anisotropic materials on a machine that cannot
-/// turn them.
 pub(super) fn gather(
     source: &Source,
     tables: Vec<InstrumentTable>,

@@ -10,8 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::path::PathBuf;
 
-/// Number of the changes of numbers in results and of their columns so far. It is raised with each, so that rows
-/// made before are not taken for finished; a test compares golden rows.
+/// Number of the changes of numbers and columns of results so far, so that rows made before are not taken for finished.
 pub const RESULTS_REVISION: u32 = 25;
 
 /// The hash of everything that determines a record, 16 hexadecimal digits.
@@ -76,8 +75,7 @@ pub fn material_key(material: &Material) -> Result<RowKey, Error> {
     Ok(identity.key)
 }
 
-/// The hash of what a material is, whatever it is called and however it is read, and whichever program looks: the bytes
-/// of its files, or its keys if it has none.
+/// The hash of what a material is, whatever it is called and however it is read: the bytes of its files, or its keys.
 ///
 /// # Errors
 /// [`Error::Data`] if a file cannot be read.

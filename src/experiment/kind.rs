@@ -23,10 +23,7 @@ named! {
 }
 
 impl Kind {
-    /// The kind of a config.
-    ///
-    /// # Errors
-    /// [`Error::Config`] if the text is no TOML or names another kind.
+    /// The kind of a config, or an [`Error::Config`] if the text is no TOML or names another kind.
     pub(crate) fn of_config(source: &Source) -> Result<Self, Error> {
         let table = source.table()?;
         let Some(value) = table.get_ref().get("experiment") else {
@@ -65,9 +62,6 @@ impl Kind {
     }
 
     /// Refuses a config of another kind.
-    ///
-    /// # Errors
-    /// [`Error::Config`].
     pub(crate) fn require(self, source: &Source) -> Result<(), Error> {
         let found = Self::of_config(source)?;
         if found == self {

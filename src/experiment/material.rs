@@ -30,8 +30,7 @@ impl Material {
         self.spec.check(&Channels::Rgb).is_ok()
     }
 
-    /// Truth class of its rows: the coordinates it favours, by its measured alignment if it has one. Anisotropic materials are one
-    /// class, as they are few.
+    /// Truth class of its rows: the coordinates it favours, by its alignment if that is known. Anisotropic materials are one class.
     pub(crate) fn truth(&self, alignment: Option<&Alignment>) -> &'static str {
         let declared = self.spec.favours();
         let favours = alignment.map_or(declared, |a| declared.measured(a.q, a.standard_error));

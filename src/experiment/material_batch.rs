@@ -9,8 +9,7 @@ use crate::metrics::{self, Values};
 use crate::reconstruct::{Interpolant, Readings, Reconstruct, ReconstructError, noise, present};
 use rayon::prelude::*;
 
-/// Pairs that reconstructions are evaluated at between two checks for cancellation: a
-/// fraction of a second of the slowest one. (A multiple of what a thread takes at a time.)
+/// Pairs between two checks for cancellation, a fraction of a second of the slowest reconstruction: a multiple of [`BATCH`].
 const SLAB: usize = 1 << 14;
 
 /// Pairs between two checks of a BRDF each of whose values takes paths of its own, milliseconds.

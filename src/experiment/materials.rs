@@ -77,9 +77,8 @@ impl SymmetryTable {
     }
 }
 
-/// Every kind of material that a config can name: the models and tables of [`brdf::all`], files of
-/// readings, which must be reconstructed first, and those whose light paths are followed. These join the list of a lower
-/// floor as the members of a program do, so that materials made of other materials have them too.
+/// Every kind of material that a config can name. Files of readings and materials whose light paths are followed join those of
+/// [`brdf::all`] as the members of a program do, so that materials made of other materials have them too.
 pub fn all() -> Vec<Entry<dyn BrdfSpec>> {
     static JOIN: Once = Once::new();
     // A program's own kind of this name stays.
@@ -108,8 +107,7 @@ pub(super) fn material(mut table: Table<'_>) -> Result<MaterialTable, ReadError>
     })
 }
 
-/// Writes the materials of a plan into its resolved config: the first `written` out one by one, of
-/// those of a folder the keys they share.
+/// Writes the materials of a plan into its resolved config: the first `written` one by one, of files of a folder their keys.
 pub(super) fn insert_materials(table: &mut toml::Table, materials: &[Material], written: usize) {
     let (written, files) = materials.split_at(written);
     if let Some(first) = files.first() {
@@ -128,9 +126,8 @@ pub(super) fn written_out(material: &Material) -> toml::Table {
     table
 }
 
-/// Checks and names every material: those of `tables`, which are written out, and then the MERL files of the
-/// folder `dir`, `only` those of these names if it is there, with the keys `merl`. Also returns the names of
-/// `only` that the folder does not have. What a scene in `channels` cannot make use of is refused.
+/// Checks and names every material for a scene in `channels`: those of `tables`, and the MERL files of the folder `dir`, all or
+/// `only` some, with the keys `merl`. Also returns the names of `only` that the folder does not have.
 pub(super) fn gather(
     source: &Source,
     tables: Vec<MaterialTable>,
@@ -199,8 +196,7 @@ pub(super) fn gather(
 /// A file of a folder: its name, what it is, and the symmetries that it declares, or why it cannot be read.
 type OfFile = (String, Box<dyn BrdfSpec>, Result<Symmetry, BuildError>);
 
-/// The materials of a folder's files. One that cannot be read is as symmetric as the first that can, so that it changes no schedule: a
-/// run says why, and counts its jobs as failed.
+/// The materials of a folder's files. One that cannot be read, whose jobs fail, has the symmetries of the first that can.
 fn of_files(found: Vec<OfFile>) -> Result<Vec<Material>, BuildError> {
     let mut declared = found.iter().map(|(.., declared)| declared);
     let usual = declared.find_map(|d| d.as_ref().ok().copied());

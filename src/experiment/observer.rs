@@ -85,8 +85,7 @@ pub struct Failure {
 pub struct Summary {
     /// Records that were made, without those that were known.
     pub rows: usize,
-    /// Keys of all records of the plan, or of its shard, in the order of results; those of materials
-    /// that cannot be read are left out.
+    /// Keys of all records of the plan, or of its shard, but those of materials that cannot be read; in the order of results.
     pub keys: Vec<RowKey>,
     /// Jobs that could not be done.
     pub failures: Vec<Failure>,
@@ -112,13 +111,11 @@ pub enum Event<'a, R> {
     Loaded(&'a Material, &'a str, &'a dyn Brdf),
     /// A schedule was made, and the way of its instrument through it, if it has one.
     Planned(&'a ScheduleKey<'a>, &'a Schedule, Option<&'a Itinerary>),
-    /// A material was reconstructed: the job, the truth, the reconstruction. Only where a plan
-    /// asks for pictures of slices.
+    /// The job, the truth and the reconstruction of a material, if the plan asks for pictures of slices.
     Reconstructed(&'a Job<'a>, &'a dyn Brdf, &'a dyn Brdf),
     /// Records were made.
     Made(&'a [R]),
-    /// All records of one schedule or material, made now or known from before, in the order of
-    /// results.
+    /// All records of one schedule or material, made now or known from before, in the order of results.
     Complete(&'a [&'a R]),
     /// A job failed; the run goes on.
     Failed(&'a Failure),
@@ -224,8 +221,7 @@ impl<'o, R> EventSink<'o, R> {
         }
     }
 
-    /// Hashes the files of a material; `None`, after the failure of so many jobs, if one cannot
-    /// be read.
+    /// Hashes the files of a material; `None`, after the failure of so many jobs, if one cannot be read.
     pub(super) fn identified(
         &mut self,
         material: &Material,
@@ -242,8 +238,7 @@ impl<'o, R> EventSink<'o, R> {
         Ok(identity)
     }
 
-    /// Builds a material from the files that were hashed; `None`, after the failure of so
-    /// many jobs, if that cannot be done.
+    /// Builds a material from the files that were hashed; `None`, after the failure of so many jobs, if that cannot be done.
     pub(super) fn built(
         &mut self,
         material: &Material,

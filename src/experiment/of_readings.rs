@@ -22,8 +22,7 @@ use std::sync::Arc;
 
 const KIND: &str = "readings";
 
-/// Bytes of a reconstruction for each byte of the file: a row is a pose of four angles and its
-/// values, and stands in a tree with its mirror images.
+/// Bytes of a reconstruction for each byte of the file, whose rows stand in a tree with their mirror images.
 const BYTES_A_BYTE: usize = 4;
 
 /// The registry entry. No examples: those must build on every machine, and this kind needs a file.
@@ -35,8 +34,8 @@ pub(super) const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read: |table| Ok(Box::new(ReadingsSpec::read(table)?)),
 };
 
-/// The keys of a config but the reconstruction, which is taken out before and listed so that the
-/// message about an unknown key names it. Those left out are as [`Assume`] and the file say.
+/// The keys of a config, left out where [`Assume`] and the file say it. The reconstruction is taken out before, and listed for
+/// the message about an unknown key.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {
@@ -73,8 +72,8 @@ pub struct ReadingsSpec {
     reconstruction: Option<Arc<dyn Reconstruct>>,
 }
 
-/// The keys of a material that is a file: a table in a format that is read, or readings, which have names of every sort; `None` of a
-/// file that is not there and has another name, and of what holds something else.
+/// The keys of a material that is a file: a table in a format that is read, or readings under any name; `None` of another file,
+/// and of none.
 pub fn keys_of_file(path: &Path) -> Option<registry::Keys> {
     match formats::of_file(path) {
         Some(format) if format.table.read.is_some() => {

@@ -29,8 +29,7 @@ use crate::parametrization::{self, ParametrizationSpec};
 use crate::reconstruct::{self, Reconstruct};
 use std::sync::Arc;
 
-/// Configurations of the smallest schedule that is tried out; every larger budget works if this
-/// one does.
+/// Configurations of the smallest schedule that is tried out; if it works, every larger budget does.
 const PROBE_BUDGET: usize = 64;
 
 /// An experiment that can be run.
@@ -97,11 +96,7 @@ impl Plan {
         Self::new(Config::read(source)?)
     }
 
-    /// As [`read`](Self::read), for who uses a part of it: sample sets without a reconstruction and reconstructions without a sample
-    /// set are allowed.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
+    /// As [`read`](Self::read); sample sets without a reconstruction and reconstructions without a sample set are allowed.
     pub(crate) fn read_parts(source: &Source) -> Result<Self, Error> {
         Self::of_parts(Config::read(source)?)
     }
@@ -220,8 +215,7 @@ impl Plan {
         self.moments.is_some() || self.output.slices
     }
 
-    /// Checks the keys of sample sets against the axes of every parametrization, and the smallest
-    /// budget against both.
+    /// Checks the keys of sample sets against the axes of every parametrization, and the smallest budget against both.
     fn check_sample_sets(&self, source: &Source) -> Result<(), Error> {
         let budgets = self.budgets.iter().copied().enumerate();
         let (smallest, budget) = budgets.min_by_key(|b| b.1).unwrap_or((0, PROBE_BUDGET));
@@ -260,8 +254,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Gives every set whose ratio is to be tuned what it is tuned on, with the first
-    /// reconstruction.
+    /// Gives every set whose ratio is to be tuned what it is tuned on, with the first reconstruction.
     fn tune(
         &mut self,
         source: &Source,
@@ -365,8 +358,8 @@ impl Plan {
         Ok(methods)
     }
 
-    /// A method in the coordinates of each schedule, where that is `asked` for or how it works, with the labels of these. On
-    /// sample sets of no parametrization it works in the coordinates of every one that is not among those `named` beside.
+    /// A method in the coordinates of each schedule, where that is `asked` for or how it works; on sample sets of no parametrization,
+    /// in those of each that is not `named` beside.
     fn in_own(
         &self,
         method: &Arc<dyn Reconstruct>,
@@ -442,8 +435,7 @@ impl Plan {
         Ok(())
     }
 
-    /// The config with every default filled in: the keys that are no tables and the number of materials that
-    /// have a table, which are `written`, and then the tables.
+    /// The config with every default filled in; `written`: the keys that are no tables, and the number of materials with a table.
     fn resolved(
         &self,
         written: (toml::Table, usize),

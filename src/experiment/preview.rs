@@ -17,14 +17,9 @@ pub(crate) struct Preview {
     pub method: String,
 }
 
-/// A material reconstructed from the readings of the pictures' budget, uniform in the coordinates
-/// at a position of the plan, taken by the plan's first instrument, and by the last reconstruction that
-/// works in a schedule's own coordinates.
-/// `None` where there is no such reconstruction or schedule. `router` keeps the schedules for other materials, and
-/// counts what is made.
-///
-/// # Errors
-/// [`Error::Internal`] for coordinates that were checked.
+/// A material reconstructed from readings by the plan's first instrument, of the pictures' budget and uniform in the coordinates
+/// at a position of the plan, by the last reconstruction that works in a schedule's own coordinates; `None` where there is none.
+/// `router` keeps the schedules for other materials, and counts what is made.
 pub(crate) fn preview(
     plan: &Plan,
     material: &Material,

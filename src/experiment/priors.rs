@@ -13,10 +13,7 @@ pub(super) fn inputs<'a>(priors: impl Iterator<Item = &'a PriorFile>) -> Vec<Inp
     key::hash(&each_once(files)).unwrap_or_default()
 }
 
-/// Checks that no material is tested that a prior was made of. Each comes with the place of its member.
-///
-/// # Errors
-/// [`Error::Config`] for one that is, or a prior that cannot be read.
+/// Refuses priors that cannot be read or were made of a tested material. Each comes with the place of its member.
 pub(super) fn check<'a>(
     tested: &[Material],
     priors: impl Iterator<Item = (Place<'a>, Option<&'a PriorFile>)>,

@@ -41,9 +41,8 @@ impl Factor {
         }
     }
 
-    /// True if two choices differ in this column and in no other. (Whether the warps of two
-    /// parametrizations are alike is not compared here.) Between a parametrization and none the sample set differs
-    /// by necessity, and coordinates are compared by what they are.
+    /// True if two choices differ in this column and in no other, but for what depends on the parametrization: warps, and between
+    /// one and none the sample set and the names of coordinates.
     pub(super) fn alone_differs(self, a: &Choice, b: &Choice) -> bool {
         let by_guide = self == Factor::Parametrization;
         let unguided = by_guide && (a.parametrization == NONE) != (b.parametrization == NONE);

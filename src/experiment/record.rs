@@ -81,8 +81,7 @@ pub trait Experiment {
     /// What it has in common with others.
     fn head(&self) -> Head<'_>;
 
-    /// The materials of a complete run, or of a part of it, and the records of each of them in the order of results,
-    /// named without the material.
+    /// The materials of a run, or of a part of it, and the records of each, in the order of results, named without the material.
     fn of_each(&self, shard: Option<Shard>) -> (Shard, Vec<Expected>);
 
     /// The records of a complete run, or of a part of it, in the order of results.

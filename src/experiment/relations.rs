@@ -214,8 +214,7 @@ impl Record for MaterialRelations {
 }
 
 impl RelationsPlan {
-    /// Hash of everything that determines the relations under a lighting but the material. The
-    /// bytes of an unreadable file are left out: building it fails later.
+    /// Hash of everything that determines the relations under a lighting but the material; unreadable files fail later.
     fn part(&self, light: &PlannedLight) -> blake3::Hash {
         let mut part = Part::new();
         let mut lighting = light.spec.resolved();

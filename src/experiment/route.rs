@@ -29,8 +29,7 @@ const HOPELESS: usize = 4096;
 /// A schedule that was found for a [`ScheduleKey`], and how its instrument goes through it.
 #[derive(Clone)]
 pub(crate) struct Route {
-    /// Distinct configurations it may have: those that were allowed, or the most whose schedule
-    /// has at most the allowed readings or takes at most the allowed minutes.
+    /// Distinct configurations it may have: those allowed, or the most that need at most the allowed readings or minutes.
     pub budget: usize,
     /// The schedule.
     pub schedule: Arc<Schedule>,
@@ -91,8 +90,7 @@ impl SetKey {
     }
 }
 
-/// Everything that determines order and times of visits. The errors that a single machine happens
-/// to have do not.
+/// Everything that determines order and times of visits, as the errors of a single machine do not.
 #[derive(PartialEq, Eq, Hash)]
 struct TourKey {
     /// Hash of the poses.
@@ -117,8 +115,7 @@ pub(crate) struct Router {
     specs: Vec<InstrumentSpec>,
     /// Machines, by number of the specification, simulated parts and seed of the realisation.
     benches: HashMap<(usize, Parts, u64), Arc<Bench>>,
-    /// The set of the last route. When another one comes, everything kept for this one is dropped,
-    /// unless a later material asks for it.
+    /// The set of the last route; what is kept for it alone is dropped when another one comes.
     current: Option<SetKey>,
     /// How far acquisitions went that smaller budgets broke off, by set, material and seed; of one set.
     courses: HashMap<(SetKey, String, u64), Course>,
@@ -133,10 +130,7 @@ impl Router {
         }
     }
 
-    /// The route of a key, without the tour of an instrument without limits.
-    ///
-    /// # Errors
-    /// [`Error::Infeasible`] if no schedule fits or no pose is reachable.
+    /// The route of a key, or an [`Error::Infeasible`] if no schedule fits or no pose is reachable.
     pub(crate) fn find(&mut self, key: &ScheduleKey<'_>) -> Result<Route, Error> {
         self.find_for(key, false)
     }
@@ -224,8 +218,7 @@ impl Router {
         })
     }
 
-    /// The budget of an allowance: the largest whose schedule has at most so many reachable poses,
-    /// or takes at most so long.
+    /// The budget of an allowance: the largest whose schedule has at most so many reachable poses, or takes at most so long.
     fn budget(&mut self, key: &ScheduleKey<'_>, go_on: GoOn<'_>) -> Result<usize, Stop> {
         // Whether a pose is reachable does not depend on the order.
         let (most, order) = match key.allowance {
@@ -362,8 +355,7 @@ impl Router {
         Ok((Tour { bench, itinerary }, spent))
     }
 
-    /// The simulated machine of an instrument, with or without limits, in a realisation, and the number of its
-    /// specification.
+    /// The number of an instrument's specification, and its machine in a realisation, with or without limits.
     fn bench(
         &mut self,
         instrument: &PlannedInstrument,
@@ -391,8 +383,7 @@ impl Router {
     }
 }
 
-/// The hash of what a tour depends on: the directions of the poses in their order, and whether they
-/// may be turned about the normal.
+/// The hash of the directions of the poses in their order, and of whether they may be turned about the normal.
 fn hash(schedule: &Schedule) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     let isotropic = schedule.parametrization.symmetry().isotropic;

@@ -23,8 +23,7 @@ macro_rules! row {
     ) => {
         /// The comparison of one reconstruction with the truth under one measure.
         ///
-        /// The columns of `results.csv` and the keys of `results.jsonl`, but for the wall times. What has no value (an error
-        /// without a pair to compare) is empty in the one and `null` in the other.
+        /// The columns of `results.csv` and the keys of `results.jsonl`, but for the wall times.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
         pub struct Row {
             $( $( #[doc = $before] )+ pub $head: $head_type, )+
@@ -135,8 +134,7 @@ row! {
     moment_seconds,
 }
 
-/// Parts of errors that unreachable poses cause: error of the schedule on the instrument minus
-/// error on the same instrument without limits.
+/// Parts of errors that unreachable poses cause: the error less that on the same instrument without limits.
 pub(super) const HOLES: [(Quantity, &str); 2] = [
     (
         Quantity::real(
@@ -151,8 +149,7 @@ pub(super) const HOLES: [(Quantity, &str); 2] = [
     ),
 ];
 
-/// Every number a reconstruction is judged by, in the order of columns. Columns, lists, files and
-/// findings follow from this list.
+/// Every number a reconstruction is judged by, in the order of columns.
 pub fn quantities() -> &'static [Quantity] {
     static ALL: OnceLock<Vec<Quantity>> = OnceLock::new();
     ALL.get_or_init(|| {
@@ -277,8 +274,7 @@ impl Row {
         Some([self.low_seconds?, self.high_seconds?])
     }
 
-    /// Seconds of computing behind this row, were it the only one: choosing the poses, measuring (where that is
-    /// simulated), reconstructing, evaluating; `None` if the timings of the run are lost.
+    /// Seconds of computing behind this row, were it the only one; `None` if the timings of the run are lost.
     pub(crate) fn seconds(&self) -> Option<f64> {
         let measured = self.plan_seconds? + self.measure_seconds?;
         Some(measured + self.reconstruct_seconds? + self.evaluate_seconds?)

@@ -86,8 +86,7 @@ impl Plan {
             .collect()
     }
 
-    /// The units and materials of a shard: units are dealt out from the largest, for equal work;
-    /// where there are fewer of them than shards, materials are dealt out as well.
+    /// The units and materials of a shard: units are dealt out from the largest, and materials where units are too few.
     pub fn share(&self, shard: Option<Shard>) -> Share {
         let units = self.units();
         let Shard { part, of } = shard.unwrap_or(Shard::WHOLE);

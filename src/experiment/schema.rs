@@ -108,8 +108,7 @@ fn read(kind: Kind, table: &Table) -> Result<(), ReadError> {
 /// Asks whether a document can be read.
 type Reader<'r> = &'r dyn Fn(&Table) -> Result<(), ReadError>;
 
-/// A document with nothing but a value at a place, in tables that have all they need. Elements of lists are all
-/// alike: each is the first.
+/// A document with nothing but a value at a place, in tables that have all they need, which in lists are the first.
 fn holding(place: &KeyPath, mut value: Value, around: &[(usize, Table)]) -> Table {
     for (depth, step) in place.0.iter().enumerate().rev() {
         value = match step {
@@ -248,8 +247,7 @@ impl Asked {
         })
     }
 
-    /// A table whose `kind` names a member of a family; the same everywhere but for the keys that
-    /// its place adds.
+    /// A table whose `kind` names a member of a family; the same everywhere but for the keys that its place adds.
     fn family(
         &mut self,
         reader: Reader<'_>,
@@ -342,8 +340,7 @@ impl Asked {
         }
     }
 
-    /// The values that a key of a table may have. Some are looked at only when the table has all the
-    /// others that it needs.
+    /// The values that a key of a table may have; some are looked at only when the table has the others that it needs.
     fn member(&mut self, reader: Reader<'_>, table: &KeyPath, place: &KeyPath) -> Json {
         let found = self.value(reader, place);
         let said = self.answer(reader, place, Value::Table(Table::new()));

@@ -177,8 +177,7 @@ impl Source {
         Error::config(self.location(path), message)
     }
 
-    /// File and line of a path, or the option that set it; for a path that is not written anywhere
-    /// (its value is a default), the place of the innermost table that is.
+    /// File and line of a path, or the option that set it; of a default those of the innermost table that is written.
     pub(crate) fn location(&self, path: &KeyPath) -> String {
         let original = spots(&self.original);
         let mut path = path.clone();
@@ -240,8 +239,7 @@ fn length(item: &Item) -> Option<usize> {
     }
 }
 
-/// Writes `value` at the dotted key `keys`; missing tables on the way are made. Returns its path,
-/// or the reason why it cannot.
+/// Writes `value` at the dotted key `keys`, with missing tables on the way, and returns its path, or why it cannot.
 fn assign(root: &mut Item, keys: &[Key], value: Value) -> Result<KeyPath, String> {
     let mut item = root;
     let mut path = KeyPath::default();
@@ -301,8 +299,7 @@ impl Spot {
     }
 }
 
-/// The innermost value that holds a range of the text, by its key or its body; and whether it is a table or is in one but that at
-/// the top.
+/// The innermost value that holds a range of the text, by its key or its body; and whether it is or is in a table below the top.
 fn enclosing(spots: &[Spot], span: &Range<usize>) -> (Option<KeyPath>, bool) {
     let holds = |r: &&Range<usize>| r.start <= span.start && span.end <= r.end;
     let size = |spot: &Spot| {

@@ -34,8 +34,7 @@ pub(super) fn refuse_unknown(table: &Table<'_>, keys: &[&[&str]]) -> Result<(), 
     Ok(())
 }
 
-/// Takes an array of tables and reads each; `None` if the key is absent, which is not the same as
-/// an empty list.
+/// Takes an array of tables and reads each; `None` if the key is absent, which is not the same as an empty list.
 pub(super) fn take_list<'s, T>(
     table: &mut Table<'s>,
     key: &str,

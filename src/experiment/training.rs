@@ -44,10 +44,7 @@ impl TuningTable {
         }))
     }
 
-    /// Checks the training materials against the tested ones, and hashes what they are.
-    ///
-    /// # Errors
-    /// [`Error::Config`] for none, one that is tested too, or a tested symmetry that none has.
+    /// Hashes the training materials; refuses one that is tested too, and a tested symmetry that none has.
     pub(super) fn plan(
         self,
         source: &Source,

@@ -3,8 +3,8 @@
 use super::keypath::{KeyPath, Step};
 use crate::error::{excerpt, meant, one_of};
 
-/// Keys that are read before the rest of a table of the top level, or, if `true`, of the elements of a list there,
-/// and so are missing from what its reader lists as allowed.
+/// Keys that are read before the rest of a table of the top level, or, if `true`, of elements of a list there: its reader does
+/// not list them as allowed.
 const TAKEN_KEYS: [(&str, bool, &[&str]); 9] = [
     ("moments", false, &["estimator"]),
     ("pictures", false, &["lighting"]),
@@ -23,8 +23,7 @@ pub(super) fn taken_before(name: &str, in_list: bool) -> &'static [&'static str]
     TAKEN_KEYS.iter().find(is_it).map_or(&[], |taken| taken.2)
 }
 
-/// A message that names its key and value: serde's, which do not, are put into the house's words.
-/// `found` is the text the message is about.
+/// A message on the text `found` that names its key and value: serde's, which do not, are put into the house's words.
 pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
     let found = excerpt(found);
     let typed = message

@@ -148,9 +148,8 @@ impl AlbedoProbe {
 
     /// Directional albedos of `values`, one per view.
     ///
-    /// Pairs that are missing in either list are left out and count as black, so that a truth and
-    /// a reconstruction are compared over the same part of the hemisphere; pass the same values
-    /// twice for the albedo by itself.
+    /// Pairs that are missing in either list are left out and count as black, so that both are compared over the same part of
+    /// the hemisphere; pass the same values twice for the albedo by itself.
     ///
     /// # Panics
     /// If the values belong to other pairs (lengths differ).
@@ -189,8 +188,7 @@ impl AlbedoProbe {
         mean(self.errors(FINE, truth, reconstruction))
     }
 
-    /// [`error`](Self::error), and the mean over the views of what its terms differ by from those with half of
-    /// the nodes along each axis.
+    /// [`error`](Self::error), and the mean over the views of what its terms change by with half of the nodes along each axis.
     ///
     /// # Panics
     /// If the values belong to other pairs (lengths differ).

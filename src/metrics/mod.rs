@@ -49,8 +49,7 @@ use crate::brdf::{Brdf, Presence};
 use crate::geometry::DirectionPair;
 use rayon::prelude::*;
 
-/// Pairs a task evaluates in one batch: far above the cost of a task, and 1024 pairs with their
-/// values (about 80 kB) stay in a core's own cache.
+/// Pairs a task evaluates in one batch: far above the cost of a task, and their 80 kB stay in a core's own cache.
 const CHUNK: usize = 1024;
 
 /// Luminance of a BRDF at a list of pairs, with the pairs where it has no data.
@@ -63,9 +62,8 @@ pub struct Values {
 }
 
 impl Values {
-    /// The value at pair `index`, `None` if it is missing, or if it breaks the promise of
-    /// [`Brdf`] to be finite and ≥ 0: one such value would blank out every average, so it is
-    /// counted like a missing one instead.
+    /// The value at pair `index`; `None` if it is missing, or not finite and ≥ 0 as [`Brdf`] promises, which would blank out
+    /// every average.
     #[inline]
     pub fn get(&self, index: usize) -> Option<f64> {
         let value = self.luminance[index];

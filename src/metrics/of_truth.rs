@@ -8,12 +8,8 @@ use rayon::prelude::*;
 
 /// Errors that the paths of a truth make, which more of them make smaller; `None` where undefined.
 ///
-/// Where every pair has an error of its own, a reconstruction cannot know it, and its own error e is found too large:
-///
-/// √(e² + t²), t that of the truth.
-///
-/// Where values are linear between nodes, readings as dense as these know their errors too, and t is the most that they may do.
-///
+/// A reconstruction cannot reproduce the errors t that pairs have of their own, and its error e is found too large: √(e² + t²).
+/// Where values are linear between nodes, readings as dense as these reproduce them, and t is the most that they may do.
 /// What other surfaces of a kind would change is not in it: that is no noise, but another truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct TruthErrors {

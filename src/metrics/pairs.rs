@@ -42,8 +42,7 @@ named! {
     pub enum Measure {
         /// Both directions cosine-distributed: density cos θ_i cos θ_o / π².
         Cosine = "cosine",
-        /// Half as `Cosine`; half with omega_o cosine-distributed and the half vector drawn from GGX,
-        /// alpha 0.3, 0.1, 0.03, 0.01 equally, pairs below the horizon dropped.
+        /// Half as `Cosine`; half with omega_o cosine-distributed and half vectors of GGX, alpha 0.3, 0.1, 0.03, 0.01 equally.
         Lobe = "lobe",
         /// The part of `Cosine` where both polar angles are up to 65°.
         Steep = "steep",
@@ -76,8 +75,7 @@ keys! {
     /// Number, range and seed of the test pairs.
     #[derive(PartialEq)]
     pub struct MetricsSpec {
-        /// Pairs to begin with, 1 to 10 000 000; of [`TestSet`](super::TestSet) the next multiple of 512, of which
-        /// those outside the window are left out.
+        /// Pairs to begin with, 1 to 10 000 000; of [`TestSet`](super::TestSet) the next multiple of 512, less those outside the window.
         pairs: usize = 1 << 13;
         /// Pairs that are not exceeded where more are added, up to 10 000 000.
         max_pairs: usize = 1 << 18;
@@ -127,12 +125,10 @@ impl MetricsSpec {
 
 /// The fixed test pairs of a measure: exactly `spec.pairs`, the same ones for the same spec.
 ///
-/// Under [`Measure::Lobe`] pairs with an even index are the cosine half, the others cycle through
-/// the four lobes. (One more cosine pair if the number is odd.)
+/// Under [`Measure::Lobe`] pairs with an even index are the cosine half, the others cycle through the four lobes.
 ///
 /// # Errors
-/// As [`MetricsSpec::check`]; also for a mask and separation that together leave less than
-/// one candidate in a thousand.
+/// As [`MetricsSpec::check`]; also for a window that keeps less than one candidate in a thousand.
 ///
 /// ```
 /// use gonio::metrics::{Measure, MetricsSpec, test_pairs};

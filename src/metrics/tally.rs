@@ -39,8 +39,7 @@ impl Replicate {
         }
     }
 
-    /// Adds the pairs in a range of a list; `weights` are lists, one per measure. A reconstruction begins at `offset` of
-    /// the list.
+    /// Adds the pairs in a range of a list; `weights` has a list per measure, and the reconstruction begins at `offset`.
     ///
     /// # Panics
     /// If a list is too short.
@@ -123,8 +122,7 @@ impl Tally {
         )
     }
 
-    /// True if the standard error of every average is a share below `tolerance` of it (of `energy`, of all energy), or
-    /// below 1e-6.
+    /// True if the standard error of every average is below 1e-6 or a share `tolerance` of it (of `energy`, of all energy).
     pub(crate) fn has_converged(&self, measure: usize, tolerance: f64) -> bool {
         let averages = self.averages(measure, None);
         let standard = self.standard_errors_of_averages(measure);
@@ -200,8 +198,7 @@ pub fn compare(pairs: &[DirectionPair], truth: &Values, reconstruction: &Values)
     averages(pairs, |_| 1.0, truth, reconstruction)
 }
 
-/// [`compare`] with a weight ≥ 0 per pair: averages are weighted, and pairs of weight 0 are not
-/// compared.
+/// [`compare`] with a weight ≥ 0 per pair; pairs of weight 0 are not compared.
 ///
 /// # Panics
 /// If the four lengths differ.

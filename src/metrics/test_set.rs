@@ -62,9 +62,6 @@ impl Level {
     }
 
     /// Adds the pairs of one replicate to its sums; the values of a reconstruction begin at `offset`.
-    ///
-    /// # Panics
-    /// If there is no such replicate.
     pub(crate) fn add_replicate(
         &self,
         r: usize,
@@ -123,8 +120,7 @@ impl TestSet {
     /// The pairs of `spec`, for these measures.
     ///
     /// # Errors
-    /// As [`MetricsSpec::check`]; also for a mask and separation that together leave less than one candidate in
-    /// a thousand.
+    /// As [`MetricsSpec::check`]; also for a window that keeps less than one candidate in a thousand.
     pub fn new(measures: &[Measure], spec: &MetricsSpec) -> Result<Self, ParameterError> {
         spec.check()?;
         let window = Window::new(spec.mask_deg, spec.min_separation_deg);

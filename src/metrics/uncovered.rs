@@ -14,8 +14,7 @@ use crate::reconstruct::Coverage;
 /// Pairs at which shares are counted, at most.
 const COUNTED: usize = 2000;
 
-/// Shares of the test pairs by their [`Coverage`]; interpolated is the rest. `None` if the truth has data
-/// at no pair.
+/// Shares of the test pairs by their [`Coverage`]; interpolated is the rest. `None` if the truth has no data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uncovered {
     /// Share of the pairs beside the readings.

@@ -12,9 +12,8 @@ pub const WITHIN: Quantity = Quantity::real(
 /// Share of the pairs where |g − f| ≤ 2 u (k = 2), u the standard uncertainty of g − f; pairs count by
 /// `weight`, those where f or g has no value do not. `None` if no pair is left.
 ///
-/// Of normal errors that u includes it is 0.95. Less means that the reconstruction has errors that u does
-/// not include, such as what it makes up between readings. An error that all readings share (type B) is within
-/// k = 2 nearly everywhere or nearly nowhere.
+/// Of normal errors that u includes it is 0.95; less means errors that u does not include, as between readings. An error that all
+/// readings share (type B) is within k = 2 nearly everywhere or nearly nowhere.
 ///
 /// # Panics
 /// If the three lengths differ.

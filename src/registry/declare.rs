@@ -118,9 +118,8 @@ macro_rules! keys {
     };
 }
 
-/// A member of a family that is read by its [`keys!`]: its kind, its summary, its examples, and then its struct, which has its
-/// kind as `KIND` and its registry entry as `ENTRY`. So has the module, but for the form `declare! { impl … }` of modules with
-/// several members.
+/// A member of a family that is read by its [`keys!`]: kind, summary, examples, and its struct, which has the consts `KIND` and
+/// `ENTRY`, its registry entry. So has the module, but for the form `declare! { impl … }` of modules with several members.
 macro_rules! declare {
     (
         impl $T:ty, $kind:literal: $summary:literal, [$($example:expr),* $(,)?]

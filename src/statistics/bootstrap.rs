@@ -7,8 +7,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// With fewer values than this there is no interval and no test: of five signs all are equal by
-/// chance once in sixteen, so no two-sided test of five can reach 5 %.
+/// With fewer values there is no interval and no test: five signs are equal by chance once in sixteen, above 5 %.
 pub const FEWEST: usize = 6;
 
 /// Sets drawn. The ends of an interval then lie within 2 % of its width of those of infinitely many.
@@ -17,10 +16,7 @@ const RESAMPLES: usize = 10_000;
 /// Sets that are summed side by side; divides [`RESAMPLES`].
 const TOGETHER: usize = 8;
 
-/// Materials drawn with replacement, again and again: the same draws for every list of values of one
-/// length, so that thousands of intervals cost one set of draws.
-///
-/// Draws of a length are made when they are first asked for, and kept.
+/// Materials drawn with replacement: for every list of values of one length the same draws, made when first asked for and kept.
 #[derive(Debug)]
 pub struct Bootstrap {
     seed: u64,

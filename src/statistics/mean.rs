@@ -2,8 +2,7 @@
 
 use statrs::distribution::{Binomial, DiscreteCDF};
 
-/// Errors below this count as this. An exact reconstruction has an error of rounding (1e-15), whose
-/// size would decide a geometric mean or a ratio.
+/// Errors below this, which are of rounding, count as this: their size would decide a geometric mean or a ratio.
 pub const EXACT: f64 = 1e-12;
 
 /// True of an error of rounding: [`EXACT`] at most, as which a geometric mean returns it but for rounding.
@@ -13,15 +12,13 @@ pub fn is_exact(error: f64) -> bool {
 
 /// The geometric mean of non-negative errors; those below [`EXACT`], 0 among them, count as that.
 ///
-/// `None` of no errors at all, and where one is negative or not finite: a mean that leaves out the
-/// worst says nothing.
+/// `None` of no errors at all, and where one is negative or not finite.
 pub fn geometric_mean(errors: &[f64]) -> Option<f64> {
     let logs: Option<Vec<f64>> = errors.iter().map(|e| log_error(*e)).collect();
     Some(mean(&logs?)?.exp())
 }
 
-/// True if the errors of all choices on a material say something of which is better: there are some, and none is exact. An error of
-/// rounding beside others would decide any mean and ratio.
+/// True if the errors of all choices on a material say something of which is better: there are some, and none is exact.
 pub fn compares(errors: impl IntoIterator<Item = f64>) -> bool {
     let least = errors.into_iter().reduce(f64::min);
     least.is_some_and(|least| !is_exact(least))
@@ -35,8 +32,7 @@ pub fn median(values: &[f64]) -> Option<f64> {
     (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
 }
 
-/// What a further value is below with at least this probability, if all are alike: the least value with enough at or
-/// below it (Vovk et al. 2005); `None` if there are too few.
+/// What a further value like these is below with at least this probability (Vovk et al. 2005); `None` if there are too few.
 pub fn upper_quantile(values: &[f64], probability: f64) -> Option<f64> {
     let rank = (probability * (values.len() + 1) as f64).ceil() as usize;
     let mut values = values.to_vec();
@@ -44,8 +40,7 @@ pub fn upper_quantile(values: &[f64], probability: f64) -> Option<f64> {
     values.get(rank.checked_sub(1)?).copied()
 }
 
-/// Positions, from 0, in `n` sorted values between which the median of what they are drawn from lies with a probability of 95 % at
-/// least, whatever its distribution; `None` of fewer than six.
+/// Positions in `n` sorted values that the median of their distribution lies between with 95 % at least; `None` below six.
 pub fn median_ranks(n: usize) -> Option<[usize; 2]> {
     // As many values fall to one side of it as tosses of a coin.
     let below = Binomial::new(0.5, n as u64).ok()?;

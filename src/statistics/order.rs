@@ -15,8 +15,7 @@ pub struct Order {
     pub points: usize,
 }
 
-/// ln of a budget and of an error, which is [`EXACT`] at least; `None` where the budget is not positive and finite or the
-/// error negative or not finite.
+/// ln of a budget, positive and finite, and of an error, which is [`EXACT`] at least; `None` of other numbers.
 fn logs((budget, error): &(f64, f64)) -> Option<(f64, f64)> {
     let is_budget = *budget > 0.0 && budget.is_finite();
     Some((budget.ln(), log_error(*error)?)).filter(|_| is_budget)
@@ -24,9 +23,8 @@ fn logs((budget, error): &(f64, f64)) -> Option<(f64, f64)> {
 
 /// The order of convergence of an error from (budget, error), by least squares.
 ///
-/// Points with an error below [`EXACT`] are left out: rounding does not converge. `None` with fewer
-/// than two different budgets left, and where a budget is not positive and finite or an error
-/// negative or not finite.
+/// Points with an error below [`EXACT`] are left out. `None` with fewer than two different budgets left, and where a budget is
+/// not positive and finite or an error negative or not finite.
 pub fn order(points: &[(f64, f64)]) -> Option<Order> {
     let logs = points.iter().map(logs).collect::<Option<Vec<_>>>()?;
     let kept = logs.into_iter().zip(points);
@@ -52,8 +50,7 @@ pub fn order(points: &[(f64, f64)]) -> Option<Order> {
     })
 }
 
-/// The error at a budget between those of (budget, error): a straight line in ln error against ln
-/// budget between the two next to it, so exact where the error is a power of the budget.
+/// The error at a budget between those of (budget, error), straight in ln error against ln budget between the two next to it.
 ///
 /// Points are in any order; errors below [`EXACT`] count as that. `None` where no two budgets enclose
 /// it, and where a budget is not positive and finite or an error negative or not finite.

@@ -42,11 +42,9 @@ pub struct Paired {
     pub n: usize,
     /// Geometric mean over materials of error of A / error of B; below 1 where A is better.
     pub ratio: f64,
-    /// 95 % bootstrap interval of the ratio over materials, see [`Bootstrap::mean_interval`]; `None` with too
-    /// few materials.
+    /// 95 % interval of the ratio over materials, see [`Bootstrap::mean_interval`]; `None` with too few materials.
     pub interval: Option<[f64; 2]>,
-    /// Two-sided Wilcoxon signed-rank test of the log ratios, see [`signed_rank`]; `None` with too few
-    /// ratios other than 1. Of several comparisons read together, see [`Paired::adjusted`].
+    /// Two-sided p of the log ratios, see [`signed_rank`] and [`Paired::adjusted`]; `None` with too few ratios other than 1.
     pub p: Option<f64>,
     /// Materials on which the error of A is below that of B by more than the band.
     pub wins: usize,
@@ -91,8 +89,7 @@ impl Paired {
     }
 
     /// The comparison of errors that are known to these relative standard errors (of A, of B; one pair per
-    /// material): each end of the interval is further out, in quadrature. They are taken for independent; those of
-    /// two reconstructions that are compared at the same points are alike, and the interval is too wide then.
+    /// material), taken for independent: each end of the interval is further out, in quadrature.
     #[must_use]
     pub fn known_to(self, relative: &[(f64, f64)]) -> Self {
         let square: f64 = relative.iter().map(|(a, b)| a * a + b * b).sum();
@@ -145,8 +142,7 @@ impl Paired {
         }
     }
 
-    /// The comparisons, read together: with p-values adjusted by [`holm`], and so with the verdicts
-    /// that follow.
+    /// The comparisons, read together: with p-values adjusted by [`holm`], and the verdicts that follow.
     pub fn adjusted(comparisons: &[Self]) -> Vec<Self> {
         let p: Vec<f64> = comparisons
             .iter()

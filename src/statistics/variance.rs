@@ -14,13 +14,11 @@ pub struct Shares {
     pub levels: Vec<usize>,
     /// Share that each factor explains by itself, in the order of `levels`.
     pub mains: Vec<f64>,
-    /// Share that two factors explain together beyond each by itself: (first, second, share), the
-    /// first below the second.
+    /// Share that two factors explain together beyond each by itself: (first, second, share), first < second.
     pub pairs: Vec<(usize, usize, f64)>,
     /// Residual share: interactions of three and more, and scatter between rows of equal levels.
     pub rest: f64,
-    /// 1 − all the others: the share that cannot be attributed because combinations are missing or
-    /// filled unevenly. 0 on balanced data; negative where factors mask one another.
+    /// 1 − all the others, as combinations are missing or filled unevenly; negative where factors mask one another.
     pub entangled: f64,
     /// The total variance: the mean square of the values about their mean.
     pub variance: f64,
@@ -228,8 +226,7 @@ struct Design {
 }
 
 impl Design {
-    /// A factor of L levels has L − 1 columns, 1 on their level and 0 elsewhere; a pair has the
-    /// products of theirs.
+    /// A factor of L levels has L − 1 columns, 1 on their level and 0 elsewhere; a pair has the products of theirs.
     fn new(levels: &Levels, values: &[f64], with_pairs: bool) -> Self {
         let factors = levels.counts.len();
         let mut terms = vec![];

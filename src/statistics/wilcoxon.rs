@@ -66,9 +66,8 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
     adjusted
 }
 
-/// The least p that [`holm`] can leave to any of `tests` [`signed_rank`] tests of `n` differences each,
-/// at most 1: `tests` · 2/2ⁿ, of differences that all lean to one side. 1 below [`FEWEST`] differences,
-/// which are not tested. Where it is 0.05 and more, no difference, however large, can be a finding.
+/// The least p that [`holm`] can leave to any of `tests` [`signed_rank`] tests of `n` differences each: `tests` · 2/2ⁿ, of
+/// differences that all lean to one side, at most 1, and 1 below [`FEWEST`] differences, which are not tested.
 pub fn least_p(n: usize, tests: usize) -> f64 {
     if n < FEWEST {
         return 1.0;

@@ -38,8 +38,7 @@ pub struct Calibrated {
     pub median: f64,
     /// What a further one is below with a probability of at least 0.9; `None` of fewer than nine.
     pub ninth: Option<f64>,
-    /// Share of the materials that are below the bound that is stated for nine of ten; `None` of measures that no bound
-    /// is stated for.
+    /// Share of the materials that are below the bound for nine of ten; `None` of measures that have none.
     pub below: Option<f64>,
 }
 

@@ -83,8 +83,7 @@ impl<'a> Index<'a> {
         index
     }
 
-    /// Label of the coordinates that a reconstruction was given, those of the schedule included;
-    /// `None` for a reconstruction that only ever works in those of the schedule.
+    /// Label of the coordinates of a reconstruction; `None` of one that only ever works in those of the schedule.
     pub fn chosen(&self, c: usize) -> Option<String> {
         let choice = &self.choices.list[c];
         let mut others = self.choices.list.iter();
@@ -96,8 +95,7 @@ impl<'a> Index<'a> {
         Some(choice.worked_in())
     }
 
-    /// True if two choices are warped alike: at the same place of the warps of their
-    /// parametrizations, or past the end of those of the other and the other at its end.
+    /// True if two choices are warped alike: at the same place of the warps of their parametrizations, or at the last there is.
     pub(crate) fn alike(&self, a: usize, b: usize) -> bool {
         let (x, y) = (self.warp[a], self.warp[b]);
         let last = |c: usize| {
@@ -116,8 +114,7 @@ impl<'a> Index<'a> {
             .collect()
     }
 
-    /// The materials by which choices differ, and the others with the reason: rounding would decide
-    /// a mean over what a choice reconstructs exactly.
+    /// The materials by which choices differ, and the others with the reason: where a choice is exact, rounding would decide.
     pub(crate) fn compared(
         &self,
         metric: Metric,
@@ -173,8 +170,7 @@ impl<'a> Index<'a> {
         rows.iter().map(|r| of(r)).sum::<f64>() / rows.len().max(1) as f64
     }
 
-    /// The mean over seeds of something of the rows; `None` where there is none or it is not
-    /// defined.
+    /// The geometric mean over seeds of a number of the rows; `None` where it is not defined.
     pub(crate) fn mean(&self, at: [usize; 4], of: impl Fn(&Row) -> Option<f64>) -> Option<f64> {
         let rows = self.rows.get(&at)?;
         let values: Option<Vec<f64>> = rows.iter().map(|r| of(r)).collect();

@@ -45,8 +45,7 @@ impl Metric {
         }
     }
 
-    /// True if it is an error of the moments of slices: no test pairs are in it, so it is the same for all measures, and only rows
-    /// of a config that asks for moments have it.
+    /// True if it is an error of the moments of slices, which is the same for all measures.
     pub fn is_of_moments(self) -> bool {
         matches!(self, Self::Moment(..))
     }

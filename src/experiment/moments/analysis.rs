@@ -29,8 +29,7 @@ pub struct ProfileFits {
     pub variance: Result<FactorFit, FitError>,
     /// Average over the fitted views of each component, at its index.
     pub averages: [Option<f64>; 15],
-    /// The largest of each component over the fitted views, without its sign; means and
-    /// covariances in units of σ and σ².
+    /// The largest size of each component over the fitted views; means and covariances in units of σ and σ².
     pub largest: [Option<f64>; 15],
     /// Clamping by the horizon, if the config asks for it.
     pub clamping: Option<Clamping>,
@@ -185,11 +184,9 @@ pub struct Group {
     pub name: String,
     /// The fits, material after material, each with all its channels.
     pub fits: Vec<ProfileFits>,
-    /// θ_0 and θ_1 of each material's own fit (rad), over the materials whose knots are determined
-    /// and inside the range.
+    /// θ_0 and θ_1 of each material's own fit (rad), where these are determined and inside the range.
     pub knots: [Option<Spread>; 2],
-    /// Materials whose θ_0 is the first, or whose θ_1 is the last view of the range ([`at_bound`]):
-    /// another range would put it elsewhere.
+    /// Materials whose θ_0 is the first, or whose θ_1 is the last view of the range ([`at_bound`]).
     pub at_bounds: [usize; 2],
     /// Materials whose fitted energy is larger at θ_1 than at θ_0.
     pub boosted: usize,
@@ -202,8 +199,7 @@ pub struct Group {
 }
 
 impl Group {
-    /// Analyses materials of a group; `fits` are those of its profiles, in order, and `tolerance`
-    /// is the relative accuracy of their energies.
+    /// Analyses materials of a group; `fits` are those of its profiles, `tolerance` the relative accuracy of energies.
     pub(crate) fn new(
         name: String,
         members: &[&MaterialProfiles],

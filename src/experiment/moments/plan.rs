@@ -47,16 +47,14 @@ keys! {
         max_view_deg: f64 = 80.0;
         /// True if clamping by the horizon is found for each profile; costs a second profile.
         horizon: bool = false;
-        /// Materials that are drawn as a sphere with the covariance ellipses of three views; names that
-        /// no material has are told and left out.
+        /// Materials that are drawn as a sphere with the covariance ellipses of three views; other names are left out.
         spheres: Vec<String> = Vec::new();
         /// Published numbers to compare with.
         published: Option<PublishedNumbers> = None;
     }
 }
 
-/// `[analysis.published]`: published results, printed beside those found here. Texts; what
-/// is left out stays empty.
+/// `[analysis.published]`: published results, texts that are printed beside those found here.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PublishedNumbers {
@@ -91,10 +89,7 @@ pub struct PublishedNumbers {
 }
 
 impl AnalysisSpec {
-    /// The views that fits use.
-    ///
-    /// # Errors
-    /// Names the key that is out of range.
+    /// The views that fits use, or the key that is out of range.
     pub(crate) fn range(&self) -> Result<ViewRange, ParameterError> {
         ViewRange::from_degrees(self.min_view_deg, self.max_view_deg)
     }
@@ -119,8 +114,7 @@ pub struct MomentsPlan {
     pub lighting: Box<dyn LightingSpec>,
     /// The config with every default filled in.
     pub resolved: toml::Table,
-    /// The wavelengths its materials are known at, if the config is that of an acquisition by
-    /// wavelength.
+    /// The wavelengths its materials are known at, of an acquisition by wavelength.
     pub wavelengths: Option<Wavelengths>,
 }
 
@@ -258,9 +252,6 @@ impl Default for MomentsTable {
 
 impl MomentsTable {
     /// Takes the table out of a config's, if it is there.
-    ///
-    /// # Errors
-    /// For keys that are unknown or of another type.
     pub(in crate::experiment) fn take(config: &mut Table<'_>) -> Result<Option<Self>, ReadError> {
         let Some(mut table) = registry::take_table(config, "moments")? else {
             return Ok(None);
@@ -278,9 +269,6 @@ impl MomentsTable {
     }
 
     /// Checks every key.
-    ///
-    /// # Errors
-    /// [`Error::Config`].
     pub(in crate::experiment) fn check(&self, source: &Source) -> Result<(), Error> {
         let at = source.place("moments");
         self.spec.check().map_err(|e| at.refused_key(&e))?;

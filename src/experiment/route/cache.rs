@@ -5,8 +5,7 @@ use std::collections::HashMap;
 use std::hash::Hash;
 use std::sync::Arc;
 
-/// Poses that the schedules which are kept may have together, and the tours (100 bytes each);
-/// further ones are made again.
+/// Poses that schedules which are kept may have together, and tours (100 bytes each); further ones are made again.
 const CACHED_POSES: usize = 4_000_000;
 
 /// A schedule or an itinerary that is kept.

@@ -2,8 +2,7 @@
 
 use crate::experiment::choices::MAX_BUDGET;
 
-/// The search ends when the budget that fits and the one that does not are this close, relatively:
-/// a grid's nodes come in larger steps.
+/// Relative distance of a budget that fits and one that does not, at which the search ends: steps of grids are larger.
 const CLOSE: f64 = 0.005;
 
 /// The first budget that is tried.
@@ -12,9 +11,8 @@ pub(super) const FIRST: usize = 64;
 /// Factors between one budget that fits and the next that is tried, as long as none was too large.
 const GROWTH: (f64, f64) = (1.1, 8.0);
 
-/// The largest budget, to half a percent, whose cost is at most `most`, found by bisection of
-/// what `cost_of` reports; `None` if not even the smallest fits. Costs
-/// grow with the budget, but for the steps of grids: of several budgets at the limit one is found.
+/// The largest budget, to half a percent, whose cost is at most `most`, by bisection; `None` if not even the smallest fits.
+/// Costs grow with the budget, but for the steps of grids: of several budgets at the limit one is found.
 pub(super) fn largest_within<E>(
     most: f64,
     mut cost_of: impl FnMut(usize) -> Result<f64, E>,
