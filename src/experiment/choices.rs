@@ -152,11 +152,6 @@ impl UsedIn {
 }
 
 impl Method {
-    /// True if it is used on the sample set at a position.
-    pub(crate) fn is_on(&self, sample_set: usize) -> bool {
-        self.on.is_empty() || self.on.contains(&sample_set)
-    }
-
     /// Name with coordinates, for lists: `thin-plate in hybrid`.
     pub(crate) fn label(&self) -> String {
         if are_named(&self.coordinates) {

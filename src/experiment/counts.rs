@@ -43,39 +43,23 @@ named! {
     /// A kind of work that is counted.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Work {
-        /// Files of materials read from end to end.
         FilesRead = "files_read": "readings of files from end to end",
-        /// Their bytes.
         BytesRead = "bytes_read": "bytes of files read",
-        /// Materials built.
         Materials = "materials": "materials built",
-        /// Bytes of the tables they hold.
         TableBytes = "table_bytes": "bytes of their tables, at most",
-        /// Test pairs made.
         TestPairs = "test_pairs": "test pairs made",
-        /// Evaluations of materials, one a pair.
         Evaluations = "evaluations": "evaluations of materials",
-        /// Those of them that look into measured tables.
         LookUps = "look_ups": "of them look-ups in tables",
-        /// Grids measured to tune a ratio.
         Grids = "grids": "grids measured to tune ratios",
-        /// Schedules made.
         Schedules = "schedules": "schedules made",
-        /// Poses: of schedules where they are made, and asked of an instrument where it measures.
+        /// Of schedules where they are made, and asked of an instrument where it measures:
         Poses = "poses": "poses",
-        /// Tours of instruments put in order.
         Tours = "tours": "tours put in order",
-        /// Readings taken.
         Readings = "readings": "readings taken",
-        /// Interpolants built.
         Reconstructions = "reconstructions": "interpolants built",
-        /// Evaluations of reconstructions, one a pair and material.
         Evaluated = "evaluated": "evaluations of reconstructions",
-        /// Files of pictures.
         Drawn = "drawn": "files of pictures",
-        /// Files written, but those of records.
         FilesWritten = "files_written": "files written",
-        /// Their bytes.
         BytesWritten = "bytes_written": "bytes written",
     }
 }

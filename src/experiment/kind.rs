@@ -10,14 +10,10 @@ named! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
     #[serde(rename_all = "kebab-case")]
     pub enum Kind {
-        /// Measure materials at sample sets, reconstruct them and compare; [`Plan`](super::Plan).
         #[default]
         Acquisition = "acquisition": "measure at sample sets, reconstruct, compare (the default)",
-        /// Moment profiles of materials, their fits and correlations; [`moments`](super::moments).
         Moments = "moments": "moment profiles of BRDF slices, their fits and correlations",
-        /// Moments of reflected radiance, rendered and predicted; [`relations`](super::relations).
         Relations = "relations": "moments of reflected radiance, rendered and predicted from moments",
-        /// An acquisition with the defaults of a large cross table and its report.
         Study = "study": "an acquisition that draws its materials, leaves out albedos, and prints its findings only",
     }
 }

@@ -29,13 +29,8 @@ pub(crate) fn preview(
 ) -> Result<Option<Preview>, Error> {
     let suits = |set: usize| {
         let planned = &plan.sample_sets[set];
-        let grid = planned.set.is_grid();
-        let works = |m: &&Method| {
-            m.is_on(set)
-                && (grid || !m.method.needs_grid())
-                && !are_named(&m.coordinates)
-                && m.used_in.has(Some(coordinates))
-        };
+        let works =
+            |m: &&Method| plan.suits(m, set, Some(coordinates)) && !are_named(&m.coordinates);
         let method = plan.methods.iter().rfind(works)?;
         (!planned.learns() && !planned.set.is_unguided()).then_some((set, method))
     };

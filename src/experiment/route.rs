@@ -18,7 +18,7 @@ use crate::instrument::{Bench, InstrumentSpec, Order, Parts};
 use crate::measurement::Measurement;
 use crate::schedule::{Itinerary, Schedule};
 use acquisition::Course;
-use cache::{Cache, CacheEntry};
+use cache::Cache;
 use search::largest_within;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -311,13 +311,7 @@ impl Router {
         self.counters.add(Stage::Plan, Work::Schedules, 1);
         let poses = schedule.poses.len();
         self.counters.add(Stage::Plan, Work::Poses, poses);
-        let new = CacheEntry {
-            poses,
-            made: Arc::new(schedule),
-            spent,
-            again,
-        };
-        Ok(self.schedules.keep(asked, new))
+        Ok(self.schedules.keep(asked, (schedule, spent), poses, again))
     }
 
     /// The tour of an instrument with or without limits in an order, and the wall time of making it.
@@ -341,15 +335,9 @@ impl Router {
             Some(known) => known,
             None => {
                 let plan = |_: &Counters| bench.plan(schedule, order);
-                let (itinerary, spent) = self.counters.repeated(Stage::Plan, plan);
+                let made = self.counters.repeated(Stage::Plan, plan);
                 self.counters.add(Stage::Plan, Work::Tours, 1);
-                let new = CacheEntry {
-                    poses: schedule.poses.len(),
-                    made: Arc::new(itinerary),
-                    spent,
-                    again,
-                };
-                self.tours.keep(asked, new)
+                self.tours.keep(asked, made, schedule.poses.len(), again)
             }
         };
         Ok((Tour { bench, itinerary }, spent))
@@ -427,24 +415,12 @@ mod tests {
         let plan = Plan::read(&source).unwrap();
         let mut router = Router::default();
         let mut round = || {
-            let mut routes = Vec::new();
-            for instrument in &plan.instruments {
-                for allowance in plan.allowances() {
-                    routes.extend(plan.seeds.iter().map(|&seed| {
-                        let key = ScheduleKey {
-                            coordinates: &plan.parametrizations[0],
-                            symmetry: plan.materials[0].symmetry,
-                            sample_set: &plan.sample_sets[0],
-                            allowance,
-                            instrument: Some(instrument),
-                            seed,
-                            material: None,
-                        };
-                        let found = router.route(&key, false, &|| Ok(()));
-                        found.unwrap_or_else(|_| panic!())
-                    }));
-                }
-            }
+            let routes = plan.units().into_iter().map(|unit| {
+                let key = plan.schedule_key(&unit, plan.materials[0].symmetry);
+                let found = router.route(&key, false, &|| Ok(()));
+                found.unwrap_or_else(|_| panic!())
+            });
+            let routes: Vec<Route> = routes.collect();
             (routes, router.counters.seconds().at_stage(Stage::Plan))
         };
         let (first, seconds) = round();

@@ -66,12 +66,9 @@ impl Plan {
 
     /// Positions of the methods that are used on a schedule.
     pub fn methods_on(&self, unit: &Unit) -> Vec<usize> {
-        let set = &self.sample_sets[unit.sample_set].set;
         let size = unit.allowance.count();
         let suits = |m: &Method| {
-            (set.is_grid() || !m.method.needs_grid())
-                && m.used_in.has(unit.coordinates)
-                && m.is_on(unit.sample_set)
+            self.suits(m, unit.sample_set, unit.coordinates)
                 && size.is_none_or(|n| m.up_to.is_none_or(|most| n <= most))
         };
         // In coordinates that are the schedule's own it would be made twice.
@@ -84,6 +81,13 @@ impl Plan {
         all.filter(|(_, m)| suits(m) && !twice(m))
             .map(|(i, _)| i)
             .collect()
+    }
+
+    /// True if a method works on schedules of a sample set in coordinates, both by position.
+    pub(super) fn suits(&self, m: &Method, set: usize, coordinates: Option<usize>) -> bool {
+        let is_on = m.on.is_empty() || m.on.contains(&set);
+        let is_grid = self.sample_sets[set].set.is_grid();
+        is_on && (is_grid || !m.method.needs_grid()) && m.used_in.has(coordinates)
     }
 
     /// The units and materials of a shard: units are dealt out from the largest, and materials where units are too few.

@@ -34,14 +34,13 @@ pub struct TuningTable {
 impl TuningTable {
     /// Takes `tuning` out of a config.
     pub(super) fn take(config: &mut Table<'_>) -> Result<Option<Self>, ReadError> {
-        let Some(mut table) = registry::take_table(config, "tuning")? else {
-            return Ok(None);
-        };
-        let materials = take_list(&mut table, "materials", material)?;
-        Ok(Some(Self {
-            keys: registry::parse(table)?,
-            materials: materials.unwrap_or_default(),
-        }))
+        registry::take(config, "tuning", |mut table| {
+            let materials = take_list(&mut table, "materials", material)?;
+            Ok(Self {
+                keys: registry::parse(table)?,
+                materials: materials.unwrap_or_default(),
+            })
+        })
     }
 
     /// Hashes the training materials; refuses one that is tested too, and a tested symmetry that none has.

@@ -19,11 +19,8 @@ named! {
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
     #[serde(rename_all = "kebab-case")]
     pub enum Order {
-        /// As the schedule numbers them.
         AsGenerated = "as-generated": "as the schedule numbers them",
-        /// Back and forth along the quickest axis, in rows of the others: long sweeps.
         Sorted = "sorted": "back and forth along the quickest axis, in rows of the others",
-        /// Always to the nearest of those that are left.
         NearestNeighbour = "nearest-neighbour": "always to the nearest pose that is left",
         /// The nearest-neighbour path with its detours taken out by exchanges of two and three steps
         /// (2-opt, Or-opt; Bentley 1992), then shaken up and repaired again piece by piece.

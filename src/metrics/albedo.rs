@@ -59,23 +59,17 @@ struct Nodes {
 }
 
 /// The rule that albedos are integrated with, and a coarser one for their errors.
-const RULES: [Nodes; 2] = [Nodes::FINE.over(1), Nodes::FINE.over(2)];
+const RULES: [Nodes; 2] = [Nodes::over(1), Nodes::over(2)];
 /// Numbers of the two.
 const FINE: usize = 0;
 const COARSE: usize = 1;
 
 impl Nodes {
-    const FINE: Self = Self {
-        circles: 24,
-        arcs: 48,
-        phi: 56,
-    };
-
-    const fn over(self, divisor: usize) -> Self {
+    const fn over(divisor: usize) -> Self {
         Self {
-            circles: self.circles / divisor,
-            arcs: self.arcs / divisor,
-            phi: self.phi / divisor,
+            circles: 24 / divisor,
+            arcs: 48 / divisor,
+            phi: 56 / divisor,
         }
     }
 

@@ -143,7 +143,16 @@ pub fn test_pairs(
 ) -> Result<Vec<DirectionPair>, ParameterError> {
     spec.check()?;
     let window = Window::new(spec.mask_deg, spec.min_separation_deg);
-    let population = |i: usize| Population::new(spec.seed, i, MIXTURE[i]);
+    let population = |i: usize| {
+        // Any odd constant keeps the five seeds apart; `Sobol` hashes what it is given.
+        let stream = (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        Population {
+            sobol: Sobol::new(spec.seed.wrapping_add(stream)),
+            part: MIXTURE[i],
+            tried: 0,
+            kept: 0,
+        }
+    };
     let mut cosine = population(0);
     let mut lobes = [1, 2, 3, 4].map(population);
     (0..spec.pairs)
@@ -167,17 +176,6 @@ struct Population {
 }
 
 impl Population {
-    fn new(seed: u64, stream: usize, part: Part) -> Self {
-        // Any odd constant keeps the five seeds apart; `Sobol` hashes what it is given.
-        let seed = seed.wrapping_add((stream as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        Self {
-            sobol: Sobol::new(seed),
-            part,
-            tried: 0,
-            kept: 0,
-        }
-    }
-
     /// The next pair inside the window that passes a filter, `None` if there are next to none.
     fn draw(
         &mut self,

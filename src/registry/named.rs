@@ -1,7 +1,7 @@
 //! Choices without keys.
 
-/// An enum of choices, each with its name in files and tables, and a line that describes it if all have one: `Choice = "name"`,
-/// or `Choice = "name": "summary"`. It has `ALL` of them in their order, and the `name` and `summary` of each.
+/// An enum of choices, each with its name in files and tables, and a line that describes it, in its docs too, if all have one:
+/// `Choice = "name"`, or `Choice = "name": "summary"`. It has `ALL` of them in their order, and the `name` and `summary` of each.
 macro_rules! named {
     (
         $(#[$about:meta])*
@@ -36,7 +36,7 @@ macro_rules! named {
         $crate::registry::named! {
             $(#[$about])*
             $visibility enum $Name {
-                $($(#[$of_choice])* $Choice = $name,)+
+                $($(#[$of_choice])* #[doc = $summary] $Choice = $name,)+
             }
         }
 

@@ -83,7 +83,7 @@ struct Squares {
 impl Squares {
     /// Of values whose mean is 0.
     fn new(levels: &Levels, values: Vec<f64>) -> Self {
-        let Some(Crossed { factor, order }) = levels.crossed() else {
+        let Some((factor, order)) = levels.crossed() else {
             return Design::new(levels, &values, true).squares();
         };
         let count = levels.counts[factor];
@@ -128,13 +128,6 @@ impl Squares {
     }
 }
 
-/// A factor whose levels have the same rows of the others.
-struct Crossed {
-    factor: usize,
-    /// Its rows, level after level, those of each in the same order.
-    order: Vec<usize>,
-}
-
 /// The levels of every row, counted from 0 without gaps.
 struct Levels {
     /// Levels of each factor.
@@ -170,8 +163,8 @@ impl Levels {
         &self.places[row * factors..(row + 1) * factors]
     }
 
-    /// The crossed factor of most levels.
-    fn crossed(&self) -> Option<Crossed> {
+    /// The factor of most levels that have the same rows of the others; its rows, level after level, those of each in one order.
+    fn crossed(&self) -> Option<(usize, Vec<usize>)> {
         let rows = self.places.len() / self.counts.len().max(1);
         let mut factors: Vec<usize> = (0..self.counts.len()).collect();
         factors.retain(|f| self.counts[*f] > 1 && rows.is_multiple_of(self.counts[*f]));
@@ -188,7 +181,7 @@ impl Levels {
                 let at = self.row(order[i])[factor];
                 at == i / each && others(order[i]) == others(order[i % each])
             });
-            is_crossed.then_some(Crossed { factor, order })
+            is_crossed.then_some((factor, order))
         })
     }
 
@@ -210,12 +203,6 @@ struct Term {
     first: usize,
     second: usize,
     columns: Range<usize>,
-}
-
-impl Term {
-    fn has(&self, factor: usize) -> bool {
-        self.first == factor || self.second == factor
-    }
 }
 
 /// The normal equations of all terms at once.
@@ -288,7 +275,7 @@ impl Design {
             without - with
         };
         let mains = all().filter(|t| t.first == t.second);
-        let mains = mains.map(|main| taken(main, &|t| !t.has(main.first)));
+        let mains = mains.map(|main| taken(main, &|t| ![t.first, t.second].contains(&main.first)));
         let pairs = all().filter(|t| t.first != t.second);
         let pairs = pairs.map(|pair| (pair.first, pair.second, taken(pair, &|t| *t != pair)));
         Squares {

@@ -253,19 +253,18 @@ impl Default for MomentsTable {
 impl MomentsTable {
     /// Takes the table out of a config's, if it is there.
     pub(in crate::experiment) fn take(config: &mut Table<'_>) -> Result<Option<Self>, ReadError> {
-        let Some(mut table) = registry::take_table(config, "moments")? else {
-            return Ok(None);
-        };
-        let estimator = match registry::take_table(&mut table, "estimator")? {
-            // Keys of the default one need not name it.
-            Some(estimator) if !estimator.get_ref().contains_key("kind") => {
-                Box::new(registry::parse::<PeakResolving>(estimator)?)
-            }
-            Some(estimator) => moments::read(estimator)?,
-            None => Box::new(PeakResolving::default()),
-        };
-        let spec = registry::parse(table)?;
-        Ok(Some(Self { spec, estimator }))
+        registry::take(config, "moments", |mut table| {
+            let estimator = match registry::take_table(&mut table, "estimator")? {
+                // Keys of the default one need not name it.
+                Some(estimator) if !estimator.get_ref().contains_key("kind") => {
+                    Box::new(registry::parse::<PeakResolving>(estimator)?)
+                }
+                Some(estimator) => moments::read(estimator)?,
+                None => Box::new(PeakResolving::default()),
+            };
+            let spec = registry::parse(table)?;
+            Ok(Self { spec, estimator })
+        })
     }
 
     /// Checks every key.

@@ -36,11 +36,23 @@ impl<K: Eq + Hash, T> Cache<K, T> {
         Some((Arc::clone(&kept.made), kept.spent))
     }
 
-    /// Returns a new value, and keeps it if there is room.
-    pub(crate) fn keep(&mut self, key: K, new: CacheEntry<T>) -> (Arc<T>, Spent) {
-        let made = (Arc::clone(&new.made), new.spent);
+    /// Returns a new value of so many poses, and keeps it if there is room; `again`: a later material asks for it.
+    pub(crate) fn keep(
+        &mut self,
+        key: K,
+        (made, spent): (T, Spent),
+        poses: usize,
+        again: bool,
+    ) -> (Arc<T>, Spent) {
+        let new = CacheEntry {
+            made: Arc::new(made),
+            spent,
+            poses,
+            again,
+        };
+        let made = (Arc::clone(&new.made), spent);
         let held: usize = self.0.values().map(|kept| kept.poses).sum();
-        if held + new.poses <= CACHED_POSES {
+        if held + poses <= CACHED_POSES {
             self.0.insert(key, new);
         }
         made
