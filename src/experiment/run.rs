@@ -75,6 +75,7 @@ impl Experiment for Plan {
             known,
             units: &units,
             mine: materials,
+            again: false,
             judge: Evaluator::new(self, &events.counters)?,
             router: Router::counting(&events.counters),
             events,
@@ -133,10 +134,11 @@ impl Task {
     }
 }
 
-/// A schedule, and the reconstructions that are made on it.
+/// A schedule, and the reconstructions that are made of some materials on it.
 struct Batch<'b> {
     schedule: ScheduleKey<'b>,
     tasks: &'b [Task],
+    members: Vec<&'b Member<'b>>,
 }
 
 impl Batch<'_> {
@@ -153,6 +155,8 @@ struct Runner<'a> {
     units: &'a [(Unit, Vec<Task>)],
     /// Shard of the materials that rows are made of.
     mine: Shard,
+    /// True if another tile asks for the same schedules again.
+    again: bool,
     events: EventSink<'a, Row>,
     judge: Evaluator<'a>,
     router: Router,
@@ -170,8 +174,8 @@ impl<'a> Runner<'a> {
         let mut first = 0;
         while first < materials.len() {
             let size = self.tile_size(first);
-            let several = size < materials.len();
-            self.tile(first, &materials[first..first + size], several)?;
+            self.again = size < materials.len();
+            self.tile(first, &materials[first..first + size])?;
             first += size;
         }
         Ok(())
@@ -256,7 +260,6 @@ impl<'a> Runner<'a> {
         &mut self,
         first: usize,
         tile: &[(&'a Material, &Option<Identity>)],
-        several: bool,
     ) -> Result<(), Stop> {
         let mut members = Vec::new();
         for (i, (material, identity)) in tile.iter().enumerate() {
@@ -270,12 +273,13 @@ impl<'a> Runner<'a> {
             members.push(member);
         }
         for symmetry in each_once(members.iter().map(|m| m.material.symmetry)) {
-            let alike = members.iter();
-            let alike = alike.filter(|m| m.is_mine && m.material.symmetry == symmetry);
-            let alike: Vec<&Member<'_>> = alike.collect();
+            let alike = |m: &&Member<'_>| m.is_mine && m.material.symmetry == symmetry;
             for (unit, tasks) in self.units {
-                let schedule = self.plan.schedule_key(unit, symmetry);
-                self.batch(&alike, &Batch { schedule, tasks }, several)?;
+                self.batch(&Batch {
+                    schedule: self.plan.schedule_key(unit, symmetry),
+                    tasks,
+                    members: members.iter().filter(alike).collect(),
+                })?;
             }
         }
         Ok(())
@@ -316,16 +320,11 @@ impl<'a> Runner<'a> {
     }
 
     /// Runs one schedule: makes it, measures every material, and makes every reconstruction.
-    fn batch(
-        &mut self,
-        members: &[&Member<'_>],
-        batch: &Batch<'_>,
-        several: bool,
-    ) -> Result<(), Stop> {
-        let made = self.make(members, batch, several)?;
+    fn batch(&mut self, batch: &Batch<'_>) -> Result<(), Stop> {
+        let made = self.make(batch)?;
         let made: HashMap<&str, &Row> = made.iter().map(|r| (r.key.as_str(), r)).collect();
         let mut all = Vec::new();
-        for identity in members.iter().filter_map(|m| m.identity) {
+        for identity in batch.members.iter().filter_map(|m| m.identity) {
             for key in batch.tasks.iter().flat_map(|t| t.keys(identity)) {
                 let row = made.get(key.as_str()).copied();
                 all.extend(row.or_else(|| self.known.get(&key).map(Arc::as_ref)));
@@ -335,53 +334,41 @@ impl<'a> Runner<'a> {
     }
 
     /// Makes the rows of a batch that are not known.
-    fn make(
-        &mut self,
-        members: &[&Member<'_>],
-        batch: &Batch<'_>,
-        several: bool,
-    ) -> Result<Vec<Row>, Stop> {
+    fn make(&mut self, batch: &Batch<'_>) -> Result<Vec<Row>, Stop> {
         let schedule = &batch.schedule;
-        let lacks = |m: &Member<'_>| {
+        let lacks = |m: &&Member<'_>| {
             let mut tasks = batch.tasks.iter();
             m.truth.is_some() && tasks.any(|t| self.wanted(m, schedule, t))
         };
-        let wanting = members.iter().copied().filter(|m| lacks(m));
-        let wanting: Vec<&Member<'_>> = wanting.collect();
-        let known = members.len() - wanting.len();
-        self.events.advanced(batch.work(known))?;
+        let (members, known): (Vec<_>, Vec<_>) = batch.members.iter().copied().partition(lacks);
+        self.events.advanced(batch.work(known.len()))?;
+        let batch = &Batch { members, ..*batch };
         let observer = &*self.events.observer;
-        let written = self.plan.output.schedules.0.is_some();
-        if wanting.is_empty() && !(written && observer.requests(&ByProduct::Schedule(schedule))) {
+        let is_wished = self.plan.output.schedules.0.is_some()
+            && observer.requests(&ByProduct::Schedule(schedule));
+        if batch.members.is_empty() && !is_wished {
             return Ok(Vec::new());
         }
         self.events.doing(&format_args!("planning {schedule}"))?;
         if schedule.sample_set.learns() {
-            return self.learn(&wanting, batch);
+            return self.learn(batch);
         }
         let events = &self.events;
-        // Another tile asks again.
-        let found = self.router.route(schedule, several, &|| events.go_on());
-        let Some(route) = self.or_lost(found, &wanting, batch)? else {
+        let found = self.router.route(schedule, self.again, &|| events.go_on());
+        let Some(route) = self.or_lost(found, batch)? else {
             return Ok(Vec::new());
         };
         if route.is_new {
-            let itinerary = route.itinerary();
-            let event = Event::Planned(schedule, &route.schedule, itinerary);
+            let event = Event::Planned(schedule, &route.schedule, route.itinerary());
             self.events.observer.observe(&event)?;
         }
-        self.follow(&wanting, batch, &route)
+        self.follow(batch, &route)
     }
 
     /// Measures materials, and puts together those whose readings are at the same poses.
-    fn measure<'t>(
-        &mut self,
-        members: &[&'t Member<'t>],
-        schedule: &ScheduleKey<'_>,
-        route: &Route,
-    ) -> Result<Vec<Group<'t>>, Stop> {
-        let mut groups: Vec<Group<'t>> = Vec::new();
-        for &member in members {
+    fn measure<'t>(&mut self, batch: &Batch<'t>, route: &Route) -> Result<Vec<Group<'t>>, Stop> {
+        let (mut groups, schedule): (Vec<Group<'t>>, _) = (Vec::new(), &batch.schedule);
+        for &member in &batch.members {
             let (Some(identity), Some(truth)) = (member.identity, &member.truth) else {
                 continue;
             };
@@ -436,21 +423,17 @@ impl<'a> Runner<'a> {
     ) -> Result<Vec<Row>, Stop> {
         let plan = self.plan;
         let method = &plan.methods[task.method];
-        let members: Vec<&Measured<'_>> = group
-            .members
-            .iter()
-            .filter(|m| self.wanted(m.member, schedule, task))
-            .collect();
+        let wanted = |m: &&Measured<'_>| self.wanted(m.member, schedule, task);
+        let members: Vec<&Measured<'_>> = group.members.iter().filter(wanted).collect();
         if members.is_empty() {
             return Ok(Vec::new());
         }
         let name = format!("{schedule}, {}", method.label());
         self.events.doing(&format_args!("reconstructing {name}"))?;
-        let truths: Vec<(&Material, &Truth, &Readings)> = members
+        let truths = members
             .iter()
-            .map(|m| (m.member.material, m.truth, &m.readings))
-            .collect();
-        let events = &mut self.events;
+            .map(|m| (m.member.material, m.truth, &m.readings));
+        let (truths, events): (Vec<_>, _) = (truths.collect(), &mut self.events);
         let judge = &self.judge;
         let compared = judge.compared(schedule, &truths, &group.coverage, method, events);
         let names = members.iter().map(|m| &m.member.material.name);
