@@ -130,16 +130,6 @@ pub(super) fn refuse_empty<T>(at: &Place<'_>, list: &[T]) -> Result<(), Error> {
     }
 }
 
-/// Refuses an empty list and one that names something twice.
-pub(super) fn some_distinct<T, S: Display + Eq + std::hash::Hash>(
-    at: &Place<'_>,
-    list: &[T],
-    show: impl Fn(&T) -> S,
-) -> Result<(), Error> {
-    refuse_empty(at, list)?;
-    distinct(at, list, show)
-}
-
 /// Gives every choice its name, written or made from its keys.
 pub(super) fn name_all<T: ?Sized>(
     at: &Place<'_>,

@@ -145,9 +145,8 @@ impl<'a> Evaluator<'a> {
             let (brdf_at, level) = (&at(Stage::Truth), self.level(0));
             let first = evaluate(brdf_at, &level.pairs, &|| events.go_on())?;
             events.go_on()?;
-            let errors = brdf_at
-                .as_split()
-                .map(|split| TruthErrors::per_measure(&level, split, &first));
+            let split = brdf_at.as_split();
+            let errors = split.map(|split| TruthErrors::per_measure(&level, split, &first));
             events.go_on()?;
             let albedo = self.probe.as_ref().map(|p| p.evaluate(brdf_at));
             Ok::<_, Stop>((first, albedo, errors.unwrap_or_default()))
@@ -202,6 +201,7 @@ impl<'a> Evaluator<'a> {
     ) -> Result<Vec<Compared>, Stop> {
         let mut comparison = Comparison {
             judge: self,
+            schedule,
             members,
             method,
             compared: Vec::new(),
@@ -220,8 +220,8 @@ impl<'a> Evaluator<'a> {
             ..Compared::default()
         };
         comparison.compared = members.iter().map(new).collect();
-        if let (Copies::One(copy), [only]) = (&made.copies, members) {
-            comparison.examine(&**copy, only, schedule, events)?;
+        if let Copies::One(copy) = &made.copies {
+            comparison.examine(&**copy, events)?;
         }
         let go_on = || events.go_on();
         let (first, _) = self.counters.timed(Stage::Evaluate, || {
@@ -290,6 +290,7 @@ impl<'a> Evaluator<'a> {
 /// The comparison of a group with its truths.
 struct Comparison<'c> {
     judge: &'c Evaluator<'c>,
+    schedule: &'c ScheduleKey<'c>,
     members: &'c [Member<'c>],
     method: &'c Method,
     /// One for each member.
@@ -340,10 +341,8 @@ impl Comparison<'_> {
             let (values, seconds) = timed(|| made.copies.evaluate(pairs, go_on));
             let values = values?;
             parts.push((pairs.len(), seconds));
-            let whole = made.whole.as_ref();
-            let whole = whole
-                .map(|stack| stack.evaluate(pairs, go_on))
-                .transpose()?;
+            let evaluate = |stack: &MaterialBatch| stack.evaluate(pairs, go_on);
+            let whole = made.whole.as_ref().map(evaluate).transpose()?;
             let lists = values.len() + whole.as_ref().map_or(0, Vec::len);
             judge.count(Work::Evaluated, lists * pairs.len());
             let all = self.compared.par_iter_mut().enumerate();
@@ -366,19 +365,13 @@ impl Comparison<'_> {
         Ok(Spent::of_parts(&parts))
     }
 
-    /// Shows a reconstruction, and compares its moments.
-    fn examine(
-        &mut self,
-        copy: &dyn Brdf,
-        only: &Member<'_>,
-        schedule: &ScheduleKey<'_>,
-        events: &mut EventSink<'_, Row>,
-    ) -> Result<(), Stop> {
-        let (judge, compared) = (self.judge, &mut self.compared[0]);
+    /// Shows the reconstruction of the only member, and compares its moments.
+    fn examine(&mut self, copy: &dyn Brdf, events: &mut EventSink<'_, Row>) -> Result<(), Stop> {
+        let (judge, only) = (self.judge, &self.members[0]);
         if judge.plan.output.slices {
             let job = Job {
                 material: only.0,
-                schedule: *schedule,
+                schedule: *self.schedule,
                 method: self.method,
             };
             let truth = only.1.brdf.counted_at(&judge.counters, Stage::Pictures);
@@ -397,8 +390,8 @@ impl Comparison<'_> {
             let profile = profile.map_err(Error::internal)?;
             let errors = MomentErrors::between(of_truth, &profile);
             let unresolved = of_truth.unresolved() + profile.unresolved();
-            compared.moments = Some((errors, unresolved));
-            compared.moment_seconds = Some(seconds);
+            self.compared[0].moments = Some((errors, unresolved));
+            self.compared[0].moment_seconds = Some(seconds);
         }
         Ok(())
     }

@@ -199,13 +199,28 @@ impl Findings {
                     materials: materials.len(),
                     left_out,
                 };
-                let table = Table::new(&index, &bootstrap, metric, measure, materials);
+                let table = Table {
+                    errors: index.each(measure, &materials, |at| {
+                        index.mean(at, |r| metric.error(r))
+                    }),
+                    relative: index.each(measure, &materials, |at| {
+                        index.average(at, |r| metric.relative_error(r))
+                    }),
+                    readings: index.each(measure, &materials, |at| {
+                        index.mean(at, Row::counted_readings).unwrap_or(0.0)
+                    }),
+                    index: &index,
+                    bootstrap: &bootstrap,
+                    band,
+                    measure,
+                    materials,
+                };
                 let ranking = Ranking {
-                    lines: table.lines(band),
+                    lines: table.lines(),
                     scope: scope.clone(),
                 };
                 let duels = Duels {
-                    duels: table.duels(spec.factor, band),
+                    duels: table.duels(spec.factor),
                     scope: scope.clone(),
                 };
                 let kinds = [false, true].into_iter().filter(|_| truth.is_none());
@@ -239,6 +254,8 @@ fn strings(list: &[&str]) -> Vec<String> {
 struct Table<'i, 'a> {
     index: &'i Index<'a>,
     bootstrap: &'i Bootstrap,
+    /// The largest ratio of errors that counts as no difference.
+    band: f64,
     measure: usize,
     materials: Vec<usize>,
     /// By choice, allowance and position in `materials`: an error, and its standard error as a share of it.
@@ -248,31 +265,7 @@ struct Table<'i, 'a> {
     readings: Vec<Vec<Vec<f64>>>,
 }
 
-impl<'i, 'a> Table<'i, 'a> {
-    fn new(
-        index: &'i Index<'a>,
-        bootstrap: &'i Bootstrap,
-        metric: Metric,
-        measure: usize,
-        materials: Vec<usize>,
-    ) -> Self {
-        Self {
-            errors: index.each(measure, &materials, |at| {
-                index.mean(at, |r| metric.error(r))
-            }),
-            relative: index.each(measure, &materials, |at| {
-                index.average(at, |r| metric.relative_error(r))
-            }),
-            readings: index.each(measure, &materials, |at| {
-                index.mean(at, Row::counted_readings).unwrap_or(0.0)
-            }),
-            index,
-            bootstrap,
-            measure,
-            materials,
-        }
-    }
-
+impl Table<'_, '_> {
     /// Errors at all materials, if all have one.
     fn whole(&self, choice: usize, allowance: usize) -> Option<Vec<f64>> {
         let errors: Option<Vec<f64>> = self.errors[choice][allowance].iter().copied().collect();
@@ -280,31 +273,23 @@ impl<'i, 'a> Table<'i, 'a> {
     }
 
     /// Geometric mean of a number of the rows over the materials that have it.
-    fn over(
-        &self,
-        choice: usize,
-        allowance: usize,
-        of: impl Fn(&Row) -> Option<f64>,
-    ) -> Option<f64> {
-        let at = |&m: &usize| self.index.mean([self.measure, choice, allowance, m], &of);
+    fn over(&self, [c, a]: [usize; 2], of: impl Fn(&Row) -> Option<f64>) -> Option<f64> {
+        let at = |&m: &usize| self.index.mean([self.measure, c, a, m], &of);
         let values: Vec<f64> = self.materials.iter().filter_map(at).collect();
         geometric_mean(&values)
     }
 
-    fn lines(&self, band: f64) -> Vec<Line> {
-        let choices = &self.index.choices.list;
+    fn lines(&self) -> Vec<Line> {
+        let choices = self.index.choices.list.iter().enumerate();
         let allowances = self.index.allowances.list.len();
-        let mut lines: Vec<Line> = choices
-            .iter()
-            .enumerate()
-            .map(|(c, choice)| Line {
-                choice: choice.clone(),
-                cells: (0..allowances).map(|a| self.cell(c, a)).collect(),
-                order: self.order(c),
-            })
-            .collect();
+        let lines = choices.map(|(c, choice)| Line {
+            choice: choice.clone(),
+            cells: (0..allowances).map(|a| self.cell(c, a)).collect(),
+            order: self.order(c),
+        });
+        let mut lines: Vec<Line> = lines.collect();
         for a in 0..allowances {
-            self.place(&mut lines, a, band);
+            self.place(&mut lines, a);
         }
         lines
     }
@@ -342,10 +327,10 @@ impl<'i, 'a> Table<'i, 'a> {
             median: median(&errors)?,
             against_best: None,
             place: None,
-            readings: self.over(c, a, |r| Some(r.readings as f64))?,
-            seconds: self.over(c, a, Row::seconds),
+            readings: self.over([c, a], |r| Some(r.readings as f64))?,
+            seconds: self.over([c, a], Row::seconds),
             seconds_range: self.seconds_range(c, a),
-            instrument_seconds: self.over(c, a, |r| r.instrument_seconds),
+            instrument_seconds: self.over([c, a], |r| r.instrument_seconds),
         })
     }
 
@@ -377,7 +362,7 @@ impl<'i, 'a> Table<'i, 'a> {
     }
 
     /// Sets the places at an allowance, and compares every choice with the best.
-    fn place(&self, lines: &mut [Line], a: usize, band: f64) {
+    fn place(&self, lines: &mut [Line], a: usize) {
         let whole: Vec<Option<Vec<f64>>> = (0..lines.len()).map(|c| self.whole(c, a)).collect();
         let mut order: Vec<usize> = (0..lines.len()).filter(|&c| whole[c].is_some()).collect();
         let mean = |c: usize| lines[c].cells[a].map_or(f64::INFINITY, |cell| cell.mean);
@@ -388,14 +373,11 @@ impl<'i, 'a> Table<'i, 'a> {
         let Some(of_best) = &whole[best] else {
             return;
         };
-        let compared: Vec<Option<Paired>> = others
-            .iter()
-            .map(|&c| {
-                let both = whole[c].as_deref()?.iter().zip(of_best);
-                self.paired([c, best], a, both.map(|(x, y)| Some((*x, *y))), band)
-            })
-            .collect();
-        let compared = adjusted(&compared);
+        let compared = others.iter().map(|&c| {
+            let both = whole[c].as_deref()?.iter().zip(of_best);
+            self.paired([c, best], a, both.map(|(x, y)| Some((*x, *y))))
+        });
+        let compared = adjusted(&compared.collect::<Vec<_>>());
         for (i, &c) in order.iter().enumerate() {
             if let Some(cell) = &mut lines[c].cells[a] {
                 cell.place = Some(i + 1);
@@ -410,7 +392,6 @@ impl<'i, 'a> Table<'i, 'a> {
         choices: [usize; 2],
         allowance: usize,
         errors: impl Iterator<Item = Option<(f64, f64)>>,
-        band: f64,
     ) -> Option<Paired> {
         let (mut pairs, mut known) = (Vec::new(), Vec::new());
         let [a, b] = choices.map(|c| &self.relative[c][allowance]);
@@ -420,11 +401,11 @@ impl<'i, 'a> Table<'i, 'a> {
                 known.push(relative);
             }
         }
-        Some(Paired::new(&pairs, band, self.bootstrap)?.known_to(&known))
+        Some(Paired::new(&pairs, self.band, self.bootstrap)?.known_to(&known))
     }
 
     /// All pairs of choices that differ in the factor only; `b` is the earlier one.
-    fn duels(&self, factor: Factor, band: f64) -> Vec<Duel> {
+    fn duels(&self, factor: Factor) -> Vec<Duel> {
         let choices = &self.index.choices.list;
         let mut duels = Vec::new();
         for (j, b) in choices.iter().enumerate() {
@@ -435,13 +416,13 @@ impl<'i, 'a> Table<'i, 'a> {
                 }
                 let cells = (0..self.index.allowances.list.len()).map(|at| {
                     let both = (0..self.materials.len()).map(|m| self.alike([i, j], at, m));
-                    self.paired([i, j], at, both, band)
+                    self.paired([i, j], at, both)
                 });
                 duels.push(Duel {
                     a: a.clone(),
                     b: b.clone(),
                     cells: adjusted(&cells.collect::<Vec<_>>()),
-                    overall: self.overall([i, j], band),
+                    overall: self.overall([i, j]),
                 });
             }
         }
@@ -467,7 +448,7 @@ impl<'i, 'a> Table<'i, 'a> {
     }
 
     /// Compares two choices by their mean errors over all allowances, at the materials that have them.
-    fn overall(&self, choices: [usize; 2], band: f64) -> Option<Paired> {
+    fn overall(&self, choices: [usize; 2]) -> Option<Paired> {
         let allowances = self.index.allowances.list.len();
         if allowances < 2 {
             return None;
@@ -484,42 +465,35 @@ impl<'i, 'a> Table<'i, 'a> {
             Some(((geometric_mean(&a)?, geometric_mean(&b)?), (of_a, of_b)))
         });
         let (errors, known): (Vec<_>, Vec<_>) = both.unzip();
-        Some(Paired::new(&errors, band, self.bootstrap)?.known_to(&known))
+        Some(Paired::new(&errors, self.band, self.bootstrap)?.known_to(&known))
     }
 
     /// Shares of the variance, of the choices in their own coordinates or of the others.
     fn explained(&self, scope: &Scope, scattered: bool) -> Option<Explained> {
         let choices = &self.index.choices.list;
-        let mine: Vec<usize> = (0..choices.len())
-            .filter(|&c| self.index.chosen(c).is_some() == scattered)
-            .collect();
+        let is_mine = |c: &usize| self.index.chosen(*c).is_some() == scattered;
         let mut samplings = Names::new();
         let mut methods = Names::new();
         let mut coordinates = Names::new();
         let mut rows: Vec<(Vec<usize>, f64)> = Vec::new();
-        for &c in &mine {
+        for c in (0..choices.len()).filter(is_mine) {
             let choice = &choices[c];
             let sampling = samplings.place(&choice.parametrization);
-            let mut levels = vec![sampling, self.index.warp[c]];
-            let method = (
-                &choice.sample_set,
-                &choice.instrument,
-                &choice.reconstruction,
-            );
-            levels.push(methods.place(method));
+            let [set, instrument] = [&choice.sample_set, &choice.instrument];
+            let method = methods.place([set, instrument, &choice.reconstruction]);
+            let mut levels = vec![sampling, self.index.warp[c], method];
             if scattered {
                 levels.push(coordinates.place(self.index.chosen(c)));
             }
             for (a, errors) in self.errors[c].iter().enumerate() {
-                for (m, error) in errors.iter().enumerate() {
-                    let Some(error) = error else {
-                        continue;
-                    };
-                    let mut levels = levels.clone();
-                    levels.extend([a, m]);
+                let known = errors.iter().enumerate();
+                rows.extend(known.filter_map(|(m, error)| {
                     // As exact as rounding allows, see `geometric_mean`.
-                    rows.push((levels, error.max(EXACT).ln()));
-                }
+                    Some((
+                        [&*levels, &[a, m]].concat(),
+                        error.as_ref()?.max(EXACT).ln(),
+                    ))
+                }));
             }
         }
         let mut factors = vec!["parametrization", "warp", "reconstruction"];

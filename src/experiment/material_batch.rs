@@ -45,10 +45,11 @@ impl MaterialBatch {
             })
         };
         let interpolants = if method.weighs_readings() {
-            let alone = measurements
+            let alone = |m: &&Measurement| of(&[m], noise(m).as_deref());
+            measurements
                 .par_iter()
-                .map(|m| of(&[m], noise(m).as_deref()));
-            alone.collect::<Result<_, _>>()?
+                .map(alone)
+                .collect::<Result<_, _>>()?
         } else {
             vec![of(measurements, None)?]
         };
@@ -71,45 +72,35 @@ impl MaterialBatch {
     ) -> Result<Vec<Values>, Stop> {
         let mut of_materials = Vec::new();
         for interpolant in &self.interpolants {
-            of_materials.extend(self.evaluate_one(&**interpolant, pairs, go_on)?);
+            let (width, count) = (interpolant.width(), self.channels.count());
+            let materials = width / count;
+            let mut luminance = vec![Vec::with_capacity(pairs.len()); materials];
+            // Of some pairs: material after material.
+            let sorted = |values: &mut Vec<f64>, pairs: &[DirectionPair]| {
+                values.clear();
+                values.resize(pairs.len() * width, 0.0);
+                interpolant.eval_batch(pairs, values);
+                let of = |i: usize| {
+                    let all = values.chunks_exact(width);
+                    all.map(move |all| self.channels.luminance(&all[i * count..(i + 1) * count]))
+                };
+                (0..materials).flat_map(of).collect::<Vec<f64>>()
+            };
+            for pairs in pairs.chunks(SLAB) {
+                go_on()?;
+                let parts = pairs.par_chunks(BATCH).map_init(Vec::new, sorted);
+                let parts: Vec<Vec<f64>> = parts.collect();
+                let all = luminance.par_iter_mut().enumerate();
+                all.for_each(|(i, all)| {
+                    for part in &parts {
+                        let n = part.len() / materials;
+                        all.extend_from_slice(&part[i * n..(i + 1) * n]);
+                    }
+                });
+            }
+            of_materials.extend(luminance.into_iter().map(Values::from));
         }
         Ok(of_materials)
-    }
-
-    /// Luminance of the materials of one interpolant at some pairs, sr⁻¹, one list per material.
-    fn evaluate_one(
-        &self,
-        interpolant: &dyn Interpolant,
-        pairs: &[DirectionPair],
-        go_on: GoOn<'_>,
-    ) -> Result<Vec<Values>, Stop> {
-        let (width, count) = (interpolant.width(), self.channels.count());
-        let materials = width / count;
-        let mut luminance = vec![Vec::with_capacity(pairs.len()); materials];
-        // Of some pairs: material after material.
-        let sorted = |values: &mut Vec<f64>, pairs: &[DirectionPair]| {
-            values.clear();
-            values.resize(pairs.len() * width, 0.0);
-            interpolant.eval_batch(pairs, values);
-            let of = |i: usize| {
-                let all = values.chunks_exact(width);
-                all.map(move |all| self.channels.luminance(&all[i * count..(i + 1) * count]))
-            };
-            (0..materials).flat_map(of).collect::<Vec<f64>>()
-        };
-        for pairs in pairs.chunks(SLAB) {
-            go_on()?;
-            let parts = pairs.par_chunks(BATCH).map_init(Vec::new, sorted);
-            let parts: Vec<Vec<f64>> = parts.collect();
-            let all = luminance.par_iter_mut().enumerate();
-            all.for_each(|(i, all)| {
-                for part in &parts {
-                    let n = part.len() / materials;
-                    all.extend_from_slice(&part[i * n..(i + 1) * n]);
-                }
-            });
-        }
-        Ok(luminance.into_iter().map(Values::from).collect())
     }
 }
 

@@ -1,6 +1,6 @@
 //! The materials of a plan: those written out, and the MERL files of a folder.
 
-use super::checks::{Names, Place, some_distinct};
+use super::checks::{Names, Place, distinct, refuse_empty};
 use super::choices::Material;
 use super::of_readings;
 use super::source::Source;
@@ -137,7 +137,9 @@ pub(super) fn gather(
     channels: &Channels,
 ) -> Result<(Vec<Material>, Vec<String>), Error> {
     if let Some(only) = only {
-        some_distinct(&source.place("only"), only, String::clone)?;
+        let at = source.place("only");
+        refuse_empty(&at, only)?;
+        distinct(&at, only, String::clone)?;
     }
     let mut missing = only.unwrap_or_default().to_vec();
     let mut names = Names::default();

@@ -248,10 +248,10 @@ impl<'o, R> EventSink<'o, R> {
     ) -> Result<Option<Built>, Stop> {
         let (made, _) = self.counters.timed(Stage::Load, || {
             let built = Built::new(&*material.spec, channels, &self.counters);
-            let same = identity.check_unchanged();
+            let same = identity.check_unchanged().map_err(Stop::failed);
             built
                 .map_err(Stop::failed)
-                .and_then(|built| same.map(|()| built).map_err(Stop::failed))
+                .and_then(|built| same.map(|()| built))
         });
         self.read(&identity.inputs);
         self.or_failed(made, [material.name.clone()], jobs)

@@ -277,9 +277,8 @@ impl BrdfSpec for ReadingsSpec {
             format!("in a scene of luminance its luminance is the mean over its {count}")
         });
         let sentences = sentences.chain(mean).chain(choice);
-        sentences
-            .map(|sentence| format!("{file}: {sentence}"))
-            .collect()
+        let with_file = |sentence| format!("{file}: {sentence}");
+        sentences.map(with_file).collect()
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {

@@ -3,7 +3,7 @@
 //! Everything that can be refused without measuring is refused here, so that a mistake costs a
 //! second and not an hour. No table is loaded; headers and lengths of files are read.
 
-use super::checks::{Place, each_once, name_all, refuse_empty, some_distinct};
+use super::checks::{Place, distinct, each_once, name_all, refuse_empty};
 use super::choices::{
     Allowance, Coordinates, DEFAULT, Material, Method, NONE, OWN, PlannedSet, UsedIn,
 };
@@ -116,7 +116,8 @@ impl Plan {
         let source = config.source;
         let (seeds, budgets, readings) = checked_numbers(&config)?;
         let at = source.place("measures");
-        some_distinct(&at, &config.scalars.measures, |m| m.name())?;
+        refuse_empty(&at, &config.scalars.measures)?;
+        distinct(&at, &config.scalars.measures, |m| m.name())?;
         check_metrics(&config)?;
         check_output(&config)?;
         let wanted = check_quantities(&config)?;
@@ -134,14 +135,18 @@ impl Plan {
         let instruments = instruments::gather(source, config.instruments, &materials)?;
         let of_sets = source.place("sample_set");
         let sample_sets = name_all(&of_sets, config.sample_sets, |s| s.label())?;
+        let sample_sets = sample_sets.into_iter().map(|(name, set)| PlannedSet {
+            name,
+            set,
+            tuning: None,
+        });
         let of_methods = source.place("reconstruction");
         let (reconstructions, reach): (Vec<_>, Vec<Reach>) =
             config.reconstructions.into_iter().unzip();
         let reconstructions = name_all(&of_methods, reconstructions, |r| r.label())?;
-        let reconstructions: Vec<(String, Arc<dyn Reconstruct>)> = reconstructions
-            .into_iter()
-            .map(|(name, method)| (name, Arc::from(method)))
-            .collect();
+        let shared = |(name, method)| (name, Arc::from(method));
+        let reconstructions: Vec<(String, Arc<dyn Reconstruct>)> =
+            reconstructions.into_iter().map(shared).collect();
         let symmetries = each_once(materials.iter().map(|m| m.symmetry));
         let parametrizations = parametrizations(source, config.parametrizations, &symmetries)?;
         let mut plan = Self {
@@ -162,14 +167,7 @@ impl Plan {
             missing,
             unguided: parametrizations[0].unguided(),
             parametrizations,
-            sample_sets: sample_sets
-                .into_iter()
-                .map(|(name, set)| PlannedSet {
-                    name,
-                    set,
-                    tuning: None,
-                })
-                .collect(),
+            sample_sets: sample_sets.collect(),
             methods: Vec::new(),
             instruments,
             band: config.band,
@@ -367,12 +365,11 @@ impl Plan {
         named: &[reconstruct::Coordinates],
     ) -> Vec<(UsedIn, String, Arc<dyn Reconstruct>)> {
         let of_schedules = method.takes_those_of_schedules();
-        let all = self
-            .parametrizations
-            .iter()
-            .map(Coordinates::of_reconstructions);
-        let within = |c: reconstruct::Coordinates| Some((c.label(), method.within(&c)?));
-        let within: Vec<_> = all.filter_map(within).collect();
+        let within = |c: &Coordinates| {
+            let c = c.of_reconstructions();
+            Some((c.label(), method.within(&c)?))
+        };
+        let within: Vec<_> = self.parametrizations.iter().filter_map(within).collect();
         if within.is_empty() || !(of_schedules || asked) {
             let label = if of_schedules { OWN } else { DEFAULT };
             return vec![(UsedIn::All, label.into(), Arc::clone(method))];

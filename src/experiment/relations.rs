@@ -2,7 +2,7 @@
 //! predicted from moments of its slices and of the light (Zubiaga et al. 2015, §3.2 and §3.3; see
 //! [`docs::relations`](crate::docs::relations)).
 
-use super::checks::{name_all, some_distinct};
+use super::checks::{distinct, name_all, refuse_empty};
 use super::counts::{Built, Stage};
 use super::each::{Of, PerMaterial};
 use super::key::{Expected, Input, Part, RowKey, forget_paths, hash, of_part};
@@ -86,15 +86,18 @@ impl RelationsPlan {
             max_views: keys.max_views,
         };
         spec.check().map_err(|e| here.refused_key(&e))?;
-        some_distinct(&here.key("views_deg"), &keys.views_deg, f64::to_string)?;
-        for (i, &view) in keys.views_deg.iter().enumerate() {
-            let last = base.moments.spec.max_view_deg;
-            if !(view >= 0.0 && view <= last) {
-                let allowed = format!("an angle in [0, {last}], the range of [moments]");
-                return Err(here.key("views_deg").index(i).refused(view, allowed));
-            }
+        let at = here.key("views_deg");
+        refuse_empty(&at, &keys.views_deg)?;
+        distinct(&at, &keys.views_deg, f64::to_string)?;
+        let last = base.moments.spec.max_view_deg;
+        let is_outside = |view: &f64| !(0.0..=last).contains(view);
+        if let Some(i) = keys.views_deg.iter().position(is_outside) {
+            let allowed = format!("an angle in [0, {last}], the range of [moments]");
+            return Err(at.index(i).refused(keys.views_deg[i], allowed));
         }
-        some_distinct(&here.key("along"), &keys.along, |a| a.name())?;
+        let at = here.key("along");
+        refuse_empty(&at, &keys.along)?;
+        distinct(&at, &keys.along, |a| a.name())?;
         let order = base.moments.spec.order.get();
         if order < 2 {
             let allowed = "a whole number in [2, 4] in this experiment";
@@ -127,10 +130,8 @@ impl RelationsPlan {
         }
         let mut resolved = base.resolved.clone();
         resolved.remove("analysis");
-        let tables = lightings
-            .iter()
-            .map(|l| with_name(l.spec.resolved(), &l.name));
-        insert_list(&mut resolved, "lighting", tables);
+        let written = |l: &PlannedLight| with_name(l.spec.resolved(), &l.name);
+        insert_list(&mut resolved, "lighting", lightings.iter().map(written));
         resolved.insert("relations".into(), section(&keys).into());
         Ok(Self {
             base,

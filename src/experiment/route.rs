@@ -479,10 +479,8 @@ mod tests {
             }
             // The tour of a time is one of those that were tried, and the first budget tried is
             // the same for all times.
-            let schedules = &router.schedules.0;
-            let first = schedules
-                .iter()
-                .find(|((_, budget, _, _), _)| *budget == FIRST);
+            let mut schedules = router.schedules.0.iter();
+            let first = schedules.find(|((_, budget, _, _), _)| *budget == FIRST);
             let poses = first.unwrap().1.poses;
             let tours = router.tours.0.iter().filter(|(key, kept)| {
                 key.order == Order::TwoOpt && key.limits && kept.poses == poses

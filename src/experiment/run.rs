@@ -313,9 +313,8 @@ impl<'a> Runner<'a> {
             return Ok(());
         }
         let truth = self.judge.truth(brdf, &self.events);
-        member.truth = self
-            .events
-            .or_failed(truth, [material.name.clone()], jobs)?;
+        let name = [material.name.clone()];
+        member.truth = self.events.or_failed(truth, name, jobs)?;
         Ok(())
     }
 

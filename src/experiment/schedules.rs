@@ -78,9 +78,8 @@ impl Plan {
             m.coordinates == own && unit.coordinates.is_some() && same.any(|o| o.coordinates == OWN)
         };
         let all = self.methods.iter().enumerate();
-        all.filter(|(_, m)| suits(m) && !twice(m))
-            .map(|(i, _)| i)
-            .collect()
+        let suitable = all.filter(|(_, m)| suits(m) && !twice(m));
+        suitable.map(|(i, _)| i).collect()
     }
 
     /// True if a method works on schedules of a sample set in coordinates, both by position.

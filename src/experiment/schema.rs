@@ -44,19 +44,16 @@ pub(crate) fn config_schema() -> Json {
         (&[Kind::Moments], Kind::Moments),
         (&[Kind::Relations], Kind::Relations),
     ];
-    let roots: Vec<Json> = kinds
-        .into_iter()
-        .map(|(kinds, kind)| {
-            let reader = |table: &Table| read(kind, table);
-            let mut root = asked.object(&reader, &KeyPath::default(), &Table::new());
-            let names: Vec<_> = kinds.iter().map(|k| k.name()).collect();
-            root["properties"]["experiment"] = json!({ "enum": names });
-            if kind != Kind::default() {
-                root["required"] = json!(["experiment"]);
-            }
-            root
-        })
-        .collect();
+    let roots = kinds.map(|(kinds, kind)| {
+        let reader = |table: &Table| read(kind, table);
+        let mut root = asked.object(&reader, &KeyPath::default(), &Table::new());
+        let names: Vec<_> = kinds.iter().map(|k| k.name()).collect();
+        root["properties"]["experiment"] = json!({ "enum": names });
+        if kind != Kind::default() {
+            root["required"] = json!(["experiment"]);
+        }
+        root
+    });
     let mut roots = json!(roots);
     let members = asked.definitions.get("material-of-a-list");
     if let Some(member) = members.and_then(|all| all["anyOf"].as_array()?.iter().find(is_merl)) {
@@ -364,9 +361,8 @@ impl Asked {
     fn complete(&self, reader: Reader<'_>, place: &KeyPath, with: &mut Table) {
         for _ in 0..MOST_REQUIRED {
             let said = self.answer(reader, place, Value::Table(with.clone()));
-            let missing = said
-                .as_deref()
-                .and_then(|said| said.strip_prefix("missing field `"));
+            let said = said.unwrap_or_default();
+            let missing = said.strip_prefix("missing field `");
             let Some(key) = missing.and_then(|rest| rest.split('`').next()) else {
                 return;
             };

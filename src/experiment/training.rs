@@ -8,6 +8,7 @@ use super::tables::{insert_list, section, take_list};
 use super::tuning::{Memory, Tuning, suits_folding};
 use crate::brdf::Channels;
 use crate::error::Error;
+use crate::geometry::Symmetry;
 use crate::metrics::{self, Measure, MetricsSpec};
 use crate::reconstruct::Reconstruct;
 use crate::registry::{self, ReadError, Table, keys};
@@ -84,11 +85,8 @@ impl TuningTable {
             part.feed(&section(&material.symmetry).to_string());
             training.push(material);
         }
-        let suits = |m: &Material| {
-            training
-                .iter()
-                .any(|t| suits_folding(t.symmetry, m.symmetry))
-        };
+        let own: Vec<Symmetry> = training.iter().map(|t| t.symmetry).collect();
+        let suits = |m: &Material| own.iter().any(|own| suits_folding(*own, m.symmetry));
         if let Some(Material { name, .. }) = tested.iter().find(|m| !suits(m)) {
             return Err(at.problem(format_args!(
                 "has none with the symmetries of {name:?}; allowed: at least one"

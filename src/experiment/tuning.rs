@@ -143,32 +143,15 @@ impl Tuning {
         grid: Wanted,
         set: &dyn SampleSet,
         form: &Arc<dyn Parametrization>,
-        with: (&Counters, GoOn<'_>),
+        (counters, go_on): (&Counters, GoOn<'_>),
     ) -> Result<Tuned, Stop> {
         if let Some(known) = self.found().into_iter().find(|t| t.grid == grid) {
             return Ok(known);
         }
-        let tuned = self.seek(grid, set, form, with)?;
-        let found = self.memory.found.lock();
-        let mut found = found.unwrap_or_else(PoisonError::into_inner);
-        found.push(tuned.clone());
-        Ok(tuned)
-    }
-
-    fn seek(
-        &self,
-        grid: Wanted,
-        set: &dyn SampleSet,
-        form: &Arc<dyn Parametrization>,
-        (counters, go_on): (&Counters, GoOn<'_>),
-    ) -> Result<Tuned, Stop> {
-        let truths = self.truths(counters)?;
+        let suits = |t: &&Truth| suits_folding(t.symmetry, grid.symmetry);
         let mut search = Search {
             tuning: self,
-            truths: truths
-                .iter()
-                .filter(|t| suits_folding(t.symmetry, grid.symmetry))
-                .collect(),
+            truths: self.truths(counters)?.iter().filter(suits).collect(),
             set,
             form,
             budget: grid.budget,
@@ -203,14 +186,18 @@ impl Tuning {
                 step = step.sqrt();
             }
         }
-        Ok(Tuned {
+        let tuned = Tuned {
+            tried: search.known.len(),
             grid,
             ratio,
             shape,
             nrmse: least,
             nrmse_untuned: untuned,
-            tried: search.known.len(),
-        })
+        };
+        let found = self.memory.found.lock();
+        let mut found = found.unwrap_or_else(PoisonError::into_inner);
+        found.push(tuned.clone());
+        Ok(tuned)
     }
 }
 

@@ -112,14 +112,14 @@ impl Tally {
     /// The standard error of each error under a measure: of the jackknife over the replicates, which is that of
     /// their mean for an average (Efron & Stein 1981). `None` where one of them leaves nothing.
     pub fn standard_errors(&self, measure: usize) -> Errors {
-        let replicates = 0..self.replicates.len();
-        let quantiles: Option<Vec<f64>> = replicates
-            .map(|r| self.quantile(measure, Some(r)))
-            .collect();
-        self.named(
-            self.standard_errors_of_averages(measure),
-            quantiles.and_then(|values| jackknife(&values)),
-        )
+        let of_quantile = self.jackknifed(|r| self.quantile(measure, Some(r)));
+        self.named(self.standard_errors_of_averages(measure), of_quantile)
+    }
+
+    /// The standard error of a number, from those without one replicate each.
+    fn jackknifed(&self, without: impl Fn(usize) -> Option<f64>) -> Option<f64> {
+        let values = (0..self.replicates.len()).map(without);
+        jackknife(&values.collect::<Option<Vec<f64>>>()?)
     }
 
     /// True if the standard error of every average is below 1e-6 or a share `tolerance` of it (of `energy`, of all energy).
@@ -135,14 +135,9 @@ impl Tally {
     }
 
     fn standard_errors_of_averages(&self, measure: usize) -> [Option<f64>; AVERAGES] {
-        let replicates = 0..self.replicates.len();
-        let without: Vec<_> = replicates
-            .map(|r| self.averages(measure, Some(r)))
-            .collect();
-        std::array::from_fn(|k| {
-            let values: Option<Vec<f64>> = without.iter().map(|averages| averages[k]).collect();
-            values.and_then(|values| jackknife(&values))
-        })
+        let without = (0..self.replicates.len()).map(|r| self.averages(measure, Some(r)));
+        let without: Vec<_> = without.collect();
+        std::array::from_fn(|k| self.jackknifed(|r| without[r][k]))
     }
 
     /// All replicates but one.

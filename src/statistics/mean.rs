@@ -44,9 +44,8 @@ pub fn upper_quantile(values: &[f64], probability: f64) -> Option<f64> {
 pub fn median_ranks(n: usize) -> Option<[usize; 2]> {
     // As many values fall to one side of it as tosses of a coin.
     let below = Binomial::new(0.5, n as u64).ok()?;
-    let low = (0..n)
-        .take_while(|k| below.cdf(*k as u64) <= 0.025)
-        .last()?;
+    let rare = (0..n).take_while(|k| below.cdf(*k as u64) <= 0.025);
+    let low = rare.last()?;
     Some([low, n - 1 - low])
 }
 

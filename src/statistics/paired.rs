@@ -74,12 +74,11 @@ impl Paired {
             logs.iter().filter(|l| **l < -band.ln()).count(),
             logs.iter().filter(|l| **l > band.ln()).count(),
         );
+        let interval = bootstrap.mean_interval(&logs);
         Some(Self {
             n: logs.len(),
             ratio: mean(&logs)?.exp(),
-            interval: bootstrap
-                .mean_interval(&logs)
-                .map(|ends| ends.map(f64::exp)),
+            interval: interval.map(|ends| ends.map(f64::exp)),
             p: signed_rank(&logs),
             wins,
             losses,
@@ -144,10 +143,8 @@ impl Paired {
 
     /// The comparisons, read together: with p-values adjusted by [`holm`], and the verdicts that follow.
     pub fn adjusted(comparisons: &[Self]) -> Vec<Self> {
-        let p: Vec<f64> = comparisons
-            .iter()
-            .map(|c| c.p.unwrap_or(f64::NAN))
-            .collect();
+        let p = comparisons.iter().map(|c| c.p.unwrap_or(f64::NAN));
+        let p: Vec<f64> = p.collect();
         let with = |(c, p): (&Self, f64)| Self {
             p: c.p.and(Some(p)),
             ..*c

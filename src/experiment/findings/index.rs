@@ -123,14 +123,10 @@ impl<'a> Index<'a> {
     ) -> (Vec<usize>, Vec<String>) {
         let (mut kept, mut left_out) = (Vec::new(), Vec::new());
         for &m in materials {
-            let mine = self
-                .rows
-                .iter()
-                .filter(|(at, _)| at[0] == measure && at[3] == m);
-            let errors = mine
-                .flat_map(|(_, rows)| rows)
-                .filter_map(|r| metric.error(r));
-            let errors: Vec<f64> = errors.collect();
+            let is_mine = |at: &[usize; 4]| at[0] == measure && at[3] == m;
+            let mine = self.rows.iter().filter(|(at, _)| is_mine(at));
+            let mine = mine.flat_map(|(_, rows)| rows);
+            let errors: Vec<f64> = mine.filter_map(|r| metric.error(r)).collect();
             let is_empty = errors.is_empty();
             if compares(errors) {
                 kept.push(m);
@@ -153,12 +149,7 @@ impl<'a> Index<'a> {
         materials: &[usize],
         of: impl Fn([usize; 4]) -> T,
     ) -> Vec<Vec<Vec<T>>> {
-        let at = |choice, a| {
-            materials
-                .iter()
-                .map(|&m| of([measure, choice, a, m]))
-                .collect()
-        };
+        let at = |c, a| materials.iter().map(|&m| of([measure, c, a, m])).collect();
         let allowances = 0..self.allowances.list.len();
         let of_choice = |c| allowances.clone().map(|a| at(c, a)).collect();
         (0..self.choices.list.len()).map(of_choice).collect()

@@ -94,9 +94,8 @@ impl Metric {
     pub(super) fn relative_error(self, row: &Row) -> f64 {
         let standard = Errors::STANDARD_ERRORS.iter().zip(Errors::QUANTITIES);
         let mut of = standard.filter(|(_, (quantity, _))| quantity.name == self.name());
-        let standard = of
-            .next()
-            .and_then(|((standard, _), _)| row.value(standard.name));
+        let standard = of.next().map(|((standard, _), _)| standard.name);
+        let standard = standard.and_then(|name| row.value(name));
         let share = |part: Option<f64>| {
             let share = part.zip(self.error(row)).map(|(part, error)| part / error);
             share.filter(|share| share.is_finite()).unwrap_or(0.0)

@@ -220,19 +220,14 @@ impl Group {
             ends.is_some_and(|[lower, upper]| upper > lower)
         };
         let profiles: Vec<&Profile> = members.iter().filter_map(|m| m.profiles.first()).collect();
-        let energies: Vec<_> = profiles
-            .iter()
-            .map(|p| p.values(Component::ENERGY))
-            .collect();
-        let series: Vec<_> = profiles
-            .iter()
-            .zip(&energies)
-            .filter(|(_, values)| values.iter().flatten().any(|v| *v > 0.0))
-            .map(|(p, values)| EnergySeries {
-                views: &p.views,
-                values,
-            })
-            .collect();
+        let energies = profiles.iter().map(|p| p.values(Component::ENERGY));
+        let energies: Vec<_> = energies.collect();
+        let series = profiles.iter().zip(&energies).map(|(p, values)| {
+            let views = &p.views;
+            EnergySeries { views, values }
+        });
+        let shines = |series: &EnergySeries<'_>| series.values.iter().flatten().any(|v| *v > 0.0);
+        let series: Vec<_> = series.filter(shines).collect();
         let slopes: Vec<_> = first.iter().map(|f| f.slope()).collect();
         let variances: Vec<_> = first.iter().map(|f| f.average_variance()).collect();
         Self {
@@ -276,11 +271,8 @@ const QUANTITIES: [Quantity; 8] = [
 
 fn correlations(fits: &[ProfileFits], channels: usize) -> Vec<CorrelationRow> {
     let column = |channel: usize, of: fn(&ProfileFits) -> Option<f64>| -> Vec<Option<f64>> {
-        fits.iter()
-            .skip(channel)
-            .step_by(channels)
-            .map(of)
-            .collect()
+        let of_channel = fits.iter().skip(channel).step_by(channels);
+        of_channel.map(of).collect()
     };
     let row = |between, a, b, c: Correlation| CorrelationRow {
         between,
@@ -297,13 +289,9 @@ fn correlations(fits: &[ProfileFits], channels: usize) -> Vec<CorrelationRow> {
             rows.push(row("orders", a.clone(), b.clone(), matrix.rows()[i][j]));
         }
     }
-    let colours: Vec<(usize, Channel)> = fits
-        .iter()
-        .take(channels)
-        .map(|f| f.channel)
-        .enumerate()
-        .filter(|(_, c)| matches!(c, Channel::Red | Channel::Green | Channel::Blue))
-        .collect();
+    let is_colour = |c: &Channel| matches!(c, Channel::Red | Channel::Green | Channel::Blue);
+    let colours = fits.iter().map(|f| f.channel).take(channels).enumerate();
+    let colours: Vec<(usize, Channel)> = colours.filter(|(_, c)| is_colour(c)).collect();
     for (name, of) in QUANTITIES {
         for (k, &(i, a)) in colours.iter().enumerate() {
             for &(j, b) in &colours[k + 1..] {

@@ -66,11 +66,7 @@ impl Router {
     }
 
     /// How far the acquisition of a material by this key went.
-    pub(in super::super) fn course(
-        &mut self,
-        key: &ScheduleKey<'_>,
-        material: &str,
-    ) -> &mut Course {
+    pub(crate) fn course(&mut self, key: &ScheduleKey<'_>, material: &str) -> &mut Course {
         let of = (SetKey::new(key), material.to_owned(), key.seed);
         self.courses.entry(of).or_default()
     }
@@ -78,7 +74,7 @@ impl Router {
 
 /// How far an acquisition of a material went, without a machine. A larger budget goes on from there.
 #[derive(Default)]
-pub(in super::super) struct Course {
+pub(crate) struct Course {
     poses: Vec<Pose>,
     /// After each batch that was no smaller for the budget: number of poses, and wall time of choosing them, s.
     batches: Vec<(usize, f64)>,
@@ -149,10 +145,8 @@ impl Acquisition<'_> {
         let (mut asked, mut batches) = (0, Vec::new());
         let mut count_batch = |n: usize| {
             // Those of a course end whole batches.
-            let whole = self
-                .planner
-                .batch(asked, usize::MAX)
-                .map(|batch| asked + batch);
+            let batch = self.planner.batch(asked, usize::MAX);
+            let whole = batch.map(|batch| asked + batch);
             if within.is_some() && asked == 0 || whole == Some(n) {
                 batches.push((n, before + start.elapsed().as_secs_f64()));
             }
@@ -163,9 +157,8 @@ impl Acquisition<'_> {
         let poses = &taken.schedule.poses;
         if self.planner.nests() && goes_on() && poses.len() > course.poses.len() {
             let last = course.batches.last().map_or(0, |batch| batch.0);
-            course
-                .batches
-                .extend(batches.into_iter().filter(|batch| batch.0 > last));
+            let further = batches.into_iter().filter(|batch| batch.0 > last);
+            course.batches.extend(further);
             course.poses.clone_from(poses);
         }
         Ok((taken.schedule, None))
