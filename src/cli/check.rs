@@ -415,7 +415,7 @@ fn ways(plan: &Plan, description: &mut Description) -> Result<Option<Error>, Err
                     "sample_set": set.name,
                     "allowed": allowed,
                 });
-                let line = match router.find(&key) {
+                let line = match router.find(&key, false) {
                     Err(_) if set.learns() => FROM_READINGS.into(),
                     Err(e) => {
                         let line = e.to_string();

@@ -308,7 +308,7 @@ struct Maker<'a> {
 impl Maker<'_> {
     /// The schedule of a key, `None` if nothing of it is left to be visited.
     fn make(&mut self, key: &ScheduleKey<'_>) -> Result<Option<Made>, Error> {
-        let route = self.router.find(key)?;
+        let route = self.router.find(key, false)?;
         let mut made = Made {
             itinerary: route.itinerary().cloned(),
             schedule: route.schedule,

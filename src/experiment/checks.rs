@@ -1,8 +1,8 @@
 //! Places in a config, and checks of lists and names there: refuses empty lists and duplicates.
 
-use super::keypath::KeyPath;
 use super::source::Source;
 use super::tables::Named;
+use super::wording::KeyPath;
 use crate::brdf::BuildError;
 use crate::error::{Error, ParameterError, excerpt};
 use std::collections::HashSet;

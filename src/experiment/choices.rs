@@ -1,6 +1,6 @@
 //! The choices of a plan: materials, coordinates, sample sets, reconstructions, each with a name.
 
-pub use super::material::Material;
+pub use super::materials::Material;
 use super::tuning::Tuning;
 use crate::acquisition::Planner;
 use crate::error::{Error, count};

@@ -126,12 +126,8 @@ impl PlannedInstrument {
     /// # Errors
     /// As [`load`].
     pub fn load(preset_or_path: &str, order: Order) -> Result<Self, Error> {
-        let spec = load(preset_or_path)?;
-        let use_of = Use {
-            order,
-            ..Use::default()
-        };
-        Ok(Self::new(spec, use_of))
+        let usual = Use::default();
+        Ok(Self::new(load(preset_or_path)?, Use { order, ..usual }))
     }
 
     /// The instrument of a specification, under its own name.

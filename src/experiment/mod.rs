@@ -59,9 +59,9 @@ mod evaluator;
 mod findings;
 mod instruments;
 mod key;
-mod keypath;
+
 mod kind;
-mod material;
+
 mod material_batch;
 mod materials;
 pub mod moments;

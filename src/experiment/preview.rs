@@ -47,7 +47,7 @@ pub(crate) fn preview(
         seed,
         material: None,
     };
-    let route = match router.find_for(&key, true) {
+    let route = match router.find(&key, true) {
         Ok(route) => route,
         // Too few poses for a schedule, or none that the instrument can take.
         Err(Error::Config { .. } | Error::Infeasible { .. }) => return Ok(None),

@@ -130,14 +130,9 @@ impl Router {
         }
     }
 
-    /// The route of a key, or an [`Error::Infeasible`] if no schedule fits or no pose is reachable.
-    pub(crate) fn find(&mut self, key: &ScheduleKey<'_>) -> Result<Route, Error> {
-        self.find_for(key, false)
-    }
-
-    /// The route of a key; `again`: a later material asks for it too.
-    pub(super) fn find_for(&mut self, key: &ScheduleKey<'_>, again: bool) -> Result<Route, Error> {
-        match self.make(key, false, again, &|| Ok(())) {
+    /// The route of a key, or an [`Error::Infeasible`] if no schedule fits or no pose is reachable; `again`: it is asked for later.
+    pub(crate) fn find(&mut self, key: &ScheduleKey<'_>, again: bool) -> Result<Route, Error> {
+        match self.route(key, false, again, &|| Ok(())) {
             Ok(route) => Ok(route),
             Err(Stop::Failed(why)) if key.instrument.is_none() => {
                 Err(Error::config("budgets", why))
@@ -148,19 +143,9 @@ impl Router {
         }
     }
 
-    /// The route of a key, or why there is none. `again`: a later material asks for it too.
+    /// The route of a key, or why there is none. `holes`: also the tour without limits if some pose is out of reach and the
+    /// instrument asks what that costs; `again`: a later material asks for it too.
     pub(super) fn route(
-        &mut self,
-        key: &ScheduleKey<'_>,
-        again: bool,
-        go_on: GoOn<'_>,
-    ) -> Result<Route, Stop> {
-        let holes = key.instrument.is_some_and(|i| i.use_of.holes);
-        self.make(key, holes, again, go_on)
-    }
-
-    /// A route; `holes`: also its tour without limits if some pose is out of reach.
-    fn make(
         &mut self,
         key: &ScheduleKey<'_>,
         holes: bool,
@@ -203,6 +188,7 @@ impl Router {
             if within.itinerary.visits.is_empty() {
                 return Err(Stop::Failed(nothing(&within.itinerary)));
             }
+            let holes = holes && instrument.use_of.holes;
             if holes && !within.itinerary.unreachable.is_empty() {
                 whole = Some(go(false)?);
             }
@@ -417,7 +403,7 @@ mod tests {
         let mut round = || {
             let routes = plan.units().into_iter().map(|unit| {
                 let key = plan.schedule_key(&unit, plan.materials[0].symmetry);
-                let found = router.route(&key, false, &|| Ok(()));
+                let found = router.route(&key, true, false, &|| Ok(()));
                 found.unwrap_or_else(|_| panic!())
             });
             let routes: Vec<Route> = routes.collect();

@@ -353,7 +353,9 @@ impl<'a> Runner<'a> {
             return self.learn(batch);
         }
         let events = &self.events;
-        let found = self.router.route(schedule, self.again, &|| events.go_on());
+        let found = self
+            .router
+            .route(schedule, true, self.again, &|| events.go_on());
         let Some(route) = self.or_lost(found, batch)? else {
             return Ok(Vec::new());
         };

@@ -6,12 +6,12 @@
 
 use super::choices::OWN;
 use super::config::Config;
-use super::keypath::{KeyPath, Step};
+
 use super::kind::Kind;
 use super::moments;
 use super::relations;
 use super::source::Source;
-use super::wording::taken_before;
+use super::wording::{KeyPath, Step, quoted, taken_before};
 use crate::acquisition;
 use crate::formats::MERL;
 use crate::instrument;
@@ -459,9 +459,8 @@ fn missing_kind(said: &str) -> Option<(String, Vec<String>)> {
 
 /// The names of serde's `… expected one of `a`, `b``.
 fn expected(said: &str, start: &str) -> Option<Vec<String>> {
-    let list = said.strip_prefix(start)?.split_once("`, ")?.1;
-    let names = list.split('`').skip(1).step_by(2);
-    Some(names.map(str::to_owned).collect())
+    let (_, list) = said.strip_prefix(start)?.split_once("`, ")?;
+    Some(quoted(list).map(str::to_owned).collect())
 }
 
 fn split(list: &str) -> Vec<String> {

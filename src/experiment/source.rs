@@ -4,8 +4,7 @@
 //! Overrides are applied to the document before anything reads it, so that a value means the same
 //! and is refused in the same words wherever it was written.
 
-use super::keypath::KeyPath;
-use super::wording::name_key;
+use super::wording::{KeyPath, name_key};
 use crate::error::{Error, excerpt};
 use crate::files;
 use crate::registry::{ReadError, Table};

@@ -7,7 +7,7 @@
 //! minimised is the geometric mean of nrmse over the training materials.
 
 use super::counts::{Built, Counters, Stage, Work};
-use super::material::Material;
+use super::materials::Material;
 use super::stop::{GoOn, Stop};
 use crate::brdf::Channels;
 use crate::error::{Error, ParameterError};

@@ -1,7 +1,57 @@
-//! Serde's and toml's messages in the house's words: key, value, what is allowed.
+//! Places in a config, and serde's and toml's messages about them in the house's words: key, value, what is allowed.
 
-use super::keypath::{KeyPath, Step};
 use crate::error::{excerpt, meant, one_of};
+use std::fmt;
+
+/// A step from a table or array to what it holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Step {
+    /// The value of a key.
+    Key(String),
+    /// An element of an array, from 0.
+    Index(usize),
+}
+
+/// Path of a value in a config; shown as `material[2].alpha`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct KeyPath(pub(super) Vec<Step>);
+
+impl KeyPath {
+    /// The path of a key in the table at this path.
+    #[must_use]
+    pub(crate) fn key(&self, key: &str) -> Self {
+        self.then(Step::Key(key.into()))
+    }
+
+    /// The path of an element of the array at this path.
+    #[must_use]
+    pub(crate) fn index(&self, index: usize) -> Self {
+        self.then(Step::Index(index))
+    }
+
+    fn then(&self, step: Step) -> Self {
+        let mut path = self.clone();
+        path.0.push(step);
+        path
+    }
+
+    pub(super) fn starts_with(&self, other: &Self) -> bool {
+        self.0.starts_with(&other.0)
+    }
+}
+
+impl fmt::Display for KeyPath {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for (i, step) in self.0.iter().enumerate() {
+            match step {
+                Step::Key(key) if i == 0 => write!(f, "{}", excerpt(key))?,
+                Step::Key(key) => write!(f, ".{}", excerpt(key))?,
+                Step::Index(index) => write!(f, "[{index}]")?,
+            }
+        }
+        Ok(())
+    }
+}
 
 /// Keys that are read before the rest of a table of the top level, or, if `true`, of elements of a list there: its reader does
 /// not list them as allowed.
@@ -44,11 +94,7 @@ pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
         let list = message
             .split_once("`, expected ")
             .map_or("", |(_, list)| list);
-        let list = list.trim_start_matches("one of ").replace('`', "");
-        // Two names are joined so, more by commas.
-        let list = list.replace(" or ", ", ");
-        let list = list.split(", ").filter(|name| !name.is_empty());
-        let all: Vec<_> = extra.iter().copied().chain(list).collect();
+        let all: Vec<_> = extra.iter().copied().chain(quoted(list)).collect();
         if all.is_empty() {
             "none here".into()
         } else {
@@ -80,7 +126,7 @@ pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
         .strip_prefix("unknown key `")
         .and_then(|rest| rest.split_once("`, expected "))
     {
-        let names: Vec<&str> = list.split('`').skip(1).step_by(2).collect();
+        let names: Vec<&str> = quoted(list).collect();
         return format!("{path}: {message}{}", meant(key, &names));
     }
     let last_key = path.0.iter().rev().find_map(|step| match step {
@@ -95,6 +141,11 @@ pub(super) fn name_key(path: &KeyPath, found: &str, message: &str) -> String {
         None if message.contains(key) => message.to_owned(),
         None => format!("{path}: {message}"),
     }
+}
+
+/// The names of serde's `one of `a`, `b``.
+pub(super) fn quoted(list: &str) -> impl Iterator<Item = &str> {
+    list.split('`').skip(1).step_by(2)
 }
 
 /// Name of a Rust type in a config author's words.
