@@ -62,7 +62,6 @@ impl<T: ?Sized> Copy for Entry<T> {}
 pub(crate) struct Joined<T: ?Sized + 'static>(RwLock<Vec<Entry<T>>>);
 
 impl<T: ?Sized> Joined<T> {
-    /// No members.
     pub(crate) const fn new() -> Self {
         Self(RwLock::new(Vec::new()))
     }

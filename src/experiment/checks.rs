@@ -122,7 +122,6 @@ pub(super) fn distinct<T, S: Display + Eq + std::hash::Hash>(
     Ok(())
 }
 
-/// Refuses an empty list.
 pub(super) fn refuse_empty<T>(at: &Place<'_>, list: &[T]) -> Result<(), Error> {
     match list.is_empty() {
         true => Err(at.problem("= []: allowed is at least one")),

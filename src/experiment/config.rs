@@ -302,7 +302,6 @@ impl<'s> Config<'s> {
 /// The default band: a twentieth. Less is nothing to choose an acquisition by.
 const BAND: f64 = 1.05;
 
-/// Takes `band`.
 fn take_band(config: &mut Table<'_>) -> Result<f64, ReadError> {
     let Some(value) = config.get_mut().remove("band") else {
         return Ok(BAND);
@@ -431,27 +430,17 @@ pub(super) fn check_quantities(config: &Config<'_>) -> Result<bool, Error> {
 }
 
 pub(super) fn check_output(config: &Config<'_>) -> Result<(), Error> {
-    let needed = [
-        (
-            "slices",
-            config.output.slices,
-            ["draw pictures", "pictures"],
-            cfg!(feature = "pictures"),
-        ),
-        (
-            "parquet",
-            config.output.parquet,
-            ["write Parquet", "parquet"],
-            cfg!(feature = "parquet"),
-        ),
-    ];
-    for (key, is_asked, [work, feature], is_there) in needed {
-        if is_asked && !is_there {
-            let predicate = format!(
-                "= true: this build of gonio cannot {work}: it lacks the feature {feature} (cargo install --path . --features {feature})"
-            );
-            return Err(config.source.place("output").key(key).problem(predicate));
-        }
+    let lacks = |key: &str, work: &str, feature: &str| {
+        let predicate = format!(
+            "= true: this build of gonio cannot {work}: it lacks the feature {feature} (cargo install --path . --features {feature})"
+        );
+        Err(config.source.place("output").key(key).problem(predicate))
+    };
+    if config.output.slices && !cfg!(feature = "pictures") {
+        return lacks("slices", "draw pictures", "pictures");
+    }
+    if config.output.parquet && !cfg!(feature = "parquet") {
+        return lacks("parquet", "write Parquet", "parquet");
     }
     let seconds = config.output.repeat_seconds;
     if !(0.0..=MAX_REPEAT_SECONDS).contains(&seconds) {

@@ -99,7 +99,6 @@ impl Seconds {
         Stage::ALL.into_iter().map(of).collect()
     }
 
-    /// Those of a stage.
     pub(crate) fn at_stage(&self, stage: Stage) -> f64 {
         self.0[stage as usize]
     }
@@ -267,7 +266,6 @@ impl Counters {
         (result, Spent::repeated(first, self.repeat_seconds, again))
     }
 
-    /// The wall times so far.
     pub(super) fn seconds(&self) -> Seconds {
         *self.seconds.lock().unwrap_or_else(PoisonError::into_inner)
     }

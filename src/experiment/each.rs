@@ -10,7 +10,6 @@ use crate::error::Error;
 
 /// An experiment whose records are of one material each, and need no other.
 pub trait PerMaterial {
-    /// Its type of record.
     type Record: Record;
 
     /// Data that all records of one material share, made once per material.

@@ -13,8 +13,8 @@ use crate::error::{Error, ParameterError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::{
-    self, AlbedoProbe, Errors, Expected, Judged, Level, Tally, TestSet, TruthErrors, Uncovered,
-    Values, WITHIN,
+    self, AlbedoProbe, Errors, Expected, Level, Tally, TestSet, TruthErrors, Uncovered, Values,
+    WITHIN,
 };
 use crate::moments::{MomentErrors, Profile, VIEW_BANDS};
 use crate::reconstruct::{Cover, Coverage, ReconstructError, Replicated, Uncertain};
@@ -40,7 +40,6 @@ pub(super) struct Truth {
     levels: Mutex<Vec<Arc<Values>>>,
     /// Values at the pairs of the albedo probe, sr⁻¹, if albedos are compared.
     albedo: Option<Values>,
-    /// Moment profile, if moments are compared.
     profile: Option<Profile>,
 }
 
@@ -86,11 +85,9 @@ pub(super) struct Compared {
 /// The test pairs and probes that reconstructions are compared at.
 pub(super) struct Evaluator<'a> {
     plan: &'a Plan,
-    /// Test pairs of all measures.
     set: TestSet,
     /// Its levels that were asked for.
     levels: Mutex<Vec<Arc<Level>>>,
-    /// Albedo probe, if albedos are compared.
     probe: Option<AlbedoProbe>,
     counters: Counters,
 }
@@ -293,12 +290,10 @@ struct Comparison<'c> {
     schedule: &'c ScheduleKey<'c>,
     members: &'c [Member<'c>],
     method: &'c Method,
-    /// One for each member.
     compared: Vec<Compared>,
 }
 
 impl Comparison<'_> {
-    /// Reconstructs some members of a group.
     fn reconstructed(
         &self,
         which: Vec<usize>,
@@ -475,9 +470,7 @@ impl Comparison<'_> {
 
 /// Reconstructions of a group.
 enum Copies {
-    /// Reconstructions of all its materials at once.
     MaterialBatch(MaterialBatch),
-    /// Reconstruction of its only material.
     One(Box<dyn Brdf>),
 }
 
@@ -507,12 +500,8 @@ impl Compared {
         };
         to.set_all(&Errors::QUANTITIES, Some(&errors));
         for (hole, of) in &HOLES {
-            let name = |judged: &&Judged<Errors>| judged.0.name == *of;
-            let (Some((_, of)), Some(whole)) = (Errors::QUANTITIES.iter().find(name), &whole)
-            else {
-                continue;
-            };
-            to.set(hole.name, of(&errors).zip(of(whole)).map(|(e, w)| e - w));
+            let both = of(&errors).zip(whole.as_ref().and_then(of));
+            to.set(hole.name, both.map(|(e, w)| e - w));
         }
         let standard = self.tally.standard_errors(at);
         to.set_all(&Errors::STANDARD_ERRORS, Some(&standard));

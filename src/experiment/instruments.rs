@@ -23,9 +23,7 @@ pub struct InstrumentTable {
 /// Source of an instrument's specification.
 #[derive(Clone, Debug)]
 enum From {
-    /// `preset`, see `gonio list instruments`.
     Preset(String),
-    /// `file`, of the same form.
     File(PathBuf),
     /// `spec`: the same keys, in the config.
     Spec(Box<InstrumentSpec>),
@@ -84,7 +82,6 @@ impl Use {
     }
 }
 
-/// Reads an `[[instrument]]`.
 pub(super) fn table(mut table: Table<'_>) -> Result<InstrumentTable, ReadError> {
     let span = table.span();
     let name = registry::take_string(&mut table, "name")?;
@@ -178,7 +175,6 @@ impl PlannedInstrument {
         Bench::new(&self.spec, parts, self.realisation(seed))
     }
 
-    /// Every key with its value.
     pub(crate) fn resolved(&self) -> toml::Table {
         let mut table = toml::Table::new();
         match &self.preset {

@@ -107,7 +107,6 @@ pub(crate) struct Unreadable {
     source: std::io::Error,
 }
 
-/// Hashes files.
 pub(super) fn hash(paths: &[PathBuf]) -> Result<Vec<Input>, Unreadable> {
     let hash = |path: &PathBuf| {
         let (path, mut hasher) = (path.clone(), blake3::Hasher::new());

@@ -59,7 +59,6 @@ impl MaterialBatch {
         })
     }
 
-    /// Interpolants that were built.
     pub(crate) fn interpolants(&self) -> usize {
         self.interpolants.len()
     }

@@ -257,6 +257,9 @@ fn of_files(found: Vec<OfFile>) -> Result<Vec<Material>, BuildError> {
     found.into_iter().map(material).collect()
 }
 
+/// Keys of a MERL file that the files of a folder do not share.
+pub(super) const OF_ONE_FILE: [&str; 4] = ["kind", "path", "name", "symmetry"];
+
 /// The specs of a folder's files, sorted by name.
 fn files(
     source: &Source,
@@ -264,7 +267,7 @@ fn files(
     keys: Option<Table<'_>>,
 ) -> Result<Vec<Box<dyn BrdfSpec>>, Error> {
     let keys = keys.unwrap_or_else(|| Spanned::new(0..0, DeTable::new()));
-    for key in ["kind", "path", "name", "symmetry"] {
+    for key in OF_ONE_FILE {
         if keys.get_ref().contains_key(key) {
             let at = source.place("merl").key(key);
             return Err(at.error(format_args!(

@@ -257,7 +257,6 @@ impl<'o, R> EventSink<'o, R> {
         self.or_failed(made, [material.name.clone()], jobs)
     }
 
-    /// Counts files that were hashed.
     fn read<'i>(&self, inputs: impl IntoIterator<Item = &'i Input>) {
         let files = inputs.into_iter().map(|input| &*input.path);
         self.counters.read(files);

@@ -39,7 +39,6 @@ pub(super) const ENTRY: Entry<dyn BrdfSpec> = Entry {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {
-    /// The readings.
     file: PathBuf,
     /// Name of the coordinates, in which readings that say none are interpolated.
     parametrization: Option<String>,
@@ -141,7 +140,6 @@ impl ReadingsSpec {
         Ok(readings)
     }
 
-    /// The readings of the file.
     fn readings(&self) -> Result<Readings, BuildError> {
         load_readings(&self.keys.file, &self.assume()).map_err(|e| match e {
             Error::Data {

@@ -53,7 +53,6 @@ impl PictureSpec {
         self.lighting.check().map_err(|e| at.not_built(e))
     }
 
-    /// Every key with its value.
     pub(crate) fn resolved(&self) -> toml::Table {
         let mut table = section(self);
         table.insert("lighting".into(), self.lighting.resolved().into());

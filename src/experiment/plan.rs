@@ -32,6 +32,9 @@ use std::sync::Arc;
 /// Configurations of the smallest schedule that is tried out; if it works, every larger budget does.
 const PROBE_BUDGET: usize = 64;
 
+/// A reconstruction with its name, and where it is used.
+type Reconstruction = (String, Arc<dyn Reconstruct>, Reach);
+
 /// An experiment that can be run.
 pub struct Plan {
     /// Kind of the experiment: its defaults and the tables it prints.
@@ -144,9 +147,9 @@ impl Plan {
         let (reconstructions, reach): (Vec<_>, Vec<Reach>) =
             config.reconstructions.into_iter().unzip();
         let reconstructions = name_all(&of_methods, reconstructions, |r| r.label())?;
-        let shared = |(name, method)| (name, Arc::from(method));
-        let reconstructions: Vec<(String, Arc<dyn Reconstruct>)> =
-            reconstructions.into_iter().map(shared).collect();
+        let with_reach = |((name, method), reach)| (name, Arc::from(method), reach);
+        let reconstructions = reconstructions.into_iter().zip(reach).map(with_reach);
+        let reconstructions: Vec<Reconstruction> = reconstructions.collect();
         let symmetries = each_once(materials.iter().map(|m| m.symmetry));
         let parametrizations = parametrizations(source, config.parametrizations, &symmetries)?;
         let mut plan = Self {
@@ -177,20 +180,20 @@ impl Plan {
             resolved: toml::Table::new(),
         };
         plan.check_sample_sets(source)?;
-        let first = reconstructions.first().map(|(_, method)| method);
+        let first = reconstructions.first().map(|(_, method, _)| method);
         plan.tune(source, config.tuning, first)?;
         plan.check_coordinates(source, &config.coordinates)?;
-        plan.resolved = plan.resolved(written, &reconstructions, &reach, &config.coordinates);
-        for (i, (name, method)) in reconstructions.iter().enumerate() {
+        plan.resolved = plan.resolved(written, &reconstructions, &config.coordinates);
+        for (i, reconstruction) in reconstructions.iter().enumerate() {
             let at = of_methods.index(i);
-            let methods = plan.methods(&at, name, method, &reach[i], &config.coordinates)?;
+            let methods = plan.methods(&at, reconstruction, &config.coordinates)?;
             plan.methods.extend(methods);
         }
         plan.check_report(source)?;
         let sets = plan.sample_sets.iter().enumerate();
         let sets = sets.map(|(i, set)| (of_sets.index(i), set.set.prior()));
         let methods = reconstructions.iter().enumerate();
-        let methods = methods.map(|(i, (_, method))| (of_methods.index(i), method.prior()));
+        let methods = methods.map(|(i, (_, method, _))| (of_methods.index(i), method.prior()));
         priors::check(&plan.materials, sets.chain(methods))?;
         Ok(plan)
     }
@@ -316,15 +319,13 @@ impl Plan {
     fn methods(
         &self,
         at: &Place<'_>,
-        name: &str,
-        method: &Arc<dyn Reconstruct>,
-        reach: &Reach,
+        (name, method, reach): &Reconstruction,
         coordinates: &[reconstruct::Coordinates],
     ) -> Result<Vec<Method>, Error> {
         method.check().map_err(|e| at.key(&e.key).error(e))?;
         let on = self.on(&at.key("on"), reach)?;
         let used = |used_in, coordinates: String, method: &Arc<dyn Reconstruct>| Method {
-            name: name.to_owned(),
+            name: name.clone(),
             coordinates,
             method: Arc::clone(method),
             up_to: reach.up_to.map(|n| n.unsigned_abs() as usize),
@@ -436,8 +437,7 @@ impl Plan {
     fn resolved(
         &self,
         written: (toml::Table, usize),
-        reconstructions: &[(String, Arc<dyn Reconstruct>)],
-        reach: &[Reach],
+        reconstructions: &[Reconstruction],
         coordinates: &[reconstruct::Coordinates],
     ) -> toml::Table {
         let (mut table, materials) = written;
@@ -447,8 +447,7 @@ impl Plan {
         let sets = self.sample_sets.iter();
         let sets = sets.map(|s| with_name(s.set.resolved(), &s.name));
         insert_list(&mut table, "sample_set", sets);
-        let methods = reconstructions.iter().zip(reach);
-        let methods = methods.map(|((name, method), reach)| {
+        let methods = reconstructions.iter().map(|(name, method, reach)| {
             let mut keys = with_name(method.resolved(), name);
             keys.extend(section(reach));
             keys

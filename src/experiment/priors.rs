@@ -19,10 +19,7 @@ pub(super) fn check<'a>(
     priors: impl Iterator<Item = (Place<'a>, Option<&'a PriorFile>)>,
 ) -> Result<(), Error> {
     let mut contents = Vec::new();
-    for (place, prior) in priors {
-        let Some(prior) = prior else {
-            continue;
-        };
+    for (place, prior) in priors.filter_map(|(place, prior)| Some((place, prior?))) {
         let at = place.key("prior");
         let known = prior.load();
         let known = known.map_err(|e| at.error(format!("{place}.{e}")))?;

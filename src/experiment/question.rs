@@ -102,10 +102,9 @@ impl ReportSpec {
             ("reference", &self.reference),
             ("challenger", &self.challenger),
         ] {
-            let Some(name) = name else {
-                continue;
-            };
-            if !levels.contains(&name.as_str()) {
+            if let Some(name) = name
+                && !levels.contains(&name.as_str())
+            {
                 let allowed = format!(
                     "a {} of this config: {}",
                     self.factor.name(),

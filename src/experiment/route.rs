@@ -93,7 +93,6 @@ impl SetKey {
 /// Everything that determines order and times of visits, as the errors of a single machine do not.
 #[derive(PartialEq, Eq, Hash)]
 struct TourKey {
-    /// Hash of the poses.
     poses: blake3::Hash,
     /// Position of the specification in `Router::specs`.
     spec: usize,

@@ -4,7 +4,7 @@ use super::choices::{Allowance, Choice};
 use super::key::RowKey;
 use super::record::Record;
 use crate::metrics::{
-    AlbedoProbe, Errors, Expected, Judged, Quantity, TruthErrors, Uncovered, WITHIN,
+    AlbedoProbe, Errors, Expected, Judged, Quantity, TruthErrors, Uncovered, WITHIN, quantities,
 };
 use crate::moments::MomentErrors;
 use serde::ser::SerializeMap;
@@ -135,19 +135,11 @@ row! {
 }
 
 /// Parts of errors that unreachable poses cause: the error less that on the same instrument without limits.
-pub(super) const HOLES: [(Quantity, &str); 2] = [
-    (
-        Quantity::real(
-            "hole_nrmse",
-            "nrmse less that of the same schedule on the same instrument without limits; 0 if every pose is reachable, empty if it was not asked for",
-        ),
-        "nrmse",
-    ),
-    (
-        Quantity::real("hole_log_relative", "the same of log_relative"),
-        "log_relative",
-    ),
-];
+pub(super) const HOLES: [Judged<Errors>; 2] = quantities! {
+    "hole_nrmse": nrmse,
+        "nrmse less that of the same schedule on the same instrument without limits; 0 if every pose is reachable, empty if it was not asked for";
+    "hole_log_relative": log_relative, "the same of log_relative";
+};
 
 /// Every number a reconstruction is judged by, in the order of columns.
 pub fn quantities() -> &'static [Quantity] {

@@ -58,7 +58,6 @@ impl Plan {
         units
     }
 
-    /// The coordinates of a schedule.
     pub(crate) fn coordinates_of(&self, unit: &Unit) -> &Coordinates {
         unit.coordinates
             .map_or(&self.unguided, |i| &self.parametrizations[i])
@@ -263,7 +262,6 @@ impl Share {
     }
 }
 
-/// Name of an instrument in rows.
 pub(super) fn name_of(instrument: Option<&PlannedInstrument>) -> &str {
     instrument.map_or(IDEAL, |i| i.name.as_str())
 }

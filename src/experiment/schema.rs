@@ -8,6 +8,7 @@ use super::choices::OWN;
 use super::config::Config;
 
 use super::kind::Kind;
+use super::materials::OF_ONE_FILE;
 use super::moments;
 use super::relations;
 use super::source::Source;
@@ -36,17 +37,16 @@ const MOST_REQUIRED: usize = 24;
 /// Deepest nesting that is described; what families nest is described once.
 const DEEPEST: usize = 12;
 
-/// Schema of configs.
 pub(crate) fn config_schema() -> Json {
-    let mut asked = Asked::default();
+    let mut asked = Asked::of(instrument_keys);
     let kinds = [
         (&[Kind::Acquisition, Kind::Study][..], Kind::Acquisition),
         (&[Kind::Moments], Kind::Moments),
         (&[Kind::Relations], Kind::Relations),
     ];
     let roots = kinds.map(|(kinds, kind)| {
-        let reader = |table: &Table| read(kind, table);
-        let mut root = asked.object(&reader, &KeyPath::default(), &Table::new());
+        asked.reader = Box::new(move |table| read(kind, table));
+        let mut root = asked.object(&KeyPath::default(), &Table::new());
         let names: Vec<_> = kinds.iter().map(|k| k.name()).collect();
         root["properties"]["experiment"] = json!({ "enum": names });
         if kind != Kind::default() {
@@ -61,8 +61,7 @@ pub(crate) fn config_schema() -> Json {
         let mut shared = member.clone();
         shared["required"] = json!([]);
         if let Some(properties) = shared["properties"].as_object_mut() {
-            properties
-                .retain(|key, _| !["kind", "path", "name", "symmetry"].contains(&key.as_str()));
+            properties.retain(|key, _| !OF_ONE_FILE.contains(&key.as_str()));
         }
         for root in roots.as_array_mut().into_iter().flatten() {
             root["properties"]["merl"] = shared.clone();
@@ -75,10 +74,9 @@ fn is_merl(member: &&Json) -> bool {
     member["properties"]["kind"]["const"] == MERL.name
 }
 
-/// Schema of instrument files.
 pub(crate) fn instrument_schema() -> Json {
-    let mut asked = Asked::default();
-    let root = asked.instrument();
+    let mut asked = Asked::of(instrument_keys);
+    let root = asked.object(&KeyPath::default(), &Table::new());
     asked.finish("gonio instrument", root)
 }
 
@@ -102,8 +100,9 @@ fn read(kind: Kind, table: &Table) -> Result<(), ReadError> {
     }
 }
 
-/// Asks whether a document can be read.
-type Reader<'r> = &'r dyn Fn(&Table) -> Result<(), ReadError>;
+fn instrument_keys(table: &Table) -> Result<(), ReadError> {
+    instrument::read(&table.to_string()).map(drop)
+}
 
 /// A document with nothing but a value at a place, in tables that have all they need, which in lists are the first.
 fn holding(place: &KeyPath, mut value: Value, around: &[(usize, Table)]) -> Table {
@@ -124,9 +123,10 @@ fn holding(place: &KeyPath, mut value: Value, around: &[(usize, Table)]) -> Tabl
     }
 }
 
-/// What was found out.
-#[derive(Default)]
+/// Who is asked, and what was found out.
 struct Asked {
+    /// Reads a document, if it can be read.
+    reader: Box<dyn Fn(&Table) -> Result<(), ReadError>>,
     /// Families by name.
     definitions: BTreeMap<String, Json>,
     /// What the tables around the place must have to be read, by depth.
@@ -134,15 +134,20 @@ struct Asked {
 }
 
 impl Asked {
-    /// An instrument file.
+    fn of(reader: fn(&Table) -> Result<(), ReadError>) -> Self {
+        Self {
+            reader: Box::new(reader),
+            definitions: BTreeMap::new(),
+            around: Vec::new(),
+        }
+    }
+
+    /// An instrument file within a config.
     fn instrument(&mut self) -> Json {
-        let reader = |table: &Table| {
-            let text = table.to_string();
-            instrument::read(&text).map(drop)
-        };
-        let around = std::mem::take(&mut self.around);
-        let made = self.object(&reader, &KeyPath::default(), &Table::new());
-        self.around = around;
+        let mut asked = Self::of(instrument_keys);
+        std::mem::swap(&mut asked.definitions, &mut self.definitions);
+        let made = asked.object(&KeyPath::default(), &Table::new());
+        self.definitions = asked.definitions;
         made
     }
 
@@ -154,13 +159,13 @@ impl Asked {
     }
 
     /// The reader's answer to a value at a place.
-    fn answer(&self, reader: Reader<'_>, place: &KeyPath, value: Value) -> Option<String> {
+    fn answer(&self, place: &KeyPath, value: Value) -> Option<String> {
         let document = holding(place, value, &self.around);
-        reader(&document).err().map(|e| e.message)
+        (self.reader)(&document).err().map(|e| e.message)
     }
 
     /// The values that may stand at a place.
-    fn value(&mut self, reader: Reader<'_>, place: &KeyPath) -> Json {
+    fn value(&mut self, place: &KeyPath) -> Json {
         if place.0.len() > DEEPEST {
             return json!({});
         }
@@ -172,7 +177,7 @@ impl Asked {
             ("array", Value::Array(Vec::new())),
             ("object", Value::Table(Table::new())),
         ];
-        let probes = probes.map(|(name, probe)| (name, self.answer(reader, place, probe)));
+        let probes = probes.map(|(name, probe)| (name, self.answer(place, probe)));
         let is_taken = |said: &Option<String>| !said.as_deref().is_some_and(refuses_type);
         let taken: Vec<_> = probes.iter().filter(|(_, said)| is_taken(said)).collect();
         if taken.is_empty() || taken.len() == probes.len() {
@@ -185,24 +190,24 @@ impl Asked {
                 "integer" if taken.iter().any(|(other, _)| *other == "number") => continue,
                 "string" => match expected(said, "unknown variant `") {
                     Some(mut names) => {
-                        names.retain(|name| !self.holds_more(reader, place, name));
+                        names.retain(|name| !self.holds_more(place, name));
                         json!({ "enum": names })
                     }
                     None => json!({ "type": "string" }),
                 },
                 "array" => {
-                    let items = self.value(reader, &place.index(0));
+                    let items = self.value(&place.index(0));
                     json!({ "type": "array", "items": items })
                 }
                 "object" if said.starts_with(ONE_OF_A_CHOICE) => {
-                    match self.choice(reader, place, &probes) {
+                    match self.choice(place, &probes) {
                         Some(choice) => choice,
                         None => continue,
                     }
                 }
                 "object" => match missing_kind(said) {
-                    Some((family, kinds)) => self.family(reader, place, &family, &kinds),
-                    None => self.object(reader, place, &Table::new()),
+                    Some((family, kinds)) => self.family(place, &family, &kinds),
+                    None => self.object(place, &Table::new()),
                 },
                 name => json!({ "type": name }),
             });
@@ -214,24 +219,19 @@ impl Asked {
     }
 
     /// True of a name of a choice that cannot stand alone.
-    fn holds_more(&self, reader: Reader<'_>, place: &KeyPath, name: &str) -> bool {
-        let said = self.answer(reader, place, name.into());
+    fn holds_more(&self, place: &KeyPath, name: &str) -> bool {
+        let said = self.answer(place, name.into());
         said.is_some_and(|said| said.starts_with("invalid type: unit variant"))
     }
 
     /// The names of a choice that cannot stand alone, each as the key of what it holds.
-    fn choice(
-        &mut self,
-        reader: Reader<'_>,
-        place: &KeyPath,
-        said: &[(&str, Option<String>)],
-    ) -> Option<Json> {
+    fn choice(&mut self, place: &KeyPath, said: &[(&str, Option<String>)]) -> Option<Json> {
         let mut names = said.iter().filter_map(|(_, said)| said.as_deref());
         let mut names = names.find_map(|said| expected(said, "unknown variant `"))?;
-        names.retain(|name| self.holds_more(reader, place, name));
+        names.retain(|name| self.holds_more(place, name));
         let held = names.into_iter().map(|name| {
             let place = place.key(&name);
-            (name, self.value(reader, &place))
+            (name, self.value(&place))
         });
         let held: Map<String, Json> = held.collect();
         (!held.is_empty()).then(|| {
@@ -245,13 +245,7 @@ impl Asked {
     }
 
     /// A table whose `kind` names a member of a family; the same everywhere but for the keys that its place adds.
-    fn family(
-        &mut self,
-        reader: Reader<'_>,
-        place: &KeyPath,
-        family: &str,
-        kinds: &[String],
-    ) -> Json {
+    fn family(&mut self, place: &KeyPath, family: &str, kinds: &[String]) -> Json {
         let mut name = family.replace(' ', "-");
         if !added(place).is_empty() {
             name += "-of-a-list";
@@ -265,7 +259,7 @@ impl Asked {
         let members = kinds.iter().map(|kind| {
             let (summary, mut with) = about(family, kind);
             with.insert("kind".into(), kind.as_str().into());
-            let mut member = self.object(reader, place, &with);
+            let mut member = self.object(place, &with);
             member["properties"]["kind"] = json!({ "const": kind });
             member["required"] = json!(["kind"]);
             member["description"] = summary.into();
@@ -277,33 +271,31 @@ impl Asked {
     }
 
     /// A table; `with` are keys that it needs to be read at all.
-    fn object(&mut self, reader: Reader<'_>, place: &KeyPath, with: &Table) -> Json {
+    fn object(&mut self, place: &KeyPath, with: &Table) -> Json {
         let mut with = with.clone();
         if place.to_string() == "instrument[0]" {
             with.insert("preset".into(), NOBODY.into());
         }
         let mut strange = with.clone();
         strange.insert(NOBODY.into(), 0.into());
-        let said = self.answer(reader, place, Value::Table(strange));
+        let said = self.answer(place, Value::Table(strange));
         let said = said.unwrap_or_default();
         let known = expected(&said, "unknown field `")
             .or_else(|| expected(&said, "unknown key `"))
             .or_else(|| Some(split(said.split_once("unknown key ?; allowed: ")?.1)));
-        let kinds = self.kinds_left_out(reader, place, &with);
+        let kinds = self.kinds_left_out(place, &with);
         self.around.push((place.0.len(), with));
         let made = match known {
             None if said.is_empty() || refuses_type(&said) => {
                 // Keys of the author's own, e.g. symbols of axes.
-                let of_any = self.value(reader, &place.key("x"));
+                let of_any = self.value(&place.key("x"));
                 json!({ "type": "object", "additionalProperties": of_any })
             }
             None => json!({ "type": "object" }),
             Some(mut keys) => {
-                for key in added(place) {
-                    if !keys.iter().any(|k| k == key) {
-                        keys.push((*key).into());
-                    }
-                }
+                let added = added(place).iter().map(|key| (*key).to_owned());
+                let added: Vec<String> = added.filter(|key| !keys.contains(key)).collect();
+                keys.extend(added);
                 let table = place;
                 let properties = keys.into_iter().map(|key| {
                     let place = table.key(&key);
@@ -315,7 +307,7 @@ impl Asked {
                         }
                         // It is there only without a preset.
                         "instrument[0].spec" => self.instrument(),
-                        _ => self.member(reader, table, &place),
+                        _ => self.member(table, &place),
                     };
                     (key, value)
                 });
@@ -330,7 +322,7 @@ impl Asked {
         self.around.pop();
         match kinds {
             Some((family, kinds)) => {
-                let members = self.family(reader, place, &family, &kinds);
+                let members = self.family(place, &family, &kinds);
                 json!({ "anyOf": [made, members] })
             }
             None => made,
@@ -338,9 +330,9 @@ impl Asked {
     }
 
     /// The values that a key of a table may have; some are looked at only when the table has the others that it needs.
-    fn member(&mut self, reader: Reader<'_>, table: &KeyPath, place: &KeyPath) -> Json {
-        let found = self.value(reader, place);
-        let said = self.answer(reader, place, Value::Table(Table::new()));
+    fn member(&mut self, table: &KeyPath, place: &KeyPath) -> Json {
+        let found = self.value(place);
+        let said = self.answer(place, Value::Table(Table::new()));
         let is_open = found == json!({}) || found == json!({ "type": "object" });
         if !is_open || !said.is_some_and(|said| said.starts_with("missing field `")) {
             return found;
@@ -348,23 +340,22 @@ impl Asked {
         let Some((depth, before)) = self.around.pop() else {
             return found;
         };
-        let mut fuller = before.clone();
-        self.complete(reader, table, &mut fuller);
-        self.around.push((depth, fuller));
-        let found = self.value(reader, place);
+        self.around
+            .push((depth, self.completed(table, before.clone())));
+        let found = self.value(place);
         self.around.pop();
         self.around.push((depth, before));
         found
     }
 
-    /// Gives a table the keys that it cannot be read without, as far as any value will do.
-    fn complete(&self, reader: Reader<'_>, place: &KeyPath, with: &mut Table) {
+    /// A table with the keys that it cannot be read without, as far as any value will do.
+    fn completed(&self, place: &KeyPath, mut with: Table) -> Table {
         for _ in 0..MOST_REQUIRED {
-            let said = self.answer(reader, place, Value::Table(with.clone()));
+            let said = self.answer(place, Value::Table(with.clone()));
             let said = said.unwrap_or_default();
             let missing = said.strip_prefix("missing field `");
             let Some(key) = missing.and_then(|rest| rest.split('`').next()) else {
-                return;
+                break;
             };
             let values: [Value; 4] = [
                 1.into(),
@@ -375,33 +366,28 @@ impl Asked {
             let fitting = values.into_iter().find(|value| {
                 let mut table = with.clone();
                 table.insert(key.to_owned(), value.clone());
-                let said = self.answer(reader, place, Value::Table(table));
+                let said = self.answer(place, Value::Table(table));
                 !said.as_deref().is_some_and(refuses_type)
             });
             let Some(value) = fitting else {
-                return;
+                break;
             };
             with.insert(key.to_owned(), value);
         }
+        with
     }
 
     /// Family and kinds of a table that is read without a kind, but may have one.
-    fn kinds_left_out(
-        &self,
-        reader: Reader<'_>,
-        place: &KeyPath,
-        with: &Table,
-    ) -> Option<(String, Vec<String>)> {
+    fn kinds_left_out(&self, place: &KeyPath, with: &Table) -> Option<(String, Vec<String>)> {
         if with.contains_key("kind") {
             return None;
         }
         let mut strange = with.clone();
         strange.insert("kind".into(), NOBODY.into());
-        let said = self.answer(reader, place, Value::Table(strange))?;
+        let said = self.answer(place, Value::Table(strange))?;
         let (family, kinds) = said.split_once("; allowed: ")?;
-        let (_, family) = family
-            .strip_prefix(&format!("kind = {NOBODY:?} is not a"))?
-            .split_once(' ')?;
+        let refused = format!("kind = {NOBODY:?} is not a");
+        let (_, family) = family.strip_prefix(&refused)?.split_once(' ')?;
         Some((family.into(), split(kinds)))
     }
 }
@@ -451,9 +437,8 @@ fn refuses_type(said: &str) -> bool {
 
 /// Family and kinds of a table without a kind.
 fn missing_kind(said: &str) -> Option<(String, Vec<String>)> {
-    let (family, kinds) = said
-        .strip_prefix("kind is missing from the ")?
-        .split_once("; allowed: ")?;
+    let missing = said.strip_prefix("kind is missing from the ")?;
+    let (family, kinds) = missing.split_once("; allowed: ")?;
     Some((family.into(), split(kinds)))
 }
 

@@ -13,7 +13,7 @@ use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-use toml_edit::{DocumentMut, Item, Key, TomlError, Value};
+use toml_edit::{DocumentMut, Item, Key, Value};
 
 /// Every member of an array, in a key.
 const ALL: &str = "all";
@@ -89,27 +89,21 @@ impl Source {
                 "has no `=`; allowed: key=value, e.g. metrics.pairs=1000".into(),
             ));
         };
-        let keys = match Key::parse(key.trim()) {
-            Ok(keys) => keys,
-            Err(_) => {
-                let key = excerpt(key);
-                return Err(refuse(format!(
-                    "`{key}` is no key; allowed: names and array positions joined by dots, e.g. \
-                     material.0.alpha"
-                )));
-            }
+        let Ok(keys) = Key::parse(key.trim()) else {
+            let key = excerpt(key);
+            return Err(refuse(format!(
+                "`{key}` is no key; allowed: names and array positions joined by dots, e.g. material.0.alpha"
+            )));
         };
         let value = value.trim();
         let value = value.parse().unwrap_or_else(|_| Value::from(value));
-        let mut document: DocumentMut = self
-            .text
-            .parse()
-            // Numbers that no type holds are refused here alone.
-            .map_err(|e: TomlError| {
-                let start = e.span().map_or(0, |span| span.start);
-                let message = e.message().lines().collect::<Vec<_>>().join(", ");
-                Error::config(self.line(&self.text, start), message)
-            })?;
+        let parsed = self.text.parse::<DocumentMut>();
+        // Numbers that no type holds are refused here alone.
+        let mut document = parsed.map_err(|e| {
+            let start = e.span().map_or(0, |span| span.start);
+            let message = e.message().lines().collect::<Vec<_>>().join(", ");
+            Error::config(self.line(&self.text, start), message)
+        })?;
         let each = members(document.as_item(), keys);
         if each.is_empty() {
             let key = excerpt(key);

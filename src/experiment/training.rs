@@ -33,7 +33,6 @@ pub struct TuningTable {
 }
 
 impl TuningTable {
-    /// Takes `tuning` out of a config.
     pub(super) fn take(config: &mut Table<'_>) -> Result<Option<Self>, ReadError> {
         registry::take(config, "tuning", |mut table| {
             let materials = take_list(&mut table, "materials", material)?;

@@ -201,7 +201,6 @@ impl Tuning {
     }
 }
 
-/// One tuning under way.
 struct Search<'a> {
     tuning: &'a Tuning,
     truths: Vec<&'a Truth>,

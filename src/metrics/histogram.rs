@@ -20,7 +20,6 @@ impl Histogram {
     /// The last step, of about 1e15, with what is larger.
     const LARGEST: u64 = 0x430c_6bf5_2634_0000 >> Self::SHIFT;
 
-    /// Without a weight.
     pub(crate) fn new(columns: usize) -> Self {
         Self {
             columns,

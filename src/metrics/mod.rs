@@ -38,6 +38,7 @@ pub use errors::Errors;
 pub use expected::Expected;
 pub(crate) use of_truth::TruthErrors;
 pub use pairs::{Measure, MetricsSpec, test_pairs};
+pub(crate) use quantity::quantities;
 pub use quantity::{Judged, Quantity};
 pub(crate) use tally::jackknife;
 pub use tally::{Replicate, Tally, compare, compare_weighted};

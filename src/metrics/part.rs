@@ -30,7 +30,6 @@ pub(super) const MIXTURE: [Part; 17] = [
     Part::Uniform,
 ];
 
-/// A part of the mixture.
 #[derive(Clone, Copy)]
 pub(super) enum Part {
     Cosine,

@@ -23,7 +23,6 @@ macro_rules! quantities {
 pub(crate) use quantities;
 
 impl Quantity {
-    /// A real number.
     pub(crate) const fn real(name: &'static str, summary: &'static str) -> Self {
         Self {
             name,
@@ -32,7 +31,6 @@ impl Quantity {
         }
     }
 
-    /// A whole number.
     pub(crate) const fn count(name: &'static str, summary: &'static str) -> Self {
         Self {
             name,

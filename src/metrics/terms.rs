@@ -94,7 +94,6 @@ pub(super) struct Block {
 }
 
 impl Block {
-    /// Without a pair.
     #[inline(always)]
     pub(crate) fn new() -> Self {
         let none = [0.0; BLOCK];

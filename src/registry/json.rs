@@ -49,13 +49,11 @@ pub fn parse<S: DeserializeOwned>(table: Table<'_>) -> Result<S, ReadError> {
     Ok(S::deserialize(Value::Object(table.keys))?)
 }
 
-/// The table of a text.
 pub(super) fn table(text: &str) -> Result<Table<'_>, ReadError> {
     let keys: Keys = serde_json::from_str(text)?;
     Ok(Table::from(keys))
 }
 
-/// The text of a table.
 pub(super) fn written(keys: Keys) -> String {
     Value::Object(keys).to_string()
 }

@@ -29,12 +29,10 @@ pub fn parse<S: DeserializeOwned>(table: Table<'_>) -> Result<S, ReadError> {
     Ok(S::deserialize(toml::de::Deserializer::from(table))?)
 }
 
-/// The table of a text.
 pub(super) fn table(text: &str) -> Result<Table<'_>, ReadError> {
     Ok(DeTable::parse(text)?)
 }
 
-/// The text of a table.
 pub(super) fn written(keys: Keys) -> String {
     keys.to_string()
 }

@@ -130,7 +130,6 @@ impl Squares {
 
 /// The levels of every row, counted from 0 without gaps.
 struct Levels {
-    /// Levels of each factor.
     counts: Vec<usize>,
     /// Levels, row after row.
     places: Vec<usize>,
@@ -157,7 +156,6 @@ impl Levels {
         }
     }
 
-    /// The levels of a row.
     fn row(&self, row: usize) -> &[usize] {
         let factors = self.counts.len();
         &self.places[row * factors..(row + 1) * factors]

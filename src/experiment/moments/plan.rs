@@ -267,7 +267,6 @@ impl MomentsTable {
         })
     }
 
-    /// Checks every key.
     pub(in crate::experiment) fn check(&self, source: &Source) -> Result<(), Error> {
         let at = source.place("moments");
         self.spec.check().map_err(|e| at.refused_key(&e))?;
@@ -275,7 +274,6 @@ impl MomentsTable {
         checked.map_err(|e| at.key("estimator").refused_key(&e))
     }
 
-    /// Every key with its value.
     pub(in crate::experiment) fn resolved(&self) -> toml::Table {
         let mut table = section(&self.spec);
         table.insert("estimator".into(), self.estimator.resolved().into());

@@ -52,7 +52,6 @@ impl Record for MaterialProfiles {
     }
 }
 
-/// Label of a record.
 const LABEL: &str = "profiles";
 
 impl MaterialProfiles {
