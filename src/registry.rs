@@ -113,11 +113,9 @@ impl ReadError {
 pub fn read<T: ?Sized>(
     what: &str,
     family: &[Entry<T>],
-    mut table: Table<'_>,
+    table: Table<'_>,
 ) -> Result<Box<T>, ReadError> {
-    let kinds: Vec<_> = family.iter().map(|e| e.kind).collect();
-    let index = take_kind(what, &kinds, &mut table)?;
-    (family[index].read)(table)
+    read_of_two(what, family, |member| member, &[], table)
 }
 
 /// Reads the member of one family or another that the table's `kind` names, of the first as one of the second.

@@ -58,10 +58,9 @@ impl Coordinates {
 
     /// Name with warps, for lists: `half-difference theta_h:square-root`.
     pub(crate) fn label(&self) -> String {
-        if self.warp == NONE {
-            self.name().into()
-        } else {
-            format!("{} {}", self.name(), self.warp)
+        match self.warp.as_str() {
+            NONE => self.name().into(),
+            warp => format!("{} {warp}", self.name()),
         }
     }
 
@@ -154,10 +153,9 @@ impl UsedIn {
 impl Method {
     /// Name with coordinates, for lists: `thin-plate in hybrid`.
     pub(crate) fn label(&self) -> String {
-        if are_named(&self.coordinates) {
-            format!("{} in {}", self.name, self.coordinates)
-        } else {
-            self.name.clone()
+        match are_named(&self.coordinates) {
+            true => format!("{} in {}", self.name, self.coordinates),
+            false => self.name.clone(),
         }
     }
 }

@@ -247,11 +247,9 @@ impl<'a> Evaluator<'a> {
             });
             let seen = seen?;
             // The probes of the albedo are evaluated as the first pairs are, and their time varies as much.
-            let is_first = n == 0 && seen.seconds > 0.0;
-            let more = if is_first {
-                of_albedo / seen.seconds
-            } else {
-                0.0
+            let more = match n == 0 && seen.seconds > 0.0 {
+                true => of_albedo / seen.seconds,
+                false => 0.0,
             };
             let spent = seen.times((1.0 + more) / open.len() as f64);
             let waiting = comparison.compared.par_iter_mut().filter(|c| !c.is_done);

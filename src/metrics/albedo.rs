@@ -210,10 +210,9 @@ impl AlbedoProbe {
             core(0.5 * (FRAC_PI_2 + theta_o)),
         );
         // At normal incidence there are no arcs: all nodes go inside.
-        let (circles, arcs) = if theta_o == 0.0 {
-            (nodes.circles + nodes.arcs, 0)
-        } else {
-            (nodes.circles, nodes.arcs)
+        let (circles, arcs) = match theta_o == 0.0 {
+            true => (nodes.circles + nodes.arcs, 0),
+            false => (nodes.circles, nodes.arcs),
         };
         let arc = gauss_legendre(nodes.phi);
         for (x, weight) in between(0.0, inner, circles) {

@@ -43,10 +43,9 @@ fn factors(readings: f64) -> [f64; 2] {
     let after = NINTH.partition_point(|(n, _)| *n <= readings);
     let at = |i: usize| NINTH[i.min(NINTH.len() - 1)];
     let ((n, a), (m, b)) = (at(after.saturating_sub(1)), at(after));
-    let t = if n < m {
-        ((readings / n).ln() / (m / n).ln()).max(0.0)
-    } else {
-        0.0
+    let t = match n < m {
+        true => ((readings / n).ln() / (m / n).ln()).max(0.0),
+        false => 0.0,
     };
     [0, 1].map(|k| a[k] + t * (b[k] - a[k]))
 }

@@ -291,10 +291,9 @@ fn place(pair: &DirectionPair) -> u32 {
     let (h, k) = pair.half_and_back();
     let [h, k] = [h.truncate(), k.truncate()];
     let [r, s] = [h.length(), k.length()];
-    let cos = if r * s > 0.0 {
-        h.dot(k).abs() / (r * s)
-    } else {
-        0.0
+    let cos = match r * s > 0.0 {
+        true => h.dot(k).abs() / (r * s),
+        false => 0.0,
     };
     let numbers = [r.sqrt(), s, cos].map(|x| (x * f64::from(1 << BITS)) as u32);
     let bit = |bit: u32| numbers.iter().fold(0, |key, n| 2 * key + (n >> bit & 1));

@@ -89,10 +89,7 @@ impl<'a> Index<'a> {
         let mut others = self.choices.list.iter();
         let given =
             others.any(|o| o.reconstruction == choice.reconstruction && are_named(&o.coordinates));
-        if !given {
-            return None;
-        }
-        Some(choice.worked_in())
+        given.then(|| choice.worked_in())
     }
 
     /// True if two choices are warped alike: at the same place of the warps of their parametrizations, or at the last there is.
@@ -132,10 +129,9 @@ impl<'a> Index<'a> {
                 kept.push(m);
                 continue;
             }
-            let reason = if is_empty {
-                "no error is defined"
-            } else {
-                "exact by a choice"
+            let reason = match is_empty {
+                true => "no error is defined",
+                false => "exact by a choice",
             };
             left_out.push(format!("{} ({reason})", self.materials.list[m]));
         }
