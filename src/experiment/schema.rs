@@ -123,10 +123,12 @@ fn holding(place: &KeyPath, mut value: Value, around: &[(usize, Table)]) -> Tabl
     }
 }
 
+/// Reads a document, if it can be read.
+type Reader = Box<dyn Fn(&Table) -> Result<(), ReadError>>;
+
 /// Who is asked, and what was found out.
 struct Asked {
-    /// Reads a document, if it can be read.
-    reader: Box<dyn Fn(&Table) -> Result<(), ReadError>>,
+    reader: Reader,
     /// Families by name.
     definitions: BTreeMap<String, Json>,
     /// What the tables around the place must have to be read, by depth.
