@@ -154,14 +154,10 @@ impl Split {
 
     /// This split with the classes outside `part` set to 0.
     pub fn only(mut self, part: Part) -> Self {
-        let kept = part.classes();
-        for class in (0..CLASSES).filter(|class| !kept.contains(class)) {
-            self.value[class].fill(0.0);
-            for errors in [&mut self.transport, &mut self.realisation] {
-                errors.classes[class] = 0.0;
-            }
-        }
+        let others = (0..CLASSES).filter(|class| !part.classes().contains(class));
+        others.clone().for_each(|class| self.value[class].fill(0.0));
         for errors in [&mut self.transport, &mut self.realisation] {
+            others.clone().for_each(|class| errors.classes[class] = 0.0);
             errors.sum = errors.error(part);
         }
         self
@@ -169,9 +165,9 @@ impl Split {
 
     /// Standard error of the luminance of a part, both kinds together.
     pub fn error(&self, part: Part) -> f64 {
-        self.transport
-            .error(part)
-            .hypot(self.realisation.error(part))
+        let kinds = [self.transport, self.realisation];
+        let [a, b] = kinds.map(|errors| errors.error(part));
+        a.hypot(b)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::error::ParameterError;
 use crate::numeric;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -80,7 +80,7 @@ pub(super) fn mean_over(nm: &[f64], values: &[f64]) -> f64 {
 }
 
 /// Wavelengths in nm, ascending: 1 to [`MAX`](Self::MAX) of them, each once. Cheap to clone.
-#[derive(Clone, PartialEq, Deserialize)]
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Written")]
 pub struct Wavelengths(Arc<[f64]>);
 
@@ -188,12 +188,6 @@ struct Steps {
     from: f64,
     to: f64,
     step: f64,
-}
-
-impl Serialize for Wavelengths {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.nm().serialize(serializer)
-    }
 }
 
 /// Wavelengths as a config writes them.

@@ -1,6 +1,6 @@
 //! A BRDF in the channels of a scene.
 
-use super::{Brdf, ChannelValues, Channels, EstimatedBrdf, Presence};
+use super::{Brdf, ChannelValues, Channels, EstimatedBrdf, Presence, forwarded};
 use crate::geometry::{DirectionPair, Symmetry};
 use std::sync::Arc;
 
@@ -24,24 +24,9 @@ impl Brdf for InChannels {
         &self.channels
     }
 
-    fn symmetry(&self) -> Symmetry {
-        self.brdf.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        self.brdf.conserves_energy()
-    }
-
-    fn is_mirrored(&self) -> bool {
-        self.brdf.is_mirrored()
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        self.brdf.remarks()
-    }
-
-    fn as_estimated(&self) -> Option<&dyn EstimatedBrdf> {
-        self.brdf.as_estimated()
+    forwarded! {
+        brdf: symmetry -> Symmetry, conserves_energy -> bool, is_mirrored -> bool,
+        remarks -> Vec<String>, as_estimated -> Option<&dyn EstimatedBrdf>
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {

@@ -160,38 +160,40 @@ pub fn positivity(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Positivity {
 
 /// Deviation of f under an exchange of light and sensor.
 pub fn reciprocity(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Deviation {
-    let mut found = Deviation::default();
-    for pair in pairs {
-        found.compare(brdf, pair, &pair.swapped());
-    }
-    found
+    Deviation::over(brdf, pairs.iter().map(|pair| (*pair, pair.swapped())))
 }
 
 /// Deviation of f under turns of the sample about its normal, by angles drawn from `seed`.
 pub fn isotropy(brdf: &dyn Brdf, pairs: &[DirectionPair], seed: u64) -> Deviation {
     let random = Random::new(seed);
-    let mut found = Deviation::default();
-    for (i, pair) in (0..).zip(pairs) {
+    let turned = pairs.iter().zip(0..).map(|(pair, i)| {
         let [u] = random.point(i);
         let turn = DMat3::from_rotation_z(TAU * u);
-        found.compare(brdf, pair, &pair.map(|v| turn * v));
-    }
-    found
+        (*pair, pair.map(|v| turn * v))
+    });
+    Deviation::over(brdf, turned)
 }
 
 /// Deviation of f under mirrors through the t–n plane and through the b–n plane. For an
 /// isotropic BRDF every plane that holds the normal follows.
 pub fn bilateral_symmetry(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Deviation {
-    let mut found = Deviation::default();
-    for pair in pairs {
-        for flip in [DVec3::new(1.0, -1.0, 1.0), DVec3::new(-1.0, 1.0, 1.0)] {
-            found.compare(brdf, pair, &pair.map(|v| v * flip));
-        }
-    }
-    found
+    let flips = [DVec3::new(1.0, -1.0, 1.0), DVec3::new(-1.0, 1.0, 1.0)];
+    let flipped = |pair: &DirectionPair, flip: DVec3| (*pair, pair.map(|v| v * flip));
+    let both = pairs
+        .iter()
+        .flat_map(|p| flips.map(|flip| flipped(p, flip)));
+    Deviation::over(brdf, both)
 }
 
 impl Deviation {
+    /// That of values at pairs from those at others.
+    fn over(brdf: &dyn Brdf, both: impl Iterator<Item = (DirectionPair, DirectionPair)>) -> Self {
+        both.fold(Self::default(), |mut found, (a, b)| {
+            found.compare(brdf, &a, &b);
+            found
+        })
+    }
+
     fn compare(&mut self, brdf: &dyn Brdf, a: &DirectionPair, b: &DirectionPair) {
         let n = brdf.channels().count();
         let [mut x, mut y] = [(); 2].map(|()| ChannelValues::from_elem(0.0, n));

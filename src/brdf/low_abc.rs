@@ -31,49 +31,45 @@ use super::spectrum::Limited;
 use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Roughness, Spectrum};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
-use crate::registry::{self, Entry, ReadError, Table, keys};
+use crate::registry::{self, Entry, keys, named};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::f64::consts::FRAC_1_PI;
 
-/// The microfacet model.
-pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
-    kind: "low-abc",
-    summary: "ABC microfacet model of Löw et al. 2012",
-    examples: &[
-        "k_d = [0.150463, 0.080224, 0.022239]\na = [1.010258, 0.811582, 0.504538]\nb = 46.942558\nc = 1.75667\nior = 7.93611",
-        "k_d = 0.0017\na = 800.0\nb = 64661.0\nc = 1.9\nior = 99.9",
-    ],
-    read: |table| read(table, Surface::Microfacet),
-};
-
-/// The smooth-surface model.
-pub const SMOOTH: Entry<dyn BrdfSpec> = Entry {
-    kind: "low-abc-smooth",
-    summary: "ABC smooth-surface model of Löw et al. 2012, a function of |h_bar|",
-    examples: &[
-        "k_d = 0.1\na = 5.0\nb = 300.0\nc = 1.5\nior = 1.6",
-        "k_d = [0.2, 0.1, 0.05]\na = [2.0, 1.5, 1.0]\nb = 30.0\nc = 1.0\nior = 3.0",
-        "k_d = 0.1\na = 2.0\nb = [30.0, 300.0]\nc = 1.2\nior = 1.6",
-    ],
-    read: |table| read(table, Surface::Smooth),
-};
-
-fn read(table: Table<'_>, surface: Surface) -> Result<Box<dyn BrdfSpec>, ReadError> {
-    let parameters = registry::parse(table)?;
-    Ok(Box::new(LowAbcSpec {
-        surface,
-        parameters,
-    }))
+named! {
+    /// Kind of surface: one of the two models.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Surface {
+        /// Facets: a function of θ_h, with shadowing.
+        Microfacet = "low-abc": "ABC microfacet model of Löw et al. 2012",
+        /// A smooth surface that diffracts: a function of |h̄|.
+        Smooth = "low-abc-smooth": "ABC smooth-surface model of Löw et al. 2012, a function of |h_bar|",
+    }
 }
 
-/// Kind of surface: one of the two models.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Surface {
-    /// Facets: a function of θ_h, with shadowing.
-    Microfacet,
-    /// A smooth surface that diffracts: a function of |h̄|.
-    Smooth,
+/// The registry entry of model `I` of both.
+pub fn entry<const I: usize>() -> Entry<dyn BrdfSpec> {
+    Entry {
+        kind: Surface::ALL[I].name(),
+        summary: Surface::ALL[I].summary(),
+        examples: match Surface::ALL[I] {
+            Surface::Microfacet => &[
+                "k_d = [0.150463, 0.080224, 0.022239]\na = [1.010258, 0.811582, 0.504538]\nb = 46.942558\nc = 1.75667\nior = 7.93611",
+                "k_d = 0.0017\na = 800.0\nb = 64661.0\nc = 1.9\nior = 99.9",
+            ],
+            Surface::Smooth => &[
+                "k_d = 0.1\na = 5.0\nb = 300.0\nc = 1.5\nior = 1.6",
+                "k_d = [0.2, 0.1, 0.05]\na = [2.0, 1.5, 1.0]\nb = 30.0\nc = 1.0\nior = 3.0",
+                "k_d = 0.1\na = 2.0\nb = [30.0, 300.0]\nc = 1.2\nior = 1.6",
+            ],
+        },
+        read: |table| {
+            Ok(Box::new(LowAbcSpec {
+                surface: Surface::ALL[I],
+                parameters: registry::parse(table)?,
+            }))
+        },
+    }
 }
 
 /// An ABC model, as a config writes it.
@@ -109,23 +105,14 @@ fn inverse_width<'de, D: Deserializer<'de>>(from: D) -> Result<Roughness, D::Err
         .map_err(|_| D::Error::custom("b: allowed is a number or two numbers [b_x, b_y]"))
 }
 
-impl LowAbcSpec {
-    fn kind(&self) -> &'static str {
-        match self.surface {
-            Surface::Microfacet => ENTRY.kind,
-            Surface::Smooth => SMOOTH.kind,
-        }
-    }
-}
-
 impl BrdfSpec for LowAbcSpec {
     fn resolved(&self) -> registry::Keys {
-        registry::resolved(self.kind(), &self.parameters)
+        registry::resolved(self.surface.name(), &self.parameters)
     }
 
     fn label(&self) -> String {
         let LowAbcParameters { b, c, .. } = self.parameters;
-        format!("{}-{b}-{c}", self.kind())
+        format!("{}-{b}-{c}", self.surface.name())
     }
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {

@@ -182,19 +182,24 @@ pub trait SampleBrdf: Brdf {
     fn pdf(&self, pair: &DirectionPair) -> f64;
 }
 
-/// The facts of a wrapper that are those of the BRDF in one of its fields.
+/// Methods of a wrapper that return what those of one of its fields do: `forwarded!(of: remarks -> Vec<String>)`.
+macro_rules! forwarded {
+    ($field:tt: $($method:ident -> $Value:ty),* $(,)?) => {
+        $(fn $method(&self) -> $Value {
+            self.$field.$method()
+        })*
+    };
+}
+pub(crate) use forwarded;
+
+/// The facts of a wrapper that are those of the BRDF in one of its fields, and other methods that return what its methods do.
 macro_rules! of_wrapped {
-    ($field:tt) => {
-        fn channels(&self) -> &$crate::brdf::Channels {
-            self.$field.channels()
-        }
-
-        fn symmetry(&self) -> $crate::geometry::Symmetry {
-            self.$field.symmetry()
-        }
-
-        fn conserves_energy(&self) -> bool {
-            self.$field.conserves_energy()
+    ($field:tt $(, $method:ident -> $Value:ty)*) => {
+        $crate::brdf::forwarded! {
+            $field: channels -> &$crate::brdf::Channels,
+            symmetry -> $crate::geometry::Symmetry,
+            conserves_energy -> bool,
+            $($method -> $Value),*
         }
     };
 }
@@ -328,14 +333,14 @@ family! {
         ward::ENTRY,
         microfacet::GGX,
         microfacet::BECKMANN,
-        low_abc::ENTRY,
-        low_abc::SMOOTH,
+        low_abc::entry::<0>(),
+        low_abc::entry::<1>(),
         shifted_gamma::ENTRY,
         sheen::ENTRY,
         retro_reflective::ENTRY,
-        test_functions::F,
-        test_functions::S,
-        test_functions::G,
+        test_functions::entry::<0>(),
+        test_functions::entry::<1>(),
+        test_functions::entry::<2>(),
         sum::ENTRY,
     ] + measured::entries()
 }

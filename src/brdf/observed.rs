@@ -55,10 +55,9 @@ impl<'a, F: Fn(&[f64], &[Presence]) + Send + Sync> ObservedBrdf<'a, F> {
 }
 
 impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for ObservedBrdf<'_, F> {
-    of_wrapped!(brdf);
-
-    fn is_mirrored(&self) -> bool {
-        self.brdf.is_mirrored()
+    of_wrapped! {
+        brdf, is_mirrored -> bool, remarks -> Vec<String>,
+        as_estimated -> Option<&dyn EstimatedBrdf>, as_merl -> Option<&Merl>
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
@@ -88,24 +87,12 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for ObservedBrdf<'_, F> {
         (self.seen)(out, presence);
     }
 
-    fn remarks(&self) -> Vec<String> {
-        self.brdf.remarks()
-    }
-
     fn as_sample(&self) -> Option<&dyn SampleBrdf> {
         self.brdf.as_sample().is_some().then_some(self)
     }
 
     fn as_split(&self) -> Option<&dyn SplitBrdf> {
         self.brdf.as_split().is_some().then_some(self)
-    }
-
-    fn as_estimated(&self) -> Option<&dyn EstimatedBrdf> {
-        self.brdf.as_estimated()
-    }
-
-    fn as_merl(&self) -> Option<&Merl> {
-        self.brdf.as_merl()
     }
 }
 

@@ -9,7 +9,7 @@
 //! f's own reciprocity, which is the same only if a half turn of the sample changes nothing:
 //! reciprocity stays if f is isotropic, or bilateral about both tangent axes.
 
-use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Tables};
+use super::{Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, Tables, forwarded};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, Entry, ReadError, Table, only};
 use glam::DVec3;
@@ -61,13 +61,8 @@ impl BrdfSpec for RetroReflectiveSpec {
     }
 
     fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {
-        Ok(symmetry(
-            self.of.symmetry(channels).map_err(|e| e.within("of"))?,
-        ))
-    }
-
-    fn is_constant(&self) -> bool {
-        self.of.is_constant()
+        let of = self.of.symmetry(channels).map_err(|e| e.within("of"))?;
+        Ok(symmetry(of))
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
@@ -75,13 +70,7 @@ impl BrdfSpec for RetroReflectiveSpec {
         Ok(Box::new(RetroReflective::new(of)))
     }
 
-    fn remarks(&self) -> Vec<String> {
-        self.of.remarks()
-    }
-
-    fn tables(&self) -> Tables {
-        self.of.tables()
-    }
+    forwarded!(of: is_constant -> bool, remarks -> Vec<String>, tables -> Tables);
 }
 
 /// The symmetries that are left of those of the material inside.
@@ -104,41 +93,31 @@ impl RetroReflective {
     }
 }
 
-/// The sensor direction turned by half about the normal.
+/// R ω_o.
 #[inline]
-fn turned(omega_o: Direction) -> Direction {
+fn half_turn(omega_o: Direction) -> Direction {
     Direction::from_unit(omega_o.vector() * DVec3::new(-1.0, -1.0, 1.0))
 }
 
 #[inline]
-fn turned_pair(pair: &DirectionPair) -> DirectionPair {
-    DirectionPair::new(pair.omega_i, turned(pair.omega_o))
+fn turned(pair: &DirectionPair) -> DirectionPair {
+    DirectionPair::new(pair.omega_i, half_turn(pair.omega_o))
 }
 
 impl Brdf for RetroReflective {
-    fn channels(&self) -> &Channels {
-        self.of.channels()
-    }
+    forwarded!(of: channels -> &Channels, conserves_energy -> bool, is_mirrored -> bool);
 
     fn symmetry(&self) -> Symmetry {
         symmetry(self.of.symmetry())
     }
 
-    fn conserves_energy(&self) -> bool {
-        self.of.conserves_energy()
-    }
-
-    fn is_mirrored(&self) -> bool {
-        self.of.is_mirrored()
-    }
-
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        self.of.eval(&turned_pair(pair), out)
+        self.of.eval(&turned(pair), out)
     }
 
     /// Evaluates the BRDF inside in one batch, with one virtual call.
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        let pairs: Vec<_> = pairs.iter().map(turned_pair).collect();
+        let pairs: Vec<_> = pairs.iter().map(turned).collect();
         self.of.eval_batch(&pairs, out, presence);
     }
 
@@ -149,11 +128,11 @@ impl Brdf for RetroReflective {
 
 impl SampleBrdf for RetroReflective {
     fn sample(&self, omega_o: Direction, u: [f64; 2]) -> Option<Direction> {
-        self.of.as_sample()?.sample(turned(omega_o), u)
+        self.of.as_sample()?.sample(half_turn(omega_o), u)
     }
 
     fn pdf(&self, pair: &DirectionPair) -> f64 {
         let of = self.of.as_sample();
-        of.map_or(0.0, |of| of.pdf(&turned_pair(pair)))
+        of.map_or(0.0, |of| of.pdf(&turned(pair)))
     }
 }

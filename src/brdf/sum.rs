@@ -93,10 +93,9 @@ impl BrdfSpec for SumSpec {
 
     fn label(&self) -> String {
         let terms = self.component.iter();
-        let terms: Vec<_> = terms
-            .map(|c| format!("{}-{}", c.weight, c.brdf.label()))
-            .collect();
-        format!("{KIND}-{}", terms.join("-"))
+        terms.fold(KIND.to_owned(), |label, c| {
+            format!("{label}-{}-{}", c.weight, c.brdf.label())
+        })
     }
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
@@ -105,9 +104,7 @@ impl BrdfSpec for SumSpec {
         }
         for (j, c) in self.component.iter().enumerate() {
             in_closed(&format!("component[{j}].weight"), c.weight, 0.0, 1e6)?;
-            c.brdf
-                .check(channels)
-                .map_err(|e| e.within(&format!("component[{j}].brdf")))?;
+            c.brdf.check(channels).map_err(inside(j))?;
         }
         Ok(())
     }
@@ -118,12 +115,10 @@ impl BrdfSpec for SumSpec {
         let mut said = terms
             .filter(|c| c.weight > 0.0 && !c.brdf.is_constant())
             .map(|c| c.brdf.favours());
-        let first = said.next().unwrap_or(Favours::Neither);
-        if said.all(|other| other == first) {
-            first
-        } else {
-            Favours::Neither
-        }
+        let first = said
+            .next()
+            .filter(|first| said.all(|other| other == *first));
+        first.unwrap_or(Favours::Neither)
     }
 
     fn is_constant(&self) -> bool {
@@ -133,14 +128,11 @@ impl BrdfSpec for SumSpec {
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check(&channels)?;
-        let mut components = Vec::with_capacity(self.component.len());
-        for (j, c) in self.component.iter().enumerate() {
-            let brdf = c
-                .brdf
-                .build(channels.clone())
-                .map_err(|e| e.within(&format!("component[{j}].brdf")))?;
-            components.push((c.weight, brdf));
-        }
+        let built = self.component.iter().enumerate().map(|(j, c)| {
+            let brdf = c.brdf.build(channels.clone()).map_err(inside(j))?;
+            Ok((c.weight, brdf))
+        });
+        let components = built.collect::<Result<_, BuildError>>()?;
         Ok(Box::new(Sum::new(components, channels)))
     }
 
@@ -158,6 +150,11 @@ impl BrdfSpec for SumSpec {
         }
         all
     }
+}
+
+/// An error about the material of a component.
+fn inside(component: usize) -> impl Fn(BuildError) -> BuildError {
+    move |e| e.within(&format!("component[{component}].brdf"))
 }
 
 /// A weighted sum of BRDFs.
@@ -185,9 +182,8 @@ impl Brdf for Sum {
     }
 
     fn symmetry(&self) -> Symmetry {
-        let full = Symmetry::FULL;
-        let components = self.components.iter();
-        components.fold(full, |s, (_, f)| s.and(f.symmetry()))
+        let each = self.components.iter().map(|(_, f)| f.symmetry());
+        each.fold(Symmetry::FULL, Symmetry::and)
     }
 
     fn conserves_energy(&self) -> bool {

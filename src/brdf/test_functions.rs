@@ -16,65 +16,41 @@
 use super::shape::{BLACK, Shape, Shaped};
 use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Spectrum};
 use crate::geometry::DirectionPair;
-use crate::registry::{self, Entry, NoKeys, ReadError, Table};
+use crate::registry::{self, Entry, NoKeys, named};
 
-/// The Fresnel test function.
-pub const F: Entry<dyn BrdfSpec> = Entry {
-    kind: "test-f",
-    summary: "Fresnel test function 1 - cos theta_d of Barla et al. 2015",
-    examples: &[""],
-    read: |table| read(table, TestFunctionSpec::F),
-};
-
-/// The specular test function.
-pub const S: Entry<dyn BrdfSpec> = Entry {
-    kind: "test-s",
-    summary: "specular test function 1 - |h_bar| of Barla et al. 2015",
-    examples: &[""],
-    read: |table| read(table, TestFunctionSpec::S),
-};
-
-/// The grazing test function.
-pub const G: Entry<dyn BrdfSpec> = Entry {
-    kind: "test-g",
-    summary: "grazing test function 1 - cos theta_i cos theta_o of Barla et al. 2015",
-    examples: &[""],
-    read: |table| read(table, TestFunctionSpec::G),
-};
-
-fn read(table: Table<'_>, spec: TestFunctionSpec) -> Result<Box<dyn BrdfSpec>, ReadError> {
-    registry::parse::<NoKeys>(table)?;
-    Ok(Box::new(spec))
+named! {
+    /// A test function, as a config writes it.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum TestFunctionSpec {
+        /// 1 − |h|.
+        F = "test-f": "Fresnel test function 1 - cos theta_d of Barla et al. 2015",
+        /// 1 − |h̄|.
+        S = "test-s": "specular test function 1 - |h_bar| of Barla et al. 2015",
+        /// 1 − cos θ_i cos θ_o.
+        G = "test-g": "grazing test function 1 - cos theta_i cos theta_o of Barla et al. 2015",
+    }
 }
 
-/// A test function, as a config writes it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TestFunctionSpec {
-    /// 1 − |h|.
-    F,
-    /// 1 − |h̄|.
-    S,
-    /// 1 − cos θ_i cos θ_o.
-    G,
-}
-
-impl TestFunctionSpec {
-    fn kind(self) -> &'static str {
-        match self {
-            TestFunctionSpec::F => F.kind,
-            TestFunctionSpec::S => S.kind,
-            TestFunctionSpec::G => G.kind,
-        }
+/// The registry entry of function `I` of all.
+pub fn entry<const I: usize>() -> Entry<dyn BrdfSpec> {
+    Entry {
+        kind: TestFunctionSpec::ALL[I].name(),
+        summary: TestFunctionSpec::ALL[I].summary(),
+        examples: &[""],
+        read: |table| {
+            registry::parse::<NoKeys>(table)?;
+            Ok(Box::new(TestFunctionSpec::ALL[I]))
+        },
     }
 }
 
 impl BrdfSpec for TestFunctionSpec {
     fn resolved(&self) -> registry::Keys {
-        registry::resolved(self.kind(), &NoKeys {})
+        registry::resolved(self.name(), &NoKeys {})
     }
 
     fn label(&self) -> String {
-        self.kind().into()
+        self.name().into()
     }
 
     fn check(&self, _channels: &Channels) -> Result<(), BuildError> {
@@ -89,10 +65,8 @@ impl BrdfSpec for TestFunctionSpec {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        let scale = (&Spectrum::Grey(1.0), 1.0);
-        Ok(Box::new(TestFunction::on_base(
-            BLACK, scale, *self, channels,
-        )))
+        let one = (&Spectrum::Grey(1.0), 1.0);
+        Ok(Box::new(Shaped::on_base(BLACK, one, *self, channels)))
     }
 }
 

@@ -36,11 +36,8 @@ pub(super) struct Event {
 
 /// Paths that met two facets or more.
 pub(super) struct Gathered {
-    radius: f64,
-    symmetry: Symmetry,
+    drawing: Drawing,
     channels: usize,
-    /// Paths that were begun.
-    begun: f64,
     /// Blocks of all surfaces: their scatter is the error that more surface removes.
     groups: usize,
     squares: Squares,
@@ -67,13 +64,7 @@ pub(super) struct Drawing {
 impl Gathered {
     /// Paths through several surfaces of a kind.
     pub(super) fn new(surfaces: &[Transport], random: &Random, drawing: Drawing) -> Self {
-        let Drawing {
-            radius,
-            rays,
-            spot,
-            last,
-            symmetry,
-        } = drawing;
+        let rays = drawing.rays;
         let channels = surfaces[0].channels.count();
         // Each surface has some, of few paths too.
         let block = BLOCK.min(rays.div_ceil(surfaces.len()));
@@ -88,9 +79,10 @@ impl Gathered {
                     let mut group = surface * BLOCKS;
                     let start = |u: [f64; 2]| {
                         group += block_of(u);
-                        u.map(|s| s * spot)
+                        u.map(|s| s * drawing.spot)
                     };
-                    let drawn = surfaces[surface].draw(start, last, &mut weight, &mut stream);
+                    let drawn =
+                        surfaces[surface].draw(start, drawing.last, &mut weight, &mut stream);
                     if let Some(drawn) = drawn.filter(|drawn| drawn.order > 1) {
                         events.push(event(&drawn, group));
                         light.extend(weight.iter().map(|w| *w as f32));
@@ -99,7 +91,7 @@ impl Gathered {
                 (events, light)
             })
             .collect();
-        let squares = Squares::new(radius, MOST);
+        let squares = Squares::new(drawing.radius, MOST);
         let square = |event: &Event| squares.index(event.at.map(f64::from));
         let count = parts.iter().map(|(events, _)| events.len()).sum();
         let all = parts.iter().flat_map(|(events, _)| events);
@@ -118,10 +110,8 @@ impl Gathered {
             }
         }
         Self {
-            radius,
-            symmetry,
+            drawing,
             channels,
-            begun: rays as f64,
             groups: surfaces.len() * BLOCKS,
             squares,
             first,
@@ -137,10 +127,10 @@ impl Gathered {
         followed: &Channels,
         channels: &Channels,
     ) -> Split {
-        let images = images(pair, self.symmetry);
+        let images = images(pair, self.drawing.symmetry);
         // What a path brings; elevations, and so the cones, are those of the pair in every image.
-        let [light, sensor] = pair.map(|v| cone(v.x.hypot(v.y).atan2(v.z), self.radius));
-        let measure = self.begun * light * sensor * images.len() as f64 / PI;
+        let [light, sensor] = pair.map(|v| cone(v.x.hypot(v.y).atan2(v.z), self.drawing.radius));
+        let measure = self.drawing.rays as f64 * light * sensor * images.len() as f64 / PI;
         let one = if measure > 0.0 { 1.0 / measure } else { 0.0 };
         let mut found: Vec<u32> = Vec::new();
         images
@@ -182,16 +172,15 @@ impl Gathered {
 
     /// A number that pairs near each other have in common: much of their light is that of the same paths.
     pub(super) fn place(&self, pair: [DVec3; 2]) -> u64 {
-        let steps = pair.map(|v| [v.x, v.y].map(|x| ((x + 1.0) / (2.0 * self.radius)) as u64));
-        steps
-            .as_flattened()
-            .iter()
-            .fold(0, |all, s| all << 15 | s.min(&0x7fff))
+        let steps =
+            pair.map(|v| [v.x, v.y].map(|x| ((x + 1.0) / (2.0 * self.drawing.radius)) as u64));
+        let steps = steps.as_flattened().iter();
+        steps.fold(0, |all, s| all << 15 | s.min(&0x7fff))
     }
 
     /// Events near a pair.
     fn about(&self, [light, sensor]: [DVec3; 2], mut each: impl FnMut(u32)) {
-        let chord2 = (2.0 * (0.5 * self.radius).sin()).powi(2);
+        let chord2 = (2.0 * (0.5 * self.drawing.radius).sin()).powi(2);
         let across = self.squares.across;
         let near = |x: f64| {
             let part = self.squares.part(x);

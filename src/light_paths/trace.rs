@@ -217,13 +217,8 @@ impl Tracer {
             let time = share * step.time;
             let diagonal = at.place.z + direction.z * time - (a + (u + share * (u1 - u)) * (d - a));
             if start.is_none() && diagonal < 0.0 {
-                return Some(meet(
-                    at,
-                    way,
-                    time * (above / (above - diagonal)),
-                    first,
-                    corners,
-                ));
+                let share = above / (above - diagonal);
+                return Some(meet(at, way, time * share, first, corners));
             }
             (above, from) = (diagonal.max(0.0), time);
         } else if start.is_some() {

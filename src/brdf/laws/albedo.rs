@@ -106,13 +106,10 @@ fn found(brdf: &dyn Brdf, omega_o: Direction) -> Option<(DirectionalAlbedo, Lobe
     if omega_o.cos_theta() <= 0.0 {
         return None;
     }
-    let peaks = [false, true].map(|retro| Lobe::new(brdf, omega_o, retro));
-    let [mirror, retro] = peaks.each_ref().map(Lobe::top);
-    let [mirror_peak, retro_peak] = peaks;
-    let [first, second] = match retro > mirror {
-        true => [retro_peak, mirror_peak],
-        false => [mirror_peak, retro_peak],
-    };
+    let [mut first, mut second] = [false, true].map(|retro| Lobe::new(brdf, omega_o, retro));
+    if second.top() > first.top() {
+        std::mem::swap(&mut first, &mut second);
+    }
     let (mut albedo, cells) = integrate(&first);
     // A ridge through the second peak is bent in the half vectors of the first: cells may miss it,
     // and those of the second may not. Either way the difference is what is not known.
@@ -121,18 +118,12 @@ fn found(brdf: &dyn Brdf, omega_o: Direction) -> Option<(DirectionalAlbedo, Lobe
     }
     let (mut other, other_cells) = integrate(&second);
     let error = albedo.error.max(other.error) + (albedo.max() - other.max()).abs();
-    Some(
-        match other.max() - other.error > albedo.max() + albedo.error {
-            true => {
-                other.error = error;
-                (other, second, other_cells)
-            }
-            false => {
-                albedo.error = error;
-                (albedo, first, cells)
-            }
-        },
-    )
+    let is_other = other.max() - other.error > albedo.max() + albedo.error;
+    [albedo.error, other.error] = [error; 2];
+    Some(match is_other {
+        true => (other, second, other_cells),
+        false => (albedo, first, cells),
+    })
 }
 
 /// Largest error, relative to the albedo.

@@ -21,14 +21,13 @@ pub(super) use of_doubts;
 /// Cosine of the elevation up to which a zero is doubted: 80°. Nearer to the horizon nothing is left of a signal.
 const GRAZING: f64 = 0.173_648;
 
-/// Whether a value is one of those that are doubted: a zero is not near the horizon.
-pub(super) fn is_doubted(value: f64, pair: impl Fn() -> Option<DirectionPair>) -> bool {
-    let is_low = |p: DirectionPair| {
-        [p.omega_i, p.omega_o]
-            .iter()
-            .any(|d| d.cos_theta() < GRAZING)
+/// A value of a pair, if it is one of those that are doubted: a zero is not near the horizon.
+pub(super) fn doubted(value: f64, pair: impl Fn() -> Option<DirectionPair>) -> Option<f64> {
+    let is_high = |p: DirectionPair| {
+        let directions = [p.omega_i, p.omega_o];
+        directions.iter().all(|d| d.cos_theta() >= GRAZING)
     };
-    value != 0.0 || pair().is_some_and(|p| !is_low(p))
+    (value != 0.0 || pair().is_some_and(is_high)).then_some(value)
 }
 
 /// What was peculiar about the values of a table as they are in its file.

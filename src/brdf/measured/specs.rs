@@ -30,7 +30,7 @@ pub(super) trait TableFile: Debug + Serialize + Send + Sync {
     fn symmetries(&self, channels: &Channels) -> Result<Symmetry, TableError>;
 
     /// The table.
-    fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError>;
+    fn load(&self, channels: Channels) -> Result<impl Brdf + 'static, TableError>;
 
     /// Bytes that the table holds, for each channel.
     fn channel_bytes(&self) -> usize;
@@ -54,8 +54,8 @@ impl<T: TableFile> BrdfSpec for T {
     }
 
     fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {
-        let symmetries = self.symmetries(channels);
-        symmetries.map_err(|e| e.of_file(self.path()))
+        self.symmetries(channels)
+            .map_err(|e| e.of_file(self.path()))
     }
 
     fn favours(&self) -> Favours {
@@ -63,7 +63,8 @@ impl<T: TableFile> BrdfSpec for T {
     }
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
-        self.load(channels).map_err(|e| e.of_file(self.path()))
+        let table = self.load(channels).map_err(|e| e.of_file(self.path()))?;
+        Ok(Box::new(table))
     }
 
     fn tables(&self) -> Tables {

@@ -27,7 +27,7 @@ use super::facets::{Facets, FacetsSpec};
 use super::gathered::{Drawing, Gathered, MIRRORS, beyond};
 use super::normals::{BLOCKS, Density, Normals, in_block};
 use super::smith::{Paths, remark};
-use super::surface::Facts;
+use super::surface::HeightField;
 use super::transport::Transport;
 use crate::brdf::{
     Brdf, BuildError, CLASSES, ChannelValues, Channels, LightPath, Part, Presence, Source, Split,
@@ -112,34 +112,29 @@ impl MicroSurface {
             .map_err(|e| e.within("surface"))?;
         let followed = followed(&channels, spec.facets.distinct(&channels));
         let facets = Facets::new(&spec.facets, &followed)?;
-        let surfaces = fields
-            .iter()
-            .map(|field| Transport::with_facets(field.clone(), facets.clone(), followed.clone()));
-        let surfaces: Vec<_> = surfaces.collect();
-        let Facts {
-            symmetry,
-            is_random,
-            ..
-        } = spec.surface.facts();
+        let of_field = |field: &Arc<HeightField>| {
+            Transport::with_facets(field.clone(), facets.clone(), followed.clone())
+        };
+        let surfaces: Vec<_> = fields.iter().map(of_field).collect();
+        let facts = spec.surface.facts();
+        let is_turned = facts.symmetry.isotropic;
         let random = Random::new(keys.seed);
         let mirrors = matches!(spec.facets, FacetsSpec::Mirror(_)).then(|| {
             let radius = spec.cone();
-            let normals: Vec<_> = fields
-                .iter()
-                .map(|field| Normals::new(field, keys.spot, radius, symmetry.isotropic))
-                .collect();
-            let density = Density::new(&normals, radius, symmetry.isotropic);
+            let normals = fields.iter();
+            let normals = normals.map(|field| Normals::new(field, keys.spot, radius, is_turned));
+            let normals: Vec<_> = normals.collect();
             Mirrors {
                 are_few: normals.iter().all(Normals::are_few),
+                density: Density::new(&normals, radius, is_turned),
                 normals,
-                density,
             }
         });
         Ok(Self {
             channels,
             keys,
-            symmetry,
-            is_random,
+            symmetry: facts.symmetry,
+            is_random: facts.is_random,
             surfaces,
             random,
             has_nodes: spec.has_nodes() && !mirrors.as_ref().is_some_and(|m| m.are_few),
@@ -150,11 +145,11 @@ impl MicroSurface {
 
     /// Light that has to be followed once; a run that asks for no value does not wait for it.
     fn known(&self) -> &Known {
-        self.known
-            .get_or_init(|| match self.has_nodes || self.has_later() {
-                true => apart(|| self.follow()),
-                false => Known::default(),
-            })
+        let follow = || match self.has_nodes || self.has_later() {
+            true => apart(|| self.follow()),
+            false => Known::default(),
+        };
+        self.known.get_or_init(follow)
     }
 
     /// True if light of more than one mirror is followed.
@@ -163,22 +158,15 @@ impl MicroSurface {
     }
 
     fn follow(&self) -> Known {
-        let Keys {
-            bounces,
-            spot,
-            rays,
-            multiple_half_angle_deg,
-            ..
-        } = self.keys;
+        let keys = &self.keys;
         let at_nodes = self.has_nodes.then(|| {
             let nodes = Nodes::new(STEP, POWER, LAST);
             let pairs = nodes.pairs();
             let pairs = pairs.par_iter().enumerate();
             let stream = |node: usize| self.random.stream(node as u64);
             let values = match &self.mirrors {
-                Some(mirrors) => {
-                    let seen =
-                        pairs.map(|(node, pair)| self.seen(mirrors, *pair, &mut stream(node)));
+                Some(of) => {
+                    let seen = pairs.map(|(node, pair)| self.seen(of, *pair, &mut stream(node)));
                     AtNodes::Seen(seen.collect())
                 }
                 None => {
@@ -190,13 +178,13 @@ impl MicroSurface {
         });
         let later = self.has_later().then(|| {
             let drawing = Drawing {
-                radius: multiple_half_angle_deg.to_radians(),
-                rays,
-                spot,
-                last: bounces.last(),
+                radius: keys.multiple_half_angle_deg.to_radians(),
+                rays: keys.rays,
+                spot: keys.spot,
+                last: keys.bounces.last(),
                 symmetry: self.symmetry,
             };
-            let random = Random::new(!self.keys.seed);
+            let random = Random::new(!keys.seed);
             match self.symmetry.isotropic {
                 true => Later::Binned(Binned::new(&self.surfaces, &random, drawing)),
                 false => Later::Gathered(Gathered::new(&self.surfaces, &random, drawing)),
@@ -314,11 +302,8 @@ impl MicroSurface {
                 let split = bounces.split(channels, &self.channels);
                 let value = self.channels.luminance(&split.part(self.keys.bounces));
                 let error = split.transport.error(self.keys.bounces);
-                if self
-                    .keys
-                    .relative_error
-                    .is_none_or(|asked| error <= asked * value)
-                {
+                let is_enough = |asked: f64| error <= asked * value;
+                if self.keys.relative_error.is_none_or(is_enough) {
                     break;
                 }
             }
@@ -477,12 +462,12 @@ impl SplitBrdf for MicroSurface {
                 _ => self.lit(pair, &mut stream(&self.random, &key)),
             };
         };
-        let mut split = match later {
+        let later = match later {
             Some(Later::Binned(binned)) => binned.split(pair, followed, &self.channels),
             Some(Later::Gathered(gathered)) => gathered.split(pair, followed, &self.channels),
             None => Split::dark(channels),
-        }
-        .only(self.keys.bounces);
+        };
+        let mut split = later.only(self.keys.bounces);
         if self.keys.bounces.holds(1) {
             let [value, ..] = &mut split.value;
             let first = self.first(mirrors, pair, &key);
@@ -521,10 +506,9 @@ impl SplitBrdf for MicroSurface {
     }
 
     fn surfaces(&self) -> usize {
-        if self.is_random {
-            self.surfaces.len()
-        } else {
-            0
+        match self.is_random {
+            true => self.surfaces.len(),
+            false => 0,
         }
     }
 }

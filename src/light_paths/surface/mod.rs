@@ -124,11 +124,8 @@ impl HeightField {
         let [nx, ny] = size;
         assert_eq!(heights.len(), nx * ny);
         if let Some(bad) = heights.iter().find(|h| !(h.abs() < HIGHEST)) {
-            return Err(ParameterError::new(
-                "height",
-                bad,
-                "finite numbers below 1e30",
-            ));
+            let allowed = "finite numbers below 1e30";
+            return Err(ParameterError::new("height", bad, allowed));
         }
         let at = |x: usize, y: usize| heights[(y % ny) * nx + x % nx] as f32;
         let padded = (0..=ny).flat_map(|y| (0..=nx).map(move |x| at(x, y)));
@@ -136,6 +133,13 @@ impl HeightField {
             size,
             heights: padded.collect(),
         })
+    }
+
+    /// A square period of `size` cells along each axis, by the height of each cell (x, y).
+    fn square(size: usize, height: impl Fn(usize, usize) -> f64) -> Result<Self, BuildError> {
+        let cells = (0..size).flat_map(|y| (0..size).map(move |x| (x, y)));
+        let heights: Vec<f64> = cells.map(|(x, y)| height(x, y)).collect();
+        Ok(Self::new([size; 2], &heights)?)
     }
 
     /// Cells along x and y.

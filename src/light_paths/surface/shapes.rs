@@ -39,9 +39,7 @@ impl SurfaceSpec for GroovesSpec {
         self.check()?;
         let slope = self.angle_deg.to_radians().tan();
         let half = self.size / 2;
-        let height = |i: usize| slope * (i % self.size).abs_diff(half) as f64;
-        let heights: Vec<f64> = (0..self.size * self.size).map(height).collect();
-        Ok(HeightField::new([self.size; 2], &heights)?)
+        HeightField::square(self.size, |x, _| slope * x.abs_diff(half) as f64)
     }
 }
 
@@ -143,10 +141,8 @@ impl SurfaceSpec for WovenSpec {
         check_size(self.size)?;
         in_closed("round", self.round, 0.0, 0.5)?;
         if self.thread < 4 || !self.size.is_multiple_of(2 * self.thread.max(1)) {
-            let allowed = format!(
-                "4 or more, of which size = {} has an even number",
-                self.size
-            );
+            let size = self.size;
+            let allowed = format!("4 or more, of which size = {size} has an even number");
             return Err(ParameterError::new("thread", self.thread, allowed).into());
         }
         Ok(())
@@ -164,13 +160,10 @@ impl SurfaceSpec for WovenSpec {
             let phase = TAU * (along as f64 / (2.0 * width)) - PI / 2.0 + PI * (thread % 2) as f64;
             0.5 * self.round * width * -(phase + PI / 2.0).sin()
         };
-        let height = |i: usize| {
-            let (x, y) = (i % self.size, i / self.size);
+        HeightField::square(self.size, |x, y| {
             let warp = round(x) + way(y, x / self.thread);
             let weft = round(y) - way(x, y / self.thread);
             warp.max(weft)
-        };
-        let heights: Vec<f64> = (0..self.size * self.size).map(height).collect();
-        Ok(HeightField::new([self.size; 2], &heights)?)
+        })
     }
 }

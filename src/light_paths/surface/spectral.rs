@@ -110,9 +110,8 @@ impl SurfaceSpec for GaussianSpec {
     fn build(&self, draw: u64) -> Result<HeightField, BuildError> {
         self.check()?;
         let seed = self.seed.wrapping_add(draw);
-        synthesise(self.rms_slope, self.correlation, self.size, seed, |k2| {
-            (-0.25 * k2).exp()
-        })
+        let shape = |k2: f64| (-0.25 * k2).exp();
+        synthesise(self.rms_slope, self.correlation, self.size, seed, shape)
     }
 }
 
@@ -132,9 +131,8 @@ impl SurfaceSpec for ExponentialSpec {
         // Both heights of a product are smoothed, hence twice the exponent.
         let inner = (self.inner_scale / self.correlation).powi(2);
         let seed = self.seed.wrapping_add(draw);
-        synthesise(self.rms_slope, self.correlation, self.size, seed, |k2| {
-            (1.0 + k2).powf(-1.5) * (-0.5 * inner * k2).exp()
-        })
+        let shape = |k2: f64| (1.0 + k2).powf(-1.5) * (-0.5 * inner * k2).exp();
+        synthesise(self.rms_slope, self.correlation, self.size, seed, shape)
     }
 }
 
@@ -150,11 +148,7 @@ fn synthesise(
     let [sx, sy] = slope.xy();
     let lengths = [length, length * sx / sy];
     let wave = |i: usize, length: f64| {
-        let i = if 2 * i > n {
-            i as f64 - n as f64
-        } else {
-            i as f64
-        };
+        let i = i as f64 - if 2 * i > n { n as f64 } else { 0.0 };
         (TAU / n as f64 * i, TAU / n as f64 * i * length)
     };
     let density = |x: usize, y: usize| match (x, y) {
@@ -202,9 +196,8 @@ fn along_both(fft: &Arc<dyn Fft<f64>>, field: &mut Vec<Complex<f64>>, n: usize) 
         field.par_chunks_mut(n).for_each(|row| fft.process(row));
     };
     rows(field);
-    let columns = (0..n)
-        .into_par_iter()
-        .flat_map_iter(|x| (0..n).map(move |y| y * n + x));
+    let columns = (0..n).into_par_iter();
+    let columns = columns.flat_map_iter(|x| (0..n).map(move |y| y * n + x));
     *field = columns.map(|place| field[place]).collect();
     rows(field);
 }

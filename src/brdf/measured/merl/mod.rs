@@ -25,7 +25,7 @@ pub(super) use write::NOT_ISOTROPIC;
 pub(crate) use write::tabulate;
 pub use write::write_merl;
 
-use super::doubts::{Doubts, is_doubted};
+use super::doubts::{Doubts, doubted};
 use super::specs::{file_table, length};
 use super::{FileFormat, TableError, without_wavelengths, write_file};
 use crate::brdf::{Brdf, Channels, Presence};
@@ -158,13 +158,12 @@ impl Brdf for Merl {
         let [_, n_d, n_phi] = self.grid.dims();
         let pair = |i: usize| {
             let row = i / n_phi;
-            move || self.grid.pair([row / n_d, row % n_d, i % n_phi])
+            self.grid.pair([row / n_d, row % n_d, i % n_phi])
         };
         let cells = 0..self.grid.cells();
         let first = cells.filter_map(|i| self.cell(i).map(|[value, ..]| (i, value)));
-        let doubted = first.filter(|(i, value)| is_doubted(*value, pair(*i)));
         let mut doubts = self.doubts.clone();
-        doubts.look_for_zeros(doubted.map(|(_, value)| value));
+        doubts.look_for_zeros(first.filter_map(|(i, value)| doubted(value, || pair(i))));
         doubts.remarks()
     }
 
@@ -275,41 +274,22 @@ impl<const N: usize> NullaryFnOnce for LookUps<'_, N> {
             for j in 0..BLOCK {
                 [h[j], d[j], phi[j]] = table.grid.coordinates_of(block.vectors(j));
             }
-            let targets = out.iter_mut().zip(presences).enumerate();
-            match table.interpolation {
-                Interpolation::Nearest => {
-                    for j in 0..BLOCK {
-                        index[j] = table.grid.index_at([h[j], d[j], phi[j]]);
-                    }
-                    for (j, (out, of)) in targets {
-                        let cell = cells[index[j] as usize];
-                        let there = holds_data(&cell) | block.is_below(j);
-                        let shown = holds_data(&cell) & !block.is_below(j);
-                        let value = scaled(cell, scale);
-                        *of = if there {
-                            Presence::Present
-                        } else {
-                            Presence::Missing
-                        };
-                        for (out, v) in out.iter_mut().zip(value) {
-                            *out = if shown { v } else { 0.0 };
-                        }
-                    }
+            let is_nearest = table.interpolation == Interpolation::Nearest;
+            for j in 0..BLOCK {
+                let coordinates = [h[j], d[j], phi[j]];
+                match is_nearest {
+                    true => index[j] = table.grid.index_at(coordinates),
+                    false => corners[j] = table.grid.corner(coordinates),
                 }
-                Interpolation::Trilinear => {
-                    for j in 0..BLOCK {
-                        corners[j] = table.grid.corner([h[j], d[j], phi[j]]);
-                    }
-                    for (j, (out, of)) in targets {
-                        let found = if block.is_below(j) {
-                            Some([0.0; N])
-                        } else {
-                            trilinear(table.grid, cells, scale, corners[j])
-                        };
-                        *of = presence(&found);
-                        *out = found.unwrap_or([0.0; N]);
-                    }
-                }
+            }
+            for (j, (out, of)) in out.iter_mut().zip(presences).enumerate() {
+                let found = match is_nearest {
+                    _ if block.is_below(j) => Some([0.0; N]),
+                    true => data(cells[index[j] as usize], scale),
+                    false => trilinear(table.grid, cells, scale, corners[j]),
+                };
+                *of = presence(&found);
+                *out = found.unwrap_or([0.0; N]);
             }
         }
     }
@@ -449,15 +429,11 @@ file_table! {
         Ok(check(&self.path)?.symmetry(self.bilateral))
     }
 
-    fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError> {
+    fn load(&self, channels: Channels) -> Result<impl Brdf + 'static, TableError> {
         without_wavelengths("path", self.path.display(), &channels)?;
         let table = Merl::load(&self.path, channels, self.no_reading)?;
-        Ok(Box::new(
-            table
-                .with_interpolation(self.interpolation)
-                .with_nodes(self.nodes)
-                .with_bilateral(self.bilateral),
-        ))
+        let table = table.with_interpolation(self.interpolation);
+        Ok(table.with_nodes(self.nodes).with_bilateral(self.bilateral))
     }
 
     fn channel_bytes(&self) -> usize {

@@ -124,12 +124,8 @@ impl Rgl {
         })
     }
 
-    pub(super) fn with_lost(self, lost: Lost) -> Self {
-        Self { lost, ..self }
-    }
-
     fn is_isotropic(&self) -> bool {
-        self.phi_i.len() <= MOST_OF_ISOTROPIC
+        self.symmetry().isotropic
     }
 
     /// The incidences around one.
@@ -145,35 +141,26 @@ impl Rgl {
         all
     }
 
-    /// Writes f_r; false where there is no data.
-    fn look_up(&self, pair: &DirectionPair, out: &mut [f64]) -> bool {
-        out.fill(0.0);
+    /// Writes f_r over zeros; of no use where there is no data.
+    fn look_up(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         if !pair.is_above_horizon() {
-            return true;
+            return Presence::Present;
         }
         let [light, sensor] = self.folded(pair);
         let theta_i = light.theta();
-        if self
-            .theta_i
-            .last()
-            .is_none_or(|last| theta_i > last + SLACK)
-        {
-            return false;
+        let last = self.theta_i.last();
+        if last.is_none_or(|last| theta_i > last + SLACK) {
+            return Presence::Missing;
         }
-        let phi_i = match self.is_isotropic() {
-            true => self.phi_i[0],
-            // Their circle begins at −π, which `phi` calls π.
-            false if self.reduction >= 2 && light.phi() > 0.0 => -PI,
-            false => light.phi(),
-        };
         // Above the horizon the two are never opposite.
         let Some(m) = Direction::try_new(light.vector() + sensor.vector()) else {
-            return true;
+            return Presence::Present;
         };
-        let turned = if self.is_isotropic() {
-            m.phi() - light.phi()
-        } else {
-            m.phi()
+        let (phi_i, turned) = match self.is_isotropic() {
+            true => (self.phi_i[0], m.phi() - light.phi()),
+            // Their circle begins at −π, which `phi` calls π.
+            false if self.reduction >= 2 && light.phi() > 0.0 => (-PI, m.phi()),
+            false => (light.phi(), m.phi()),
         };
         let place = [u_of(m.theta()), v_of(turned)];
         let incidences = self.incidences(theta_i, phi_i);
@@ -188,11 +175,10 @@ impl Rgl {
             let value = factor * self.values.value_at(&incidences, [channel, count], uniform);
             *out = value.clamp(0.0, f64::MAX);
         }
-        let is_known = out.iter().all(|v| !v.is_nan());
-        if !is_known {
-            out.fill(0.0);
+        match out.iter().any(|v| v.is_nan()) {
+            true => Presence::Missing,
+            false => Presence::Present,
         }
-        is_known
     }
 
     /// Light and sensor, mirrored into the part of the circle of φ_i that is held.
@@ -281,10 +267,12 @@ impl Brdf for Rgl {
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        match self.look_up(pair, out) {
-            true => Presence::Present,
-            false => Presence::Missing,
+        out.fill(0.0);
+        let presence = self.look_up(pair, out);
+        if presence == Presence::Missing {
+            out.fill(0.0);
         }
+        presence
     }
 }
 
@@ -325,11 +313,12 @@ file_table! {
         Ok(symmetry(phi_i.len()))
     }
 
-    fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError> {
+    fn load(&self, channels: Channels) -> Result<impl Brdf + 'static, TableError> {
         self.fits(&channels)?;
         let (fields, lost) = self.fields()?;
         self.suits(&fields.colours, &channels)?;
-        Ok(Box::new(Rgl::new(fields, channels)?.with_lost(lost)))
+        let table = Rgl::new(fields, channels)?;
+        Ok(Rgl { lost, ..table })
     }
 
     fn channel_bytes(&self) -> usize {

@@ -186,9 +186,7 @@ file_table! {
         summary: "isotropic, for the material BSDF of Radiance: TensorTree3, luminance or R, G, B",
         write: Some(|brdf, of, path| {
             let (trees, filled) = tabulate(brdf, LEVELS[of.size])?;
-            write_file(path, filled, |out| {
-                write_tensor_tree(&trees, out)
-            })
+            write_file(path, filled, |out| write_tensor_tree(&trees, out))
         }),
         pairs: Some(|brdf, size| table_pairs(brdf, LEVELS[size])),
         sizes: LEVELS.len(),
@@ -209,11 +207,9 @@ file_table! {
         Ok(SYMMETRY)
     }
 
-    fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError> {
+    fn load(&self, channels: Channels) -> Result<impl Brdf + 'static, TableError> {
         without_wavelengths("path", self.path.display(), &channels)?;
-        let text = text(&self.path)?;
-        let table = TensorTree::read_without(&text, channels, self.no_reading)?;
-        Ok(Box::new(table))
+        TensorTree::read_without(&text(&self.path)?, channels, self.no_reading)
     }
 
     fn channel_bytes(&self) -> usize {

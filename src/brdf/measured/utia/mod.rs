@@ -195,11 +195,10 @@ file_table! {
         Ok(Symmetry::NONE)
     }
 
-    fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError> {
+    fn load(&self, channels: Channels) -> Result<impl Brdf + 'static, TableError> {
         self.fits(&channels)?;
         let file = file::open(&self.path)?;
-        let table = Utia::read_without(file, self.scale, channels, self.no_reading)?;
-        Ok(Box::new(table))
+        Utia::read_without(file, self.scale, channels, self.no_reading)
     }
 
     fn channel_bytes(&self) -> usize {

@@ -32,7 +32,7 @@ use super::{Angles, Zemax};
 use crate::brdf::Channels;
 use crate::brdf::marks::{Marks, is_mark};
 use crate::brdf::measured::TableError;
-use crate::brdf::measured::doubts::{Doubts, is_doubted};
+use crate::brdf::measured::doubts::{Doubts, doubted};
 use crate::error::excerpt;
 use crate::files;
 use crate::numeric::{LARGEST_READING, XYZ};
@@ -265,15 +265,13 @@ impl Head<'_> {
         let mut doubts = Doubts::take(&mut values, texts, no_reading);
         let nodes = self.angles.count();
         let angles = &self.angles;
-        let pair = |node: usize| move || Some(angles.pair(node));
-        let first = values.iter().copied().take(nodes).enumerate();
-        let doubted = first.filter(|(node, value)| is_doubted(*value, pair(*node)));
-        doubts.look_for_zeros(doubted.map(|(_, value)| value));
+        let first = values.iter().take(nodes).enumerate();
+        doubts.look_for_zeros(
+            first.filter_map(|(node, value)| doubted(*value, || Some(angles.pair(node)))),
+        );
         // Of NaN and 0 the maximum would be 0.
-        values
-            .iter_mut()
-            .filter(|v| **v < 0.0)
-            .for_each(|v| *v = 0.0);
+        let negative = values.iter_mut().filter(|v| **v < 0.0);
+        negative.for_each(|v| *v = 0.0);
         let mut planes: Vec<Vec<f64>> = values.chunks_exact(nodes).map(Into::into).collect();
         if let ([x, y, z], Channels::Rgb) = (&mut planes[..], &channels) {
             let inverse = XYZ.inverse();

@@ -255,11 +255,8 @@ file_table! {
         self.head(channels, |head| Ok(head.angles.symmetry()))
     }
 
-    fn load(&self, channels: Channels) -> Result<Box<dyn Brdf>, TableError> {
-        let table = self.head(&channels, |head| {
-            head.load(channels.clone(), self.no_reading)
-        })?;
-        Ok(Box::new(table))
+    fn load(&self, channels: Channels) -> Result<impl Brdf + 'static, TableError> {
+        self.head(&channels, |head| head.load(channels.clone(), self.no_reading))
     }
 
     fn channel_bytes(&self) -> usize {
