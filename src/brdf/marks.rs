@@ -101,35 +101,3 @@ impl Marks {
         (!each.is_empty()).then(|| format!("taken for no reading: {}", each.join(", ")))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn marks_are_far_outside_what_is_read() {
-        let among = |values: &[f64]| marks_among(values.iter().copied(), None);
-        assert_eq!(among(&[0.1, 0.3, -999.0, -999.0]), [-999.0]);
-        assert_eq!(among(&[0.01, -1.0]), [-1.0]);
-        // Noise, or a peak.
-        assert!(among(&[0.3, -1.0]).is_empty());
-        assert!(among(&[2000.0, 9999.0]).is_empty());
-        assert!(among(&[0.1, 0.2]).is_empty());
-        let single = [0.1, f64::from(1e30_f32)];
-        assert_eq!(among(&single), [1e30]);
-        assert!(is_mark("N.A.") && is_mark("Overflow") && !is_mark("12"));
-    }
-
-    #[test]
-    fn zeros_are_doubted_where_nothing_is_near_them() {
-        let among = |zeros: usize, least: f64| {
-            let ones = std::iter::repeat_n(1.0, 40).chain([least]);
-            zeros_among(ones.chain(std::iter::repeat_n(0.0, zeros)))
-        };
-        assert_eq!(among(3, 0.06), Some((3, 0.06)));
-        // A lobe that ends in zeros goes down to them.
-        assert_eq!(among(3, 0.04), None);
-        assert_eq!(among(0, 0.06), None);
-        assert_eq!(zeros_among([0.0, 1.0, 1.0].into_iter()), None);
-    }
-}

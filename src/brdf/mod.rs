@@ -227,9 +227,6 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
     }
 
     /// The channels in which it loses nothing: those that its file holds, else R, G, B if it has values in them, else luminance.
-    ///
-    /// # Errors
-    /// As [`held_channels`](Self::held_channels).
     fn widest_channels(&self) -> Result<Channels, BuildError> {
         let held = self.held_channels()?;
         Ok(held.unwrap_or_else(|| match self.check(&Channels::Rgb) {
@@ -240,9 +237,6 @@ pub trait BrdfSpec: std::fmt::Debug + Send + Sync {
 
     /// The symmetries the BRDF will declare. Schedules are planned before tables are loaded, so a
     /// kind that is slow to build answers this without building.
-    ///
-    /// # Errors
-    /// As [`build`](Self::build).
     fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {
         Ok(self.build(channels.clone())?.symmetry())
     }

@@ -126,9 +126,7 @@ pub(super) fn left_by(
 
 /// Does work in threads of their own, as many as work here. A thread that waits for parallel work takes up other work, which may
 /// wait for what is being done; this one only waits.
-///
-/// # Panics
-/// If there can be no threads.
+/// Panics if there can be no threads.
 #[cfg(feature = "surfaces")]
 pub(super) fn apart<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     let threads = rayon::current_num_threads();

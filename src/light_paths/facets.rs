@@ -18,7 +18,11 @@ const MIRROR: Entry<FacetsSpec> = Entry {
     kind: "mirror",
     summary: "mirrors; fresnel, the table of a Fresnel term, says how much they reflect",
     examples: &["", "fresnel = { kind = \"none\" }"],
-    read: read_mirror,
+    read: |mut table| {
+        let term = fresnel::take(&mut table)?;
+        only!(table, "fresnel")?;
+        Ok(Box::new(FacetsSpec::Mirror(term)))
+    },
 };
 
 const DIFFUSE: Entry<FacetsSpec> = Entry {
@@ -32,7 +36,17 @@ const MATERIAL: Entry<FacetsSpec> = Entry {
     kind: "material",
     summary: "facets of the material that its table brdf names, in the frame of each facet; an isotropic one",
     examples: &["brdf = { kind = \"ggx\", alpha = 0.2 }"],
-    read: read_material,
+    read: |mut table| {
+        let span = table.span();
+        let spec = registry::take_table(&mut table, "brdf")?;
+        only!(table, "brdf")?;
+        let Some(spec) = spec else {
+            let message =
+                "brdf is missing from the facets; allowed: a table with a kind of material";
+            return Err(ReadError::new(span, message));
+        };
+        Ok(Box::new(FacetsSpec::Material(brdf::read(spec)?.into())))
+    },
 };
 
 /// Every kind of facet that a config can name.
@@ -82,23 +96,6 @@ impl Default for FacetsSpec {
     fn default() -> Self {
         FacetsSpec::Mirror(FresnelSpec::default())
     }
-}
-
-fn read_mirror(mut table: Table<'_>) -> Result<Box<FacetsSpec>, ReadError> {
-    let term = fresnel::take(&mut table)?;
-    only!(table, "fresnel")?;
-    Ok(Box::new(FacetsSpec::Mirror(term)))
-}
-
-fn read_material(mut table: Table<'_>) -> Result<Box<FacetsSpec>, ReadError> {
-    let span = table.span();
-    let spec = registry::take_table(&mut table, "brdf")?;
-    only!(table, "brdf")?;
-    let Some(spec) = spec else {
-        let message = "brdf is missing from the facets; allowed: a table with a kind of material";
-        return Err(ReadError::new(span, message));
-    };
-    Ok(Box::new(FacetsSpec::Material(brdf::read(spec)?.into())))
 }
 
 impl FacetsSpec {
@@ -195,9 +192,6 @@ pub(super) enum Facets {
 
 impl Facets {
     /// Those of a `spec`.
-    ///
-    /// # Errors
-    /// What a material cannot be built of.
     pub(super) fn new(spec: &FacetsSpec, channels: &Channels) -> Result<Self, BuildError> {
         Ok(match spec {
             FacetsSpec::Mirror(fresnel) => Facets::Mirror(Fresnel::new(fresnel, channels)),
@@ -214,9 +208,8 @@ impl Facets {
                         let allowed = format!(
                             "a material with an albedo of {MOST} at most up to 65°; this one has {albedo:.3}"
                         );
-                        return Err(
-                            ParameterError::new("facets.brdf", spec.label(), allowed).into()
-                        );
+                        let error = ParameterError::new("facets.brdf", spec.label(), allowed);
+                        return Err(error.into());
                     }
                 }
                 Facets::Material(brdf.into())
@@ -289,10 +282,9 @@ impl Facets {
                     };
                     if let Some((drawn, density)) = drawn {
                         _ = brdf.eval(&DirectionPair::new(back, drawn), &mut share);
-                        let scale = if density > 0.0 {
-                            drawn.cos_theta() / density
-                        } else {
-                            0.0
+                        let scale = match density > 0.0 {
+                            true => drawn.cos_theta() / density,
+                            false => 0.0,
                         };
                         share.iter_mut().for_each(|s| *s *= scale);
                         next = frame * drawn.vector();

@@ -157,12 +157,7 @@ impl Gathered {
             }
         }
         let realisation = beyond(&sums, squares);
-        // A class without paths has the error of one.
-        let unseen = squares[1..CLASSES].iter().filter(|s| **s == 0.0).count();
-        squares[CLASSES] += unseen as f64 * one * one;
-        for square in squares[1..CLASSES].iter_mut().filter(|s| **s == 0.0) {
-            *square = one * one;
-        }
+        with_unseen(&mut squares[1..], one * one);
         Split {
             value: value.map(|v| seen(v, followed, channels)),
             transport: squares.map(f64::sqrt).into(),
@@ -216,6 +211,16 @@ pub(super) fn beyond(
         });
         more_surface(sums.len(), sum, square, squares[i])
     })
+}
+
+/// Gives classes without paths the squared error `one` of a single path, and adds that to their sum, the last one.
+pub(super) fn with_unseen(squares: &mut [f64], one: f64) {
+    if let [classes @ .., sum] = squares {
+        for square in classes.iter_mut().filter(|s| **s == 0.0) {
+            *square = one;
+            *sum += one;
+        }
+    }
 }
 
 /// Standard error that only more surface reduces, of `groups` groups: from their sum, the sum of their squares, and the part

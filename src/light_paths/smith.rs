@@ -148,9 +148,6 @@ pub struct SmithMultiple<D> {
 
 impl<D: Distribution> SmithMultiple<D> {
     /// Facets of roughness `alpha`.
-    ///
-    /// # Errors
-    /// What a material of facets cannot be built of.
     pub fn new(
         alpha: Roughness,
         facets: &FacetsSpec,

@@ -80,9 +80,6 @@ struct Sums {
 
 impl Transport {
     /// Light through `field`.
-    ///
-    /// # Errors
-    /// What a material of facets cannot be built of.
     pub fn new(
         field: Arc<HeightField>,
         facets: &FacetsSpec,

@@ -30,7 +30,8 @@ pub const CELLS: [usize; 2] = [90, 180];
 /// # Errors
 /// [`TableError::Unsuited`] of a BRDF that is not isotropic, or of several wavelengths.
 pub fn table_pairs(brdf: &dyn Brdf) -> Result<u64, TableError> {
-    suits(brdf)?;
+    let wavelengths = "an MBSDF table holds luminance, R, G, B or one wavelength";
+    suits_isotropic(brdf, "an MBSDF table", wavelengths, 1)?;
     Ok((sides(brdf).len() * CELLS[0] * CELLS[0] * CELLS[1]) as u64)
 }
 
@@ -51,12 +52,6 @@ fn meet(a: &mut f64, b: f64) {
     };
 }
 
-/// Checks that a table can hold a BRDF.
-fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
-    let wavelengths = "an MBSDF table holds luminance, R, G, B or one wavelength";
-    suits_isotropic(brdf, "an MBSDF table", wavelengths, 1)
-}
-
 /// Tabulates a BRDF, channels together, the mean of both sides of the plane of incidence. A cell without data has what it has
 /// with light and sensor exchanged, else what the cell nearer to retro-reflection has, or, if there is none, the nearest one; 0
 /// where a pair of elevations has no data at all. Runs on rayon's threads; the result does not depend on their number. Also
@@ -65,7 +60,7 @@ fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
 /// # Errors
 /// As [`table_pairs`], and [`TableError::NoData`] of a BRDF without any.
 pub fn tabulate(brdf: &dyn Brdf) -> Result<(Vec<f64>, usize), TableError> {
-    suits(brdf)?;
+    table_pairs(brdf)?;
     let n = brdf.channels().count();
     let [elevations, azimuths] = CELLS;
     let row = |r: usize| {
@@ -92,9 +87,6 @@ pub fn tabulate(brdf: &dyn Brdf) -> Result<(Vec<f64>, usize), TableError> {
 }
 
 /// Writes the values of a BRDF of some channels, as [`tabulate`] makes them.
-///
-/// # Errors
-/// Those of `out`.
 ///
 /// ```
 /// use gonio::brdf::measured::mdl::{tabulate, write_mdl};

@@ -148,9 +148,6 @@ impl FresnelSpec {
     }
 
     /// Checks every parameter.
-    ///
-    /// # Errors
-    /// The first parameter outside its range.
     pub fn check(&self, channels: &Channels) -> Result<(), ParameterError> {
         let checked = match self {
             FresnelSpec::Conductor(s) => s.check_keys(channels),
@@ -271,65 +268,4 @@ pub(crate) fn dielectric(excess: f64, c: f64) -> f64 {
     let s = difference / sum;
     let p = (c * sum - 1.0) / (c * difference + 1.0);
     0.5 * s * s * (1.0 + p * p)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::numeric::safe_sqrt;
-
-    /// Snell and the two polarised amplitudes, with no algebra in common with the code above.
-    fn textbook(ior: f64, c: f64) -> f64 {
-        let ct = safe_sqrt(1.0 - (1.0 - c * c) / (ior * ior));
-        let rs = (c - ior * ct) / (c + ior * ct);
-        let rp = (ior * c - ct) / (ior * c + ct);
-        0.5 * (rs * rs + rp * rp)
-    }
-
-    #[test]
-    fn dielectric_agrees_with_the_amplitudes() {
-        for ior in [1.0001, 1.33, 1.5, 2.4, 99.0] {
-            for step in 0..=1000 {
-                let c = f64::from(step) / 1000.0;
-                let (got, want) = (dielectric(excess(ior), c), textbook(ior, c));
-                // 8e-14 measured, in the textbook's cosine of the transmitted ray as ior → 1.
-                assert!((got - want).abs() < 1e-12, "{ior} {c} {got} {want}");
-            }
-        }
-    }
-
-    #[test]
-    fn conductor_without_extinction_is_a_dielectric() {
-        for ior in [1.33f64, 1.5, 2.4] {
-            for step in 1..=1000 {
-                let c = f64::from(step) / 1000.0;
-                let got = conductor([ior * ior, 0.0], c);
-                assert!((got - textbook(ior, c)).abs() < 2e-14, "{ior} {c} {got}");
-            }
-        }
-    }
-
-    #[test]
-    fn conductor_at_the_normal_and_at_grazing() {
-        for (eta, kappa) in [(0.2f64, 3.0f64), (0.14, 3.98), (2.0, 0.0), (1e-3, 1e3)] {
-            let index = [eta * eta - kappa * kappa, 4.0 * eta * eta * kappa * kappa];
-            let k2 = kappa * kappa;
-            let want = ((eta - 1.0).powi(2) + k2) / ((eta + 1.0).powi(2) + k2);
-            // 2e-14 measured, where kappa is a million times eta and a² is a difference.
-            let got = conductor(index, 1.0);
-            assert!((got - want).abs() < 1e-12, "{eta} {kappa} {got} {want}");
-            assert_eq!(conductor(index, 0.0), 1.0);
-            for step in 0..=1000 {
-                let f = conductor(index, f64::from(step) / 1000.0);
-                assert!((0.0..=1.0 + 1e-15).contains(&f), "{eta} {kappa} {f}");
-            }
-        }
-    }
-
-    #[test]
-    fn nothing_reflects_without_a_step_in_index() {
-        for c in [0.0, 1e-300, 1e-160, 1e-20, 0.3, 1.0] {
-            assert_eq!(dielectric(excess(1.0), c), 0.0, "{c}");
-        }
-    }
 }

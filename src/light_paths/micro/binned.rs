@@ -8,7 +8,7 @@
 //! so that values, linear between nodes, integrate to the light of the paths.
 
 use super::super::accumulate::seen;
-use super::super::gathered::{Drawing, more_surface};
+use super::super::gathered::{Drawing, more_surface, with_unseen};
 use super::super::normals::{BLOCKS, in_block};
 use super::super::transport::Transport;
 use super::nodes::{Nodes, Shares};
@@ -94,10 +94,11 @@ impl Binned {
         let mut all = Sums::new(&nodes, channels);
         // Sums over groups, and of their squares, of the luminance of the classes and of both.
         let mut moments = vec![[[0.0; 2]; CLASSES]; nodes.len()];
-        let groups_in_turn: Vec<usize> = (0..groups).collect();
         let numbers = LATER * channels * nodes.len();
-        for some in groups_in_turn.chunks((HELD / numbers).clamp(1, AT_A_TIME)) {
-            let parts: Vec<Sums> = some.par_iter().map(|group| follow(*group)).collect();
+        let at_a_time = (HELD / numbers).clamp(1, AT_A_TIME);
+        for first in (0..groups).step_by(at_a_time) {
+            let some = first..groups.min(first + at_a_time);
+            let parts: Vec<Sums> = some.into_par_iter().map(follow).collect();
             for part in parts {
                 let add = |(sum, l): (&mut f64, &f64)| *sum += l;
                 all.light.iter_mut().zip(&part.light).for_each(add);
@@ -117,11 +118,9 @@ impl Binned {
             }
         }
         // What a path brings that is all a node's.
-        let scale: Vec<f64> = nodes
-            .measures()
-            .iter()
-            .map(|measure| PI / (measure * (of_group * groups) as f64))
-            .collect();
+        let begun = (of_group * groups) as f64;
+        let scale = nodes.measures().into_iter();
+        let scale: Vec<f64> = scale.map(|measure| PI / (measure * begun)).collect();
         for (light, scale) in all.light.chunks_mut(LATER * channels).zip(&scale) {
             light.iter_mut().for_each(|l| *l *= scale);
         }
@@ -132,13 +131,8 @@ impl Binned {
             })
         });
         let realisation = realisation.collect();
-        // A class without paths has the error of one.
-        let transport = all.squares.iter().zip(&scale).map(|(squares, scale)| {
-            let mut squares = *squares;
-            let unseen = squares[..LATER].iter().filter(|s| **s == 0.0).count();
-            squares[LATER] += unseen as f64;
-            let empty = squares.iter_mut().filter(|s| **s == 0.0);
-            empty.for_each(|square| *square = 1.0);
+        let transport = all.squares.iter_mut().zip(&scale).map(|(squares, scale)| {
+            with_unseen(squares, 1.0);
             squares.map(|s| scale * s.sqrt())
         });
         Self {

@@ -18,18 +18,12 @@ use std::path::PathBuf;
 /// A surface, as a config writes it.
 pub trait SurfaceSpec: Resolved + fmt::Debug + Send + Sync {
     /// Checks every parameter, and every file.
-    ///
-    /// # Errors
-    /// The first parameter outside its range, or what is wrong with a file.
     fn check(&self) -> Result<(), BuildError>;
 
     /// What is known before it is built.
     fn facts(&self) -> Facts;
 
     /// Heights of one period; of a random surface those of the seed `draw` after its own.
-    ///
-    /// # Errors
-    /// As [`check`](Self::check).
     fn build(&self, draw: u64) -> Result<HeightField, BuildError>;
 
     /// What is peculiar about its files, or may be wrong, a sentence each; of the heights that it was built to.

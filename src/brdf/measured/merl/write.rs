@@ -24,9 +24,7 @@ pub(in super::super) const NOT_ISOTROPIC: &str =
 
 impl MerlGrid {
     /// The smallest layout that can hold this BRDF without loss of symmetry, with the nodes that it has if it is such a table.
-    ///
-    /// # Errors
-    /// [`TableError::Unsuited`] of a BRDF that is not isotropic, or is by wavelength.
+    /// Errors: [`TableError::Unsuited`] of a BRDF that is not isotropic, or is by wavelength.
     pub(crate) fn holding(brdf: &dyn Brdf) -> Result<Self, TableError> {
         if brdf.channels().wavelengths().is_some() {
             return Err(TableError::Unsuited(WAVELENGTHS.into()));
@@ -66,9 +64,7 @@ pub fn write_merl(brdf: &dyn Brdf, grid: MerlGrid, out: &mut impl Write) -> Resu
 
 /// Tabulates a BRDF. If `fill`, cells above the horizon without data have the values of the one before them in the file, those at
 /// the start of the first that has some; also returns their number, else 0.
-///
-/// # Errors
-/// As [`write_merl`], and [`TableError::NoData`] if there is none to fill with.
+/// Errors: as [`write_merl`], and [`TableError::NoData`] if there is none to fill with.
 pub(crate) fn tabulate(
     brdf: &dyn Brdf,
     grid: MerlGrid,

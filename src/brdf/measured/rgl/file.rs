@@ -90,9 +90,6 @@ pub(crate) fn open(path: &Path) -> Result<Head<BufReader<std::fs::File>>, TableE
 
 impl<R: Read + Seek> Head<R> {
     /// Reads the header of `length` bytes.
-    ///
-    /// # Errors
-    /// [`TableError`].
     pub fn read(mut input: R, length: u64) -> Result<Self, TableError> {
         let fields = tensor::head(&mut input, length)?;
         Ok(Self { input, fields })
@@ -220,9 +217,6 @@ impl<R: Read + Seek> Head<R> {
     }
 
     /// All fields.
-    ///
-    /// # Errors
-    /// [`TableError`].
     pub fn load(mut self) -> Result<Fields, TableError> {
         let description = match self.has("description") {
             true => String::from_utf8_lossy(&self.bytes("description")?).into_owned(),
@@ -287,9 +281,7 @@ pub(in crate::brdf::measured) struct Lost {
 
 impl Fields {
     /// Makes NaN of values that stand for no reading, `no_reading` among them, and leaves out wavelengths without any other.
-    ///
-    /// # Errors
-    /// [`TableError::Malformed`] if nothing is left.
+    /// Errors: [`TableError::Malformed`] if nothing is left.
     pub(in crate::brdf::measured) fn take_marks(
         &mut self,
         no_reading: Option<f64>,
@@ -324,9 +316,6 @@ impl Fields {
     }
 
     /// Writes a file.
-    ///
-    /// # Errors
-    /// Those of `out`.
     pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let incidences = [self.phi_i.len(), self.theta_i.len()];
         let floats = |numbers: &[f32]| numbers.iter().flat_map(|v| v.to_le_bytes()).collect();

@@ -124,11 +124,6 @@ impl<'a> Surface<'a> {
 }
 
 impl Surface<'_> {
-    /// Density of normals at (u, v).
-    fn normals(&self, place: [f64; 2]) -> f64 {
-        self.ndf.one(place)
-    }
-
     /// Projected area of the micro-surface towards a direction: ∫ D(m) max(0, m·ω) dω_m, by midpoints.
     fn area(&self, towards: DVec3) -> f64 {
         const STEPS: usize = 2 * NORMALS;
@@ -141,7 +136,7 @@ impl Surface<'_> {
                 let v = (j as f64 + 0.5) * step;
                 let (s, c) = (TAU * v - PI).sin_cos();
                 let facing = towards.dot(DVec3::new(sin * c, sin * s, cos)).max(0.0);
-                sum += self.normals([u, v]) * facing * jacobian(u, sin);
+                sum += self.ndf.one([u, v]) * facing * jacobian(u, sin);
             }
         }
         sum * step * step
@@ -155,10 +150,9 @@ impl Surface<'_> {
             self.area(Direction::from_spherical(theta, phi).vector()) as f32
         };
         // An isotropic surface is the same from every azimuth.
-        let own = if self.brdf.symmetry().isotropic {
-            1
-        } else {
-            rows
+        let own = match self.brdf.symmetry().isotropic {
+            true => 1,
+            false => rows,
         };
         let values: Vec<f32> = (0..own * NORMALS).into_par_iter().map(area).collect();
         Grids {
@@ -174,7 +168,7 @@ impl Surface<'_> {
             let [u, v] = [i % NORMALS, i / NORMALS].map(|k| k as f64 * step);
             let m = normal([u, v]);
             let j = jacobian(u, theta_of(u).sin());
-            [self.normals([u, v]) * light.dot(m).max(0.0) * j, j]
+            [self.ndf.one([u, v]) * light.dot(m).max(0.0) * j, j]
         });
         let nodes: Vec<[f64; 2]> = nodes.collect();
         let means = [0, 1].map(|k| nodes.iter().map(|n| n[k]).sum::<f64>() / nodes.len() as f64);
@@ -227,9 +221,8 @@ pub fn tabulate(
     let incidences = 0..phi_i.len() * theta_i.len();
     let sigma = surface.areas(rows);
     let visible = incidences.clone().into_par_iter();
-    let visible: Vec<Vec<f32>> = visible
-        .map(|i| surface.visible(light(i).vector()))
-        .collect();
+    let visible = visible.map(|i| surface.visible(light(i).vector()));
+    let visible: Vec<Vec<f32>> = visible.collect();
     let vndf = Grids {
         size: [NORMALS; 2],
         values: visible.concat(),
@@ -308,10 +301,9 @@ fn last_light(brdf: &dyn Brdf) -> f64 {
         }
     }
     // The node is in single precision, and must not round beyond.
-    if known > 0.0 {
-        known * (1.0 - 1e-6)
-    } else {
-        whole
+    match known > 0.0 {
+        true => known * (1.0 - 1e-6),
+        false => whole,
     }
 }
 
@@ -364,7 +356,7 @@ impl Incidence<'_> {
                 true => sensor.cos_theta().max(0.0),
                 false => 0.0,
             };
-            let value = cosine * 4.0 * self.area / self.surface.normals(place);
+            let value = cosine * 4.0 * self.area / self.surface.ndf.one(place);
             factors.push([value, cosine * 4.0 * facing * j / density]);
         }
         let mut found = vec![0.0; channels * n * n];
@@ -389,15 +381,13 @@ impl Incidence<'_> {
         }
         if average {
             let grids = values.chunks_exact_mut(n * n);
-            grids
-                .chain([&mut samples[..]])
-                .for_each(|grid| flatten(grid, n));
+            let grids = grids.chain([&mut samples[..]]);
+            grids.for_each(|grid| flatten(grid, n));
         }
         let mean = samples.iter().sum::<f64>() / (n * n) as f64;
-        let least = if mean > 0.0 {
-            LEAST_SAMPLES * mean
-        } else {
-            1.0
+        let least = match mean > 0.0 {
+            true => LEAST_SAMPLES * mean,
+            false => 1.0,
         };
         let single = |v: f64| v.min(f64::from(f32::MAX)) as f32;
         let grids = [
@@ -417,10 +407,8 @@ fn sources(n: usize, is_known: &dyn Fn(usize) -> bool) -> Option<Vec<usize>> {
     let known: Vec<usize> = (0..n).filter(|row| !rows[*row].is_empty()).collect();
     let nearest = |i: usize| {
         let row = known.iter().min_by_key(|row| row.abs_diff(i / n))?;
-        rows[*row]
-            .iter()
-            .min_by_key(|k| (**k % n).abs_diff(i % n))
-            .copied()
+        let nodes = rows[*row].iter().copied();
+        nodes.min_by_key(|k| (k % n).abs_diff(i % n))
     };
     (0..n * n).map(nearest).collect()
 }
@@ -429,9 +417,7 @@ fn sources(n: usize, is_known: &dyn Fn(usize) -> bool) -> Option<Vec<usize>> {
 fn flatten(grid: &mut [f64], n: usize) {
     for column in 0..n {
         let mean = grid.iter().skip(column).step_by(n).sum::<f64>() / n as f64;
-        grid.iter_mut()
-            .skip(column)
-            .step_by(n)
-            .for_each(|v| *v = mean);
+        let column = grid.iter_mut().skip(column).step_by(n);
+        column.for_each(|v| *v = mean);
     }
 }

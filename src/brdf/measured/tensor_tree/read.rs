@@ -160,9 +160,6 @@ fn grid(values: &[f64], side: usize, size: usize, corner: [usize; 3]) -> Node {
 }
 
 /// The channels of the file, which is checked without its numbers.
-///
-/// # Errors
-/// [`TableError`].
 pub fn check(text: &str) -> Result<Channels, TableError> {
     Ok(match blocks(text)? {
         [_, None, _] => Channels::Luminance,
@@ -248,9 +245,6 @@ fn doubted(luminance: &mut Node) -> Vec<f64> {
 
 impl TensorTree {
     /// Reads a text for a scene of luminance or R, G, B.
-    ///
-    /// # Errors
-    /// [`TableError`].
     pub fn read(text: &str, channels: Channels) -> Result<Self, TableError> {
         Self::read_without(text, channels, None)
     }

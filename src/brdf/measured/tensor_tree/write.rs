@@ -192,9 +192,6 @@ pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<(Vec<Node>, usize), Tab
 
 /// Writes trees as the XML of a `WindowElement`, which has its faces the other way round than Radiance: what is reflected
 /// at its back leaves above the surface.
-///
-/// # Errors
-/// Whatever `out` reports.
 pub fn write_tensor_tree(trees: &[Node], out: &mut impl Write) -> io::Result<()> {
     out.write_all(HEAD.as_bytes())?;
     for (tree, name) in trees.iter().zip(BLOCKS) {

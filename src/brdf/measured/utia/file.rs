@@ -60,9 +60,6 @@ pub(super) fn open(path: &Path) -> Result<File, TableError> {
 
 impl Utia {
     /// Reads a file's bytes from anywhere; they must end where the table ends.
-    ///
-    /// # Errors
-    /// [`TableError`].
     pub fn read(input: impl Read, scale: f64, channels: Channels) -> Result<Self, TableError> {
         Self::read_without(input, scale, channels, None)
     }
@@ -164,9 +161,7 @@ pub fn table_pairs(brdf: &dyn Brdf) -> Result<u64, TableError> {
 
 /// Tabulates a BRDF. If `fill`, pairs without data have the values of the pair before them in the file, those at the start of the
 /// first that has some; also returns their number, else 0.
-///
-/// # Errors
-/// As [`table_pairs`], and [`TableError::NoData`] if there is none to fill with.
+/// Errors: as [`table_pairs`], and [`TableError::NoData`] if there is none to fill with.
 pub(crate) fn tabulate(brdf: &dyn Brdf, fill: bool) -> Result<(Planes, usize), TableError> {
     table_pairs(brdf)?;
     let n = brdf.channels().count();

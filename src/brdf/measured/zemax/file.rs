@@ -151,9 +151,6 @@ pub(crate) enum Content {
 
 impl Content {
     /// Checks that a scene can make use of it.
-    ///
-    /// # Errors
-    /// [`TableError::Channels`].
     pub fn suits(self, channels: &Channels) -> Result<(), TableError> {
         match (self, channels) {
             (Self::Monochrome, Channels::Wavelengths(w)) if w.nm().len() > 1 => {
@@ -239,9 +236,6 @@ impl Head<'_> {
     }
 
     /// The table, for a scene in some channels; `no_reading` is one more number that stands for no reading.
-    ///
-    /// # Errors
-    /// [`TableError`].
     pub fn load(
         mut self,
         channels: Channels,
@@ -308,9 +302,6 @@ impl Head<'_> {
 
 impl Zemax {
     /// Reads a text for a scene in some channels.
-    ///
-    /// # Errors
-    /// [`TableError`].
     pub fn read(text: &str, channels: Channels) -> Result<Self, TableError> {
         head(text)?.load(channels, None)
     }

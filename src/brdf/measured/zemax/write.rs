@@ -46,14 +46,9 @@ fn angles([theta_i, azimuth, radial]: Level, mirrored: bool) -> Angles {
 /// # Errors
 /// [`TableError::Unsuited`] of a BRDF that is not isotropic, or of several wavelengths.
 pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> Result<u64, TableError> {
-    suits(brdf)?;
-    Ok(angles(level, brdf.symmetry().bilateral).count() as u64)
-}
-
-/// Checks that a table can hold a BRDF.
-fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
     let wavelengths = "a Zemax table holds luminance, R, G, B or one wavelength";
-    suits_isotropic(brdf, "a Zemax table", wavelengths, 1)
+    suits_isotropic(brdf, "a Zemax table", wavelengths, 1)?;
+    Ok(angles(level, brdf.symmetry().bilateral).count() as u64)
 }
 
 /// Tabulates a BRDF. A sensor below the horizon has 0; one without data has what the sensor before it has, towards the
@@ -63,7 +58,7 @@ fn suits(brdf: &dyn Brdf) -> Result<(), TableError> {
 /// # Errors
 /// As [`table_pairs`], and [`TableError::NoData`] of a BRDF without any.
 pub fn tabulate(brdf: &dyn Brdf, level: Level) -> Result<(Zemax, usize), TableError> {
-    suits(brdf)?;
+    table_pairs(brdf, level)?;
     let n = brdf.channels().count();
     let angles = angles(level, brdf.symmetry().bilateral);
     let row = angles.radial.len();
@@ -113,9 +108,6 @@ fn total(angles: &Angles, light: usize, values: &[f64]) -> f64 {
 
 impl Zemax {
     /// Writes the text. Values have seven digits.
-    ///
-    /// # Errors
-    /// Those of `out`.
     pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let angles = &self.angles;
         let symmetry = if angles.mirrored {

@@ -30,10 +30,7 @@ impl From<png::DecodingError> for PictureError {
 }
 
 impl Numbers {
-    /// The smallest and the largest one.
-    ///
-    /// # Errors
-    /// The first that is not finite.
+    /// The smallest and the largest one; refuses the first that is not finite.
     pub(crate) fn range(&self) -> Result<[f64; 2], PictureError> {
         if let Some(i) = self.values.iter().position(|v| !v.is_finite()) {
             let (column, row) = (1 + i % self.size[0], 1 + i / self.size[0]);
