@@ -36,9 +36,8 @@ impl Channels {
     }
 
     /// Luminance of one evaluation of this kind, sr⁻¹. Of a spectrum it is the mean over wavelength
-    /// by the trapezoid rule (Abramowitz and Stegun 1964, 25.4.1): what a sensor of flat response
-    /// from the first wavelength to the last sees. It is defined in the ultraviolet and infrared
-    /// too, where the eye's response is 0.
+    /// by the trapezoid rule (Abramowitz and Stegun 1964, 25.4.1), in the ultraviolet and infrared too: what a sensor of flat
+    /// response sees.
     #[inline]
     pub fn luminance(&self, values: &[f64]) -> f64 {
         match self {
@@ -66,8 +65,7 @@ impl Channels {
     }
 }
 
-/// Mean over wavelength of values at ascending `nm`, by the trapezoid rule; the value itself if there
-/// is one.
+/// Mean over wavelength of values at ascending `nm`, by the trapezoid rule; of one value itself.
 pub(super) fn mean_over(nm: &[f64], values: &[f64]) -> f64 {
     if let [value] = values {
         return *value;

@@ -7,10 +7,8 @@ named! {
     /// The coordinates that a BRDF favours by its formula or by how it was tabulated; the summary is one sentence about the
     /// bias, for a report.
     ///
-    /// A lobe that is a function of one coordinate is constant along all other axes: sampling
-    /// along that axis needs fewer nodes than any other, and a comparison on such a truth says
-    /// as much about the truth as about the parametrization. Terms that all models of a kind share (Fresnel,
-    /// shadowing, cosines) vary slowly and are left out of account.
+    /// A lobe that is a function of one coordinate needs fewer nodes in coordinates that have it as an axis. Terms that all models of
+    /// a kind share (Fresnel, shadowing, cosines) vary slowly and are left out of account.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
     #[serde(rename_all = "kebab-case")]
     pub enum Favours {

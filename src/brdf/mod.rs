@@ -61,10 +61,7 @@ use std::path::{Path, PathBuf};
 /// One number a channel; luminance and R, G, B need no memory of their own.
 pub type ChannelValues = SmallVec<[f64; 3]>;
 
-/// Presence of a value of a BRDF for a pair.
-///
-/// A measured table may hold no data for a configuration. That is neither 0 nor NaN but a fact
-/// of its own, which the instrument reports and metrics leave out and count.
+/// Presence of a value of a BRDF for a pair: a measured table may hold no data, which is neither 0 nor NaN but a fact of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Presence {
@@ -91,8 +88,8 @@ pub trait Brdf: Send + Sync {
     }
 
     /// True if values and their presence are the same, to rounding, mirrored through the plane of tangent and normal: then
-    /// moments of a slice take its half at φ ≥ 0, and those that are odd in φ are 0. A formula can promise it. A measured
-    /// table cannot, whatever [`symmetry`](Self::symmetry) it is read with. A wrapper asks what is in it.
+    /// moments of a slice take its half at φ ≥ 0, and those that are odd in φ are 0. A formula can promise it; a measured
+    /// table cannot, whatever [`symmetry`](Self::symmetry) it is read with.
     fn is_mirrored(&self) -> bool {
         false
     }

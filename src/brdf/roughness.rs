@@ -21,9 +21,7 @@ pub enum Roughness {
 }
 
 impl Roughness {
-    /// The smallest is a lobe of a micro-radian, five hundred times narrower than the
-    /// resolution of a fine instrument, yet 10 digits above the rounding of a direction; the largest
-    /// are slopes of 84°, where every lobe is flat.
+    /// From a lobe of a micro-radian, 10 digits above the rounding of a direction, to slopes of 84°, where every lobe is flat.
     pub const RANGE: RangeInclusive<f64> = 1e-6..=10.0;
 
     /// Roughness along t and along b.

@@ -147,8 +147,6 @@ pub(super) fn batch(
 ) {
     let n = brdf.channels().count();
     let places = out.par_chunks_mut(n).zip(presence);
-    pairs
-        .par_iter()
-        .zip(places)
-        .for_each(|(pair, (out, presence))| *presence = brdf.eval(pair, out));
+    let places = pairs.par_iter().zip(places);
+    places.for_each(|(pair, (out, presence))| *presence = brdf.eval(pair, out));
 }

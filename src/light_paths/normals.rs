@@ -134,9 +134,7 @@ impl Normals {
             *to += 1;
         }
         let mut cells = [0.0; BLOCKS];
-        for y in 0..lit[1] {
-            (0..lit[0]).for_each(|x| cells[block([x, y], lit)] += 1.0);
-        }
+        facets.iter().for_each(|facet| cells[facet.block()] += 0.5);
         Self {
             chord2: (2.0 * (0.5 * radius).sin()).powi(2),
             squares,
@@ -309,19 +307,16 @@ impl Density {
     /// D at each of `images` of a unit vector, which mean the same, and its standard error, of which more surface is the cure;
     /// sr⁻¹. Where there is no facet another surface may have one: the error is that of a cell.
     pub(super) fn density_at(&self, all: &[Normals], images: &[DVec3]) -> [f64; 2] {
-        let areas = self.areas(all, images);
-        let mean = self.mean(&areas);
-        let square: f64 = self.of_blocks(&areas, mean).map(|(_, e)| e * e).sum();
+        let mut square = 0.0;
+        let mean = self.noise(all, images, |_, e| square += e * e);
         match mean > 0.0 {
-            true => [mean, square.sqrt()],
-            false => [
-                mean,
-                1.0 / (self.cells.iter().sum::<f64>() * self.solid_angle),
-            ],
+            true => [mean, f64::sqrt(square)],
+            false => [mean, 1.0 / self.measure()],
         }
     }
 
-    /// D as [`density_at`](Self::density_at), and its standard error by blocks: what a block has too much it has at all half vectors.
+    /// D as [`density_at`](Self::density_at), and its standard error by blocks, of which its square is the sum of the squares: what a
+    /// block has too much it has at all half vectors.
     pub(super) fn noise(
         &self,
         all: &[Normals],
@@ -329,10 +324,20 @@ impl Density {
         mut each: impl FnMut(usize, f64),
     ) -> f64 {
         let areas = self.areas(all, images);
-        let mean = self.mean(&areas);
-        self.of_blocks(&areas, mean)
-            .for_each(|(block, e)| each(block, e));
+        let mean = areas.iter().sum::<f64>() / self.measure();
+        // Blocks have the same number of cells, but for a row; those without any say nothing.
+        let used = self.cells.iter().filter(|c| **c > 0.0).count() as f64;
+        let scale = 1.0 / (used * (used - 1.0).max(1.0)).sqrt();
+        let blocks = areas.iter().zip(&self.cells).enumerate();
+        for (block, (area, cells)) in blocks.filter(|(_, (_, cells))| **cells > 0.0) {
+            each(block, scale * (area / (cells * self.solid_angle) - mean));
+        }
         mean
+    }
+
+    /// Cells of all periods, times the sr of the cone.
+    fn measure(&self) -> f64 {
+        self.cells.iter().sum::<f64>() * self.solid_angle
     }
 
     /// Areas of the facets about `images` in each block, cells.
@@ -362,24 +367,6 @@ impl Density {
             }
         }
         areas
-    }
-
-    fn mean(&self, areas: &[f64]) -> f64 {
-        areas.iter().sum::<f64>() / (self.cells.iter().sum::<f64>() * self.solid_angle)
-    }
-
-    /// How far each block that has cells is off the mean, as a part of the standard error of the mean: its square is the sum of
-    /// these squared.
-    fn of_blocks(&self, areas: &[f64], mean: f64) -> impl Iterator<Item = (usize, f64)> {
-        // Blocks have the same number of cells, but for a row.
-        let used = self.cells.iter().filter(|c| **c > 0.0).count() as f64;
-        let scale = 1.0 / (used * (used - 1.0).max(1.0)).sqrt();
-        let blocks = areas.iter().zip(&self.cells).enumerate();
-        blocks
-            .filter(|(_, (_, cells))| **cells > 0.0)
-            .map(move |(block, (a, cells))| {
-                (block, scale * (a / (cells * self.solid_angle) - mean))
-            })
     }
 }
 

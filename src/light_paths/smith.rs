@@ -221,9 +221,8 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
                 true => ways.len(),
                 false => self.paths.paths,
             };
-            for path in 0..paths {
-                self.walk
-                    .follow(ways[path % 2], &mut random, &mut bounces, channels);
+            for way in ways.into_iter().cycle().take(paths) {
+                self.walk.follow(way, &mut random, &mut bounces, channels);
                 bounces.end(|values| self.followed.luminance(values));
             }
         }
@@ -251,9 +250,9 @@ impl<D: Distribution> SplitBrdf for SmithMultiple<D> {
             let mut weight: ChannelValues = smallvec![1.0; self.followed.count()];
             let left = self.walk.path(omega_i.vector(), &mut random, &mut weight);
             let path = left_by(omega_i, left, || self.followed.luminance(&weight));
-            path.filter(|path| self.paths.bounces.holds(path.order))
-                .into_iter()
-                .for_each(&mut *each);
+            if let Some(path) = path.filter(|path| self.paths.bounces.holds(path.order)) {
+                each(path);
+            }
         }
     }
 }
@@ -264,16 +263,13 @@ pub(super) fn remark(brdf: &dyn SplitBrdf, paths: Paths, each: &str) -> String {
     let [mut value, mut error] = [0.0; 2];
     for pair in &pairs {
         let split = brdf.split(pair);
-        value += brdf
-            .channels()
-            .luminance(&split.part(paths.bounces))
-            .powi(2);
+        let luminance = brdf.channels().luminance(&split.part(paths.bounces));
+        value += luminance.powi(2);
         error += split.error(paths.bounces).powi(2);
     }
-    let share = if value > 0.0 {
-        100.0 * (error / value).sqrt()
-    } else {
-        0.0
+    let share = match value > 0.0 {
+        true => 100.0 * (error / value).sqrt(),
+        false => 0.0,
     };
     format!(
         "{} a {each}: values have a standard error of {share:.2} % of their root mean square ({} of all elevations and lobes)",

@@ -103,32 +103,30 @@ impl Transport {
     pub fn energies(&self, omega_i: Direction, spec: &TransportSpec) -> Energies {
         let random = Random::new(spec.seed);
         let blocks = spec.rays.div_ceil(BLOCK);
-        let sums: Vec<Sums> = (0..blocks)
-            .into_par_iter()
-            .map(|block| {
-                let mut stream = random.stream(block);
-                let mut sums = Sums::default();
-                let first = block * BLOCK;
-                let rays = BLOCK.min(spec.rays - first);
-                for ray in 0..rays {
-                    // A block takes a strip of the period, from left to right: rays meet what the last ones met.
-                    let x = (ray as f64 + stream.next()) / rays as f64;
-                    let y = (first as f64 + rays as f64 * stream.next()) / spec.rays as f64;
-                    let ray = self.tracer.from_sky([x, y], -omega_i.vector());
-                    let mut weight = smallvec![1.0; self.channels.count()];
-                    let path = self.path(ray, usize::MAX, &mut weight, &mut stream, &mut sums);
-                    sums.rays += 1.0;
-                    if let Some((_, order)) = path {
-                        let energy = self.channels.luminance(&weight);
-                        for class in [order.min(CLASSES) - 1, CLASSES] {
-                            sums.value[class] += energy;
-                            sums.square[class] += energy * energy;
-                        }
+        let of_block = |block: u64| {
+            let mut stream = random.stream(block);
+            let mut sums = Sums::default();
+            let first = block * BLOCK;
+            let rays = BLOCK.min(spec.rays - first);
+            for ray in 0..rays {
+                // A block takes a strip of the period, from left to right: rays meet what the last ones met.
+                let x = (ray as f64 + stream.next()) / rays as f64;
+                let y = (first as f64 + rays as f64 * stream.next()) / spec.rays as f64;
+                let ray = self.tracer.from_sky([x, y], -omega_i.vector());
+                let mut weight = smallvec![1.0; self.channels.count()];
+                let path = self.path(ray, usize::MAX, &mut weight, &mut stream, &mut sums);
+                sums.rays += 1.0;
+                if let Some((_, order)) = path {
+                    let energy = self.channels.luminance(&weight);
+                    for class in [order.min(CLASSES) - 1, CLASSES] {
+                        sums.value[class] += energy;
+                        sums.square[class] += energy * energy;
                     }
                 }
-                sums
-            })
-            .collect();
+            }
+            sums
+        };
+        let sums: Vec<Sums> = (0..blocks).into_par_iter().map(of_block).collect();
         let total = sums.into_iter().fold(Sums::default(), Sums::plus);
         let n = total.rays.max(1.0);
         let mean = total.value.map(|v| v / n);
@@ -156,8 +154,8 @@ impl Transport {
         // The area of a facet towards the light, for each of the plane below it.
         let towards = |[x, y]: [f64; 2]| (light.z - x * light.x - y * light.y).max(0.0);
         let [nx, ny] = self.tracer.field.size();
-        let turned =
-            self.tracer.field.all_slopes().map(towards).sum::<f64>() / (2 * nx * ny) as f64;
+        let turned: f64 = self.tracer.field.all_slopes().map(towards).sum();
+        let turned = turned / (2 * nx * ny) as f64;
         // Rounding may leave a plane a little less than itself.
         match turned > light.z {
             true => 1.0 - light.z / turned,
@@ -190,9 +188,8 @@ impl Transport {
             if order == last {
                 return None;
             }
-            let next = self
-                .facets
-                .scatter(-hit.ray.direction, hit.normal, weight, random);
+            let back = -hit.ray.direction;
+            let next = self.facets.scatter(back, hit.normal, weight, random);
             let before = std::mem::replace(&mut light, self.channels.luminance(weight));
             sums.absorbed += before - light;
             if order + 1 >= CERTAIN {

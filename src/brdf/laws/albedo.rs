@@ -6,8 +6,7 @@
 //! the product of the Gauss–Kronrod pair of 7 and 15 nodes; those whose sums differ most are halved,
 //! along the axis they differ along, until all differences together are within the tolerance.
 //!
-//! A feature narrower than some degrees anywhere else may be missed; no rule that looks at finitely
-//! many values can promise more.
+//! A feature narrower than some degrees anywhere else may be missed.
 
 use super::lobe::Lobe;
 use crate::brdf::{Brdf, ChannelValues, Presence, SplitBrdf, SumErrors};

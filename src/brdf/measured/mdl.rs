@@ -54,8 +54,7 @@ fn meet(a: &mut f64, b: f64) {
 
 /// Tabulates a BRDF, channels together, the mean of both sides of the plane of incidence. A cell without data has what it has
 /// with light and sensor exchanged, else what the cell nearer to retro-reflection has, or, if there is none, the nearest one; 0
-/// where a pair of elevations has no data at all. Runs on rayon's threads; the result does not depend on their number. Also
-/// returns the number of pairs without data.
+/// where a pair of elevations has no data at all. Also returns the number of pairs without data.
 ///
 /// # Errors
 /// As [`table_pairs`], and [`TableError::NoData`] of a BRDF without any.

@@ -1,4 +1,4 @@
-//! Measured tables, and materials converted into tables.
+//! Measured tables, and materials converted into tables, on rayon's threads: what is written does not depend on their number.
 
 mod doubts;
 mod error;
@@ -85,8 +85,8 @@ fn gaps(values: &[f64], n: usize) -> usize {
     values.chunks_exact(n).filter(|v| v[0].is_nan()).count()
 }
 
-/// [`values_or_nan`] and the number of pairs without data, but pairs without data have the values of those with light and sensor exchanged, which reciprocity
-/// makes equal: for a format without holes.
+/// [`values_or_nan`], but pairs without data have the values of those with light and sensor exchanged, which reciprocity makes
+/// equal: for a format without holes. Also returns their number.
 fn values_or_exchanged(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> (Vec<f64>, usize) {
     let n = brdf.channels().count();
     let mut values = values_or_nan(brdf, pairs);
@@ -148,10 +148,7 @@ pub(crate) struct Planes {
     stored: fn(usize, f64) -> f64,
     /// Channels, 1 or 3.
     n: usize,
-    /// Channels together.
-    ///
-    /// The file has all of R before any of G. Holding every value costs less than asking the BRDF three times: it may be a
-    /// reconstruction that takes microseconds a pair.
+    /// Channels together. The file has all of R before any of G; holding every value costs less than asking the BRDF three times.
     values: Vec<f64>,
 }
 

@@ -29,11 +29,10 @@ use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, 
 use crate::geometry::{BLOCK, Direction, DirectionPair, FEW, PairBlock, Symmetry, half_and_back};
 use crate::numeric::DENOMINATOR_FLOOR;
 use crate::numeric::angles::scale;
-use crate::registry::{self, ReadError, Table};
+use crate::registry::{self, ReadError, Table, keys};
 use crate::sampling::RandomStream;
 use glam::DVec3;
 use pulp::{Arch, NullaryFnOnce};
-use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
 
 /// A distribution of facet normals, with its projected area and sampling.
@@ -65,67 +64,52 @@ pub trait Distribution: Clone + std::fmt::Debug + Send + Sync + 'static {
     fn reflected_pdf(&self, h: DVec3, cos_d: f64, omega_o: DVec3) -> f64;
 }
 
-/// A microfacet model, as a config writes it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default, bound = "")]
-pub struct MicrofacetSpec<D> {
-    /// Roughness, one number or [alpha_x, alpha_y].
-    pub alpha: Roughness,
-    /// Reflectance of one facet.
-    #[serde(skip_serializing, deserialize_with = "registry::taken")]
-    pub fresnel: FresnelSpec,
-    #[serde(skip)]
-    distribution: PhantomData<fn() -> D>,
-}
-
-impl<D> Default for MicrofacetSpec<D> {
-    fn default() -> Self {
-        Self {
-            alpha: Roughness::Isotropic(0.3),
-            fresnel: FresnelSpec::default(),
-            distribution: PhantomData,
-        }
+keys! {
+    /// The keys of a microfacet model; `fresnel`, a table with a kind of its own, is taken out before.
+    struct Keys(channels: &Channels) {
+        alpha: Roughness = Roughness::Isotropic(0.3), in Roughness::RANGE;
+        #[serde(skip_serializing, deserialize_with = "registry::taken")]
+        fresnel: FresnelSpec = FresnelSpec::default();
     }
 }
+
+/// A microfacet model, as a config writes it.
+#[derive(Clone, Debug)]
+pub struct MicrofacetSpec<D>(Keys, PhantomData<fn() -> D>);
 
 impl<D: Distribution> MicrofacetSpec<D> {
     /// Facets of roughness `alpha` and reflectance `fresnel`.
     pub fn new(alpha: Roughness, fresnel: FresnelSpec) -> Self {
-        Self {
-            alpha,
-            fresnel,
-            ..Self::default()
-        }
+        Self(Keys { alpha, fresnel }, PhantomData)
     }
 
     fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
-        Ok(Box::new(Self {
-            fresnel: fresnel::take(&mut table)?,
-            ..registry::parse(table)?
-        }))
+        let fresnel = fresnel::take(&mut table)?;
+        let Keys { alpha, .. } = registry::parse(table)?;
+        Ok(Box::new(Self::new(alpha, fresnel)))
     }
 }
 
 impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
     fn resolved(&self) -> registry::Keys {
-        let mut table = registry::resolved(D::KIND, self);
-        table.insert("fresnel".into(), self.fresnel.resolved().into());
+        let mut table = registry::resolved(D::KIND, &self.0);
+        table.insert("fresnel".into(), self.0.fresnel.resolved().into());
         table
     }
 
     fn label(&self) -> String {
+        let Keys { alpha, fresnel } = &self.0;
+        let label = format!("{}-{alpha}", D::KIND);
         // The usual conductor goes without saying.
-        if self.fresnel == FresnelSpec::default() {
-            format!("{}-{}", D::KIND, self.alpha)
-        } else {
-            format!("{}-{}-{}", D::KIND, self.alpha, self.fresnel.label())
+        match *fresnel == FresnelSpec::default() {
+            true => label,
+            false => format!("{label}-{}", fresnel.label()),
         }
     }
 
     fn check(&self, channels: &Channels) -> Result<(), BuildError> {
-        self.alpha.within("alpha", Roughness::RANGE, channels)?;
-        self.fresnel.check(channels)?;
-        Ok(())
+        self.0.check_keys(channels)?;
+        Ok(self.0.fresnel.check(channels)?)
     }
 
     fn favours(&self) -> Favours {
@@ -134,11 +118,8 @@ impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
 
     fn build(&self, channels: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         self.check(&channels)?;
-        Ok(Box::new(Microfacet::<D>::new(
-            self.alpha,
-            &self.fresnel,
-            channels,
-        )))
+        let Keys { alpha, fresnel } = &self.0;
+        Ok(Box::new(Microfacet::<D>::new(*alpha, fresnel, channels)))
     }
 }
 
@@ -161,9 +142,7 @@ impl<D: Distribution> Microfacet<D> {
             channels,
         }
     }
-}
 
-impl<D: Distribution> Microfacet<D> {
     /// D G₂/(4 cos θ_i cos θ_o), 0 below the horizon, and cos θ_d.
     #[inline(always)]
     fn facets(&self, [i, o]: [DVec3; 2]) -> [f64; 2] {

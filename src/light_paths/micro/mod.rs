@@ -487,11 +487,10 @@ impl SplitBrdf for MicroSurface {
             let mut weight: ChannelValues = smallvec![1.0; channels.count()];
             let last = self.keys.bounces.last();
             let start = |u: [f64; 2]| u.map(|s| s * self.keys.spot);
-            let drawn = surface.draw(start, last, &mut weight, &mut random);
-            drawn
-                .filter(|path| self.keys.bounces.holds(path.order))
-                .into_iter()
-                .for_each(&mut *each);
+            let path = surface.draw(start, last, &mut weight, &mut random);
+            if let Some(path) = path.filter(|path| self.keys.bounces.holds(path.order)) {
+                each(path);
+            }
         }
     }
 

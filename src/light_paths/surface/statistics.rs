@@ -77,10 +77,8 @@ impl Statistics {
             };
             let mut slopes: Vec<f64> = field.all_slopes().map(scaled).collect();
             slopes.sort_unstable_by(f64::total_cmp);
-            [
-                distance(&slopes, |t| -(-t).exp_m1()),
-                distance(&slopes, |t| t / (1.0 + t)),
-            ]
+            let beckmann = distance(&slopes, |t| -(-t).exp_m1());
+            [beckmann, distance(&slopes, |t| t / (1.0 + t))]
         });
         Self {
             size,
@@ -145,12 +143,12 @@ impl fmt::Display for Optics {
             waves(self.correlation),
             waves(self.curvature_radius),
         )?;
-        match self.resolved {
-            true => Ok(()),
-            false => f.write_str(
+        if !self.resolved {
+            f.write_str(
                 "\nnot resolved: slopes change by more than half their rms from cell to cell",
-            ),
+            )?;
         }
+        Ok(())
     }
 }
 

@@ -5,10 +5,8 @@
 //! 3 × plane  f64[phi_d + n_phi (theta_d + 90 theta_h)]   R, then G, then B
 //! ```
 //!
-//! Stored value × scale = f_r in sr⁻¹. A negative cell holds no data. Nor does one that is NaN or
-//! infinite: some converters write those where the instrument saw nothing, and a few lost cells are
-//! no reason to refuse 1.4 million good ones. These are counted, and so are numbers as 9999 far above all others, which stand for no data too
-//! ([`crate::brdf::Marks`]). A file with no data at all is refused.
+//! Stored value × scale = f_r in sr⁻¹. A cell holds no data if it is negative, or NaN or infinite, as some converters write it, or
+//! a number as 9999 far above all others ([`crate::brdf::Marks`]); all but the negative ones are counted. A file with no data is refused.
 
 use super::super::doubts::Doubts;
 use super::super::{TableError, open_regular};
@@ -73,8 +71,7 @@ pub fn check(path: &Path) -> Result<MerlGrid, TableError> {
 }
 
 impl Merl {
-    /// Loads a file; `no_reading` is one more number that stands for no data. Only what `channels` asks for is held: three planes
-    /// for R, G, B, one for luminance.
+    /// Loads a file; `no_reading` is one more number that stands for no data. In luminance one plane is held.
     ///
     /// # Errors
     /// [`TableError`], after the header and length only if those are wrong.

@@ -40,11 +40,9 @@ const PER_RADIAN: f64 = 180.0 / PI;
 
 /// Distance below an edge, in cells, within which `nearest` counts a pair as on it.
 ///
-/// A pair built for a node carries rounding of up to 2e-9 cells in phi_d (theta_h = 0.011°,
-/// theta_d = 89°, where |h_bar| is 3e-6 and its azimuth good to 3e-11 rad). Without this a table
-/// read at its own nodes would return its neighbours' values half of the time, and in-plane pairs
-/// (phi_d = 180° ≡ 0°) would flip between the first and the last cell. It is less than 2e-10 rad
-/// in theta_d and phi_d, and less than 4e-10 rad in theta_h.
+/// A pair built for a node carries rounding of up to 2e-9 cells in phi_d. Without this a table read at its own nodes would
+/// return its neighbours' values half of the time, and in-plane pairs (phi_d = 180° ≡ 0°) would flip between the first and the
+/// last cell. It is less than 4e-10 rad.
 const EDGE_SLACK: f64 = 1e-8;
 
 /// Where in its cell a value is exact, and from where to where values are interpolated.
@@ -177,9 +175,8 @@ impl MerlGrid {
     }
 
     /// The pair that a cell's value is of, half vector in the t–n plane: that at its node, or where this is not above the horizon (h_z ≤
-    /// |k_z|) one of the part of the cell that is; `None` if none is.
-    ///
-    /// So every pair above the horizon has a node with data around it.
+    /// |k_z|) one of the part of the cell that is, so that every pair above the horizon has a node with data around it; `None` if
+    /// none is.
     pub fn pair(self, cell: [usize; 3]) -> Option<DirectionPair> {
         let node = self.coordinates_of_node(cell);
         if let Some(pair) = pair(node) {

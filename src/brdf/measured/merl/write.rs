@@ -40,8 +40,7 @@ impl MerlGrid {
     }
 }
 
-/// Tabulates a BRDF and writes it in the format of a MERL file. Runs on rayon's threads; the bytes
-/// do not depend on their number.
+/// Tabulates a BRDF and writes it in the format of a MERL file.
 ///
 /// # Errors
 /// [`TableError::Unsuited`] if `grid` cannot hold the BRDF, and any error of `out`.

@@ -104,15 +104,12 @@ impl<R: Read + Seek> Head<R> {
         let field = self.fields.iter().find(|f| f.name == name);
         let field = field.ok_or_else(|| TableError::field(name, "is missing"))?;
         let may_be_empty = name == "description";
-        match field.shape.len() == dimensions && (may_be_empty || !field.shape.contains(&0)) {
-            true => Ok(field),
-            false => {
-                let shape = &field.shape;
-                let what =
-                    format!("is {shape:?}; allowed: {dimensions} dimensions, none of them 0");
-                Err(TableError::field(name, what))
-            }
+        let shape = &field.shape;
+        if shape.len() == dimensions && (may_be_empty || !shape.contains(&0)) {
+            return Ok(field);
         }
+        let what = format!("is {shape:?}; allowed: {dimensions} dimensions, none of them 0");
+        Err(TableError::field(name, what))
     }
 
     fn bytes(&mut self, name: &str) -> Result<Vec<u8>, TableError> {
@@ -133,18 +130,15 @@ impl<R: Read + Seek> Head<R> {
         let floats: Vec<f32> = floats.map(|b| f32::from_le_bytes(*b)).collect();
         // A table of readings has some of them.
         let is_wrong = |v: &f32| least.is_some_and(|least| !v.is_finite() || *v < least);
-        let wrong = floats.iter().position(is_wrong);
-        match wrong {
-            None => Ok((field.shape, floats)),
-            Some(i) => {
-                let allowed = match least.unwrap_or(f32::MIN) {
-                    f32::MIN => "finite numbers".into(),
-                    least => format!("finite numbers from {least} on"),
-                };
-                let what = format!("holds {} at place {i}; allowed: {allowed}", floats[i]);
-                Err(TableError::field(name, what))
-            }
-        }
+        let Some(i) = floats.iter().position(is_wrong) else {
+            return Ok((field.shape, floats));
+        };
+        let allowed = match least.unwrap_or(f32::MIN) {
+            f32::MIN => "finite numbers".into(),
+            least => format!("finite numbers from {least} on"),
+        };
+        let what = format!("holds {} at place {i}; allowed: {allowed}", floats[i]);
+        Err(TableError::field(name, what))
     }
 
     /// Ascending numbers within a range.
@@ -156,23 +150,18 @@ impl<R: Read + Seek> Head<R> {
     /// Azimuths of the light, rad.
     pub(crate) fn phi_i(&mut self) -> Result<Vec<f32>, TableError> {
         let nodes = self.nodes("phi_i", [-2.01 * PI, 2.01 * PI])?;
-        let is_held = match nodes[..] {
-            [first, .., last] if nodes.len() > MOST_OF_ISOTROPIC => {
-                let parts = 2.0 * PI / (last - first);
-                let is_part = [1.0, 2.0, 4.0]
-                    .iter()
-                    .any(|n| (parts / n - 1.0).abs() < 1e-3);
-                is_part && (first + PI).abs() < 1e-3
-            }
-            _ => true,
-        };
-        match is_held {
-            true => Ok(nodes),
-            false => {
+        if let [first, .., last] = nodes[..]
+            && nodes.len() > MOST_OF_ISOTROPIC
+        {
+            let parts = 2.0 * PI / (last - first);
+            let mut held = [1.0, 2.0, 4.0].iter();
+            let is_part = held.any(|n| (parts / n - 1.0).abs() < 1e-3);
+            if !is_part || !((first + PI).abs() < 1e-3) {
                 let what = "is no circle, half or quarter of one from -π on";
-                Err(TableError::field("phi_i", what))
+                return Err(TableError::field("phi_i", what));
             }
         }
+        Ok(nodes)
     }
 
     /// What the colours are.
@@ -260,14 +249,11 @@ impl<R: Read + Seek> Head<R> {
 
 /// Checks that numbers ascend within a range.
 fn ascending(name: &str, nodes: Vec<f32>, [low, high]: [f32; 2]) -> Result<Vec<f32>, TableError> {
-    let ascends = nodes.is_sorted_by(|a, b| a < b);
-    match ascends && nodes.iter().all(|v| (low..=high).contains(v)) {
-        true => Ok(nodes),
-        false => {
-            let what = format!("does not ascend within [{low}, {high}]");
-            Err(TableError::field(name, what))
-        }
+    if nodes.is_sorted_by(|a, b| a < b) && nodes.iter().all(|v| (low..=high).contains(v)) {
+        return Ok(nodes);
     }
+    let what = format!("does not ascend within [{low}, {high}]");
+    Err(TableError::field(name, what))
 }
 
 /// What of a file is not there to be read.

@@ -83,40 +83,30 @@ pub(crate) fn head(input: &mut impl Read, length: u64) -> Result<Vec<Field>, Tab
             let what = format!("has {dimensions} dimensions; allowed: {MOST_DIMENSIONS}");
             return Err(TableError::field(&name, what));
         }
-        let mut shape = Vec::new();
-        for _ in 0..dimensions {
-            shape.push(number::<8>(input)?);
-        }
+        let shape = (0..dimensions).map(|_| number::<8>(input));
+        let shape = shape.collect::<Result<Vec<u64>, _>>()?;
         let Some(size) = SIZES.get(usize::from(kind).wrapping_sub(1)) else {
-            return Err(TableError::field(
-                &name,
-                format!("has the type {kind}; allowed: 1 to 11"),
-            ));
+            let what = format!("has the type {kind}; allowed: 1 to 11");
+            return Err(TableError::field(&name, what));
         };
         let count = shape.iter().try_fold(1_u64, |n, d| n.checked_mul(*d));
         let end = |count: u64| count.checked_mul(*size)?.checked_add(offset);
         let Some(count) = count.filter(|n| end(*n).is_some_and(|end| end <= length)) else {
             let found = format!("{shape:?} from byte {offset} on");
-            return Err(TableError::field(
-                &name,
-                format!("is {found}, beyond the {length} bytes of the file"),
-            ));
+            let what = format!("is {found}, beyond the {length} bytes of the file");
+            return Err(TableError::field(&name, what));
         };
         // Arrays that lie over each other would hold more than the file.
         let Some(rest) = left.checked_sub(count * size) else {
-            return Err(TableError::field(
-                &name,
-                "and those before it hold more than the file does",
-            ));
+            let what = "and those before it hold more than the file does";
+            return Err(TableError::field(&name, what));
         };
         left = rest;
+        // Not longer than the file, if it is not empty.
+        let shape = shape.iter().map(|d| usize::try_from(*d).unwrap_or(0));
         fields.push(Field {
             name,
-            // Not longer than the file, if it is not empty.
-            shape: shape
-                .iter()
-                .map(|d| usize::try_from(*d).unwrap_or(0))
-                .collect(),
+            shape: shape.collect(),
             kind,
             offset,
             count: count as usize,
@@ -135,9 +125,8 @@ impl Field {
             (U8, F32) => "is of u8; allowed: f32".into(),
             (F32, U8) => "is of f32; allowed: u8".into(),
             (kind, _) if kind == wanted => {
-                input
-                    .seek(SeekFrom::Start(self.offset))
-                    .map_err(no_access)?;
+                let start = SeekFrom::Start(self.offset);
+                input.seek(start).map_err(no_access)?;
                 let mut bytes = vec![0; SIZES[usize::from(kind) - 1] as usize * self.count];
                 input.read_exact(&mut bytes).map_err(no_access)?;
                 return Ok(bytes);

@@ -184,8 +184,8 @@ fn normal([u, v]: [f64; 2]) -> DVec3 {
     Direction::from_spherical(theta_of(u), TAU * v - PI).vector()
 }
 
-/// Tabulates a BRDF. R, G and B of one in luminance are equal. Runs on rayon's threads; the result does not depend on
-/// their number. Also returns the number of nodes above the horizon without data, which are filled.
+/// Tabulates a BRDF. R, G and B of one in luminance are equal. Also returns the number of nodes above the horizon without
+/// data, which are filled.
 ///
 /// # Errors
 /// [`TableError::NoData`] of one that is 0, or not known, everywhere.

@@ -50,12 +50,9 @@ impl<'t> Part<'t> {
             start = close + 1;
             if tag == Some(name) {
                 let end = start + self.whole[start..self.to].find(&format!("</{name}>"))?;
-                let inner = Self {
-                    from: start,
-                    to: end,
-                    ..self
-                };
-                return Some((inner, Self { from: end, ..self }));
+                let whole = self.whole;
+                let [from, to] = [start, end];
+                return Some((Self { whole, from, to }, Self { from: end, ..self }));
             }
         }
     }
@@ -73,9 +70,8 @@ impl<'t> Part<'t> {
 
     /// Leaves out what separates braces and numbers, and returns the next letter.
     fn peek(&mut self) -> Option<u8> {
-        let rest = self
-            .text()
-            .trim_start_matches(|c: char| c.is_whitespace() || c == ',');
+        let is_between = |c: char| c.is_whitespace() || c == ',';
+        let rest = self.text().trim_start_matches(is_between);
         self.from = self.to - rest.len();
         rest.bytes().next()
     }
@@ -121,24 +117,19 @@ impl<'t> Part<'t> {
             if depth == 0 {
                 return Err(start.refuse(format!("a tree deeper than {DEEPEST} halvings")));
             }
-            let mut parts = Vec::with_capacity(8);
-            for _ in 0..8 {
-                parts.push(self.tree(depth - 1, most, texts)?);
+            let mut parts = Box::new([const { Node::Leaf(f64::NAN) }; 8]);
+            for part in parts.iter_mut() {
+                *part = self.tree(depth - 1, most, texts)?;
             }
             self.brace(b'}')?;
-            let parts: [Node; 8] = match parts.try_into() {
-                Ok(parts) => parts,
-                Err(_) => return Err(start.refuse("a tree of other than eight parts".into())),
-            };
-            return Ok(Node::Parts(Box::new(parts)));
+            return Ok(Node::Parts(parts));
         }
         let mut values = Vec::new();
         while !matches!(self.peek(), None | Some(b'{' | b'}')) {
             values.push(self.number(most, texts)?);
         }
         self.brace(b'}')?;
-        let halvings = (0..=depth).find(|k| values.len() == 1 << (3 * k));
-        let Some(halvings) = halvings else {
+        let Some(halvings) = (0..=depth).find(|k| values.len() == 1 << (3 * k)) else {
             let message = format!("{} numbers: allowed are 1, 8, 64, …", values.len());
             return Err(start.refuse(message));
         };
@@ -197,10 +188,8 @@ fn blocks(text: &str) -> Result<[Option<Part<'_>>; 3], TableError> {
             }
             let basis = block.word("AngleBasis").unwrap_or("nothing");
             if basis != "LBNL/Shirley-Chiu" {
-                let message = format!(
-                    "AngleBasis {}: allowed is LBNL/Shirley-Chiu",
-                    excerpt(basis)
-                );
+                let found = excerpt(basis);
+                let message = format!("AngleBasis {found}: allowed is LBNL/Shirley-Chiu");
                 return Err(block.refuse(message));
             }
             if found[place].is_some() {
@@ -281,9 +270,8 @@ impl TensorTree {
             // Of NaN and 0 the maximum would be 0.
             tree.for_each_leaf(&mut |leaf| *leaf = if *leaf < 0.0 { 0.0 } else { *leaf });
             if is_unknown {
-                return Err(TableError::NoData(
-                    "no cell of this tree holds a reading".into(),
-                ));
+                let message = "no cell of this tree holds a reading";
+                return Err(TableError::NoData(message.into()));
             }
             trees.push(tree);
             if let Some(c) = numbers.peek() {

@@ -74,9 +74,7 @@ fn root_mean_square(brdf: &dyn Brdf) -> f64 {
         [weight * light.cos_theta().powi(2) * sum, weight * count]
     };
     let sheets: Vec<[f64; 2]> = (0..cells / 2).into_par_iter().map(sheet).collect();
-    let [sum, weight] = sheets
-        .iter()
-        .fold([0.0; 2], |[a, b], s| [a + s[0], b + s[1]]);
+    let [sum, weight] = [0, 1].map(|k| sheets.iter().map(|sheet| sheet[k]).sum::<f64>());
     (sum / weight.max(f64::MIN_POSITIVE)).sqrt()
 }
 
@@ -129,7 +127,6 @@ fn build(
 }
 
 /// The trees of luminance and, of R, G, B, those of u' and v', and the number of finest cells without data, which are filled.
-/// Runs on rayon's threads; the result does not depend on their number.
 ///
 /// # Errors
 /// [`TableError`], but no [`TableError::Io`].
@@ -178,9 +175,9 @@ pub fn tabulate(brdf: &dyn Brdf, level: usize) -> Result<(Vec<Node>, usize), Tab
     }
     // Radiance takes the least value of all for a matte part, and what is left of the chromaticities is wrong then.
     if trees.len() > 1 && trees[0].least() > 0.0 {
-        UNSEEN
-            .iter()
-            .for_each(|place| trees[0].clear(*place, level));
+        for place in UNSEEN {
+            trees[0].clear(place, level);
+        }
     }
     let least = trees[0].least();
     if let Node::Parts(parts) = &mut trees[0] {

@@ -7,8 +7,7 @@
 //! There is no header: a file is known by its length. Negative values occur where the instrument's
 //! noise is larger than the signal, and count as 0, as in the readers of the database's authors; a
 //! value that is NaN or infinite, as it is stored or in sr⁻¹, and a number as -999 far outside all others ([`crate::brdf::Marks`])
-//! is no data. The writer here
-//! marks missing data by NaN.
+//! is no data.
 //!
 //! Colours are linear. The absolute scale of the database is not documented; `scale` turns stored
 //! values into sr⁻¹.
@@ -59,13 +58,12 @@ pub(super) fn open(path: &Path) -> Result<File, TableError> {
 }
 
 impl Utia {
-    /// Reads a file's bytes from anywhere; they must end where the table ends.
+    /// Reads a file's bytes, which must end where the table ends; `scale` turns its values into sr⁻¹.
     pub fn read(input: impl Read, scale: f64, channels: Channels) -> Result<Self, TableError> {
         Self::read_without(input, scale, channels, None)
     }
 
-    /// Reads a file's bytes; `scale` turns its values into sr⁻¹, and `no_reading` is one more number that stands for no reading. In
-    /// luminance one plane is held.
+    /// [`read`](Self::read) with one more number that stands for no reading.
     pub(super) fn read_without(
         mut input: impl Read,
         scale: f64,
@@ -123,9 +121,8 @@ fn held(stored: f64, scale: f64) -> f64 {
     }
 }
 
-/// Tabulates a BRDF and writes it in the format of a UTIA file (scale 1). Where the BRDF has no data
-/// or breaks its promise to be finite and not negative, NaN is written. A BRDF in luminance is
-/// written as a grey one. Runs on rayon's threads; the bytes do not depend on their number.
+/// Tabulates a BRDF and writes it in the format of a UTIA file (scale 1): NaN where the BRDF has no data or breaks its promise to
+/// be finite and not negative, one in luminance as a grey one.
 ///
 /// # Errors
 /// [`TableError::Unsuited`] of a BRDF by wavelength, and any error of `out`.

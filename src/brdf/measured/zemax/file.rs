@@ -67,10 +67,10 @@ impl<'t> Words<'t> {
             if let Some(word) = self.words.next() {
                 return Ok(word);
             }
-            let (i, line) = self
-                .lines
-                .next()
-                .ok_or_else(|| TableError::Malformed(format!("the text ends before {before}")))?;
+            let Some((i, line)) = self.lines.next() else {
+                let message = format!("the text ends before {before}");
+                return Err(TableError::Malformed(message));
+            };
             self.line = i + 1;
             if !line.trim_start().starts_with('#') {
                 self.words = line.split_whitespace();
@@ -98,9 +98,8 @@ impl<'t> Words<'t> {
     fn parsed(&self, word: &str) -> Result<f64, TableError> {
         let is_kept = |x: &f64| x.abs() <= LARGEST_READING;
         let number = word.parse::<f64>().ok().filter(is_kept);
-        number.ok_or_else(|| {
-            self.refuse(word, &format!("is a number of at most {LARGEST_READING:e}"))
-        })
+        let allowed = || format!("is a number of at most {LARGEST_READING:e}");
+        number.ok_or_else(|| self.refuse(word, &allowed()))
     }
 
     /// A value of the table; NaN, which is counted, of a text that stands for no reading.
@@ -252,9 +251,8 @@ impl Head<'_> {
             values.extend(self.block(name, &mut texts)?);
         }
         if let Ok(word) = self.words.next("the end") {
-            return Err(self
-                .words
-                .refuse(word, "is nothing behind the last DataEnd"));
+            let allowed = "is nothing behind the last DataEnd";
+            return Err(self.words.refuse(word, allowed));
         }
         let mut doubts = Doubts::take(&mut values, texts, no_reading);
         let nodes = self.angles.count();
@@ -286,17 +284,16 @@ impl Head<'_> {
             (1, 3) => planes[0].repeat(3),
             _ => planes.concat(),
         };
-        match values.iter().all(|v| v.is_nan()) {
-            true => Err(TableError::NoData(
-                "no cell of this table holds a reading".into(),
-            )),
-            false => Ok(Zemax {
-                angles: self.angles,
-                channels,
-                values,
-                doubts,
-            }),
+        if values.iter().all(|v| v.is_nan()) {
+            let message = "no cell of this table holds a reading";
+            return Err(TableError::NoData(message.into()));
         }
+        Ok(Zemax {
+            angles: self.angles,
+            channels,
+            values,
+            doubts,
+        })
     }
 }
 
@@ -309,9 +306,7 @@ impl Zemax {
 
 /// Degrees of a list, as they were before they became rad.
 pub(super) fn degrees(angles: &[f64]) -> String {
-    let all = angles.iter().map(|a| {
-        let tidy = (a * 180.0 / PI * 1e9).round() / 1e9;
-        tidy.to_string()
-    });
-    all.collect::<Vec<_>>().join(" ")
+    let tidy = angles.iter().map(|a| (a * 180.0 / PI * 1e9).round() / 1e9);
+    let texts: Vec<String> = tidy.map(|degrees| degrees.to_string()).collect();
+    texts.join(" ")
 }

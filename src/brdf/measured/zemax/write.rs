@@ -52,8 +52,7 @@ pub fn table_pairs(brdf: &dyn Brdf, level: Level) -> Result<u64, TableError> {
 }
 
 /// Tabulates a BRDF. A sensor below the horizon has 0; one without data has what the sensor before it has, towards the
-/// mirror direction, or else the next that has some: the format has no holes. Runs on rayon's threads; the result does not depend on
-/// their number. Also returns the number of sensors without data.
+/// mirror direction, or else the next that has some: the format has no holes. Also returns the number of sensors without data.
 ///
 /// # Errors
 /// As [`table_pairs`], and [`TableError::NoData`] of a BRDF without any.

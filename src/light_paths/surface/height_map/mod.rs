@@ -94,9 +94,8 @@ impl SurfaceSpec for HeightMapSpec {
         self.check_keys()?;
         let numbers = read::numbers(&self.file).map_err(|e| BuildError::data(&self.file, e))?;
         let cells = self.cells(&numbers)?;
-        let [low, high] = numbers
-            .range()
-            .map_err(|e| BuildError::data(&self.file, e))?;
+        let refused = |e| BuildError::data(&self.file, e);
+        let [low, high] = numbers.range().map_err(refused)?;
         let range = (high - low) * cells.abs();
         if !(range < HIGHEST) {
             let message = format!(
