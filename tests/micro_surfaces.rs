@@ -128,7 +128,8 @@ fn energy(brdf: &dyn Brdf, theta_deg: f64, rays: Option<f64>, seed: u64) -> [f64
                 let turned = (omega_i.phi() - omega_o.phi()).cos().acos();
                 let across = turned * omega_i.sin_theta().min(omega_o.sin_theta());
                 let cell = [omega_i.theta(), across].map(|x| (x.to_degrees() / 3.0) as i32);
-                *cells.entry(cell).or_default() += scale / SETS as f64 * split.transport.sum;
+                *cells.entry(cell).or_default() +=
+                    scale / SETS as f64 * split.transport.error(Part::All);
             }
             more += (split.value[1][0] + split.value[2][0]) * scale / SETS as f64;
         }

@@ -70,29 +70,14 @@ impl fmt::Display for Part {
     }
 }
 
-/// Standard errors of luminance, sr⁻¹.
+/// Standard errors of luminance, sr⁻¹: of each class and of their sum, since errors of classes that one path makes are not
+/// independent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SplitErrors {
-    /// Of each class.
-    pub classes: [f64; CLASSES],
-    /// Of their sum; errors of classes that one path makes are not independent.
-    pub sum: f64,
-}
-
-/// Of each class, and of their sum.
-impl From<[f64; CLASSES + 1]> for SplitErrors {
-    fn from([a, b, c, sum]: [f64; CLASSES + 1]) -> Self {
-        let classes = [a, b, c];
-        Self { classes, sum }
-    }
-}
+pub struct SplitErrors(pub [f64; CLASSES + 1]);
 
 impl SplitErrors {
     fn with(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self {
-        Self {
-            classes: std::array::from_fn(|i| of(self.classes[i], other.classes[i])),
-            sum: of(self.sum, other.sum),
-        }
+        Self(std::array::from_fn(|i| of(self.0[i], other.0[i])))
     }
 
     /// Those of a sum with something that has nothing to do with it.
@@ -112,11 +97,10 @@ impl SplitErrors {
 
     /// That of a part; of two classes as if they had nothing to do with each other.
     pub fn error(&self, part: Part) -> f64 {
+        let of_classes = self.0[part.classes()].iter();
         match part {
-            Part::All => self.sum,
-            part => self.classes[part.classes()]
-                .iter()
-                .fold(0.0, |all, e| all.hypot(*e)),
+            Part::All => self.0[CLASSES],
+            _ => of_classes.fold(0.0, |all, e| all.hypot(*e)),
         }
     }
 }
@@ -157,8 +141,8 @@ impl Split {
         let others = (0..CLASSES).filter(|class| !part.classes().contains(class));
         others.clone().for_each(|class| self.value[class].fill(0.0));
         for errors in [&mut self.transport, &mut self.realisation] {
-            others.clone().for_each(|class| errors.classes[class] = 0.0);
-            errors.sum = errors.error(part);
+            others.clone().for_each(|class| errors.0[class] = 0.0);
+            errors.0[CLASSES] = errors.error(part);
         }
         self
     }

@@ -13,8 +13,7 @@ pub struct InChannels {
 
 impl InChannels {
     /// A BRDF in these channels.
-    pub fn new(brdf: impl Into<Arc<dyn Brdf>>, channels: Channels) -> Self {
-        let brdf = brdf.into();
+    pub fn new(brdf: Arc<dyn Brdf>, channels: Channels) -> Self {
         Self { brdf, channels }
     }
 }

@@ -82,7 +82,7 @@ impl Bounces {
                 let mean: ChannelValues = sums.iter().map(|s| s / n.max(1.0)).collect();
                 seen(mean, followed, channels)
             }),
-            transport: self.moments.map(error).into(),
+            transport: SplitErrors(self.moments.map(error)),
             realisation: SplitErrors::default(),
         }
     }

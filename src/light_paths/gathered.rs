@@ -11,7 +11,7 @@
 use super::accumulate::seen;
 use super::normals::{BLOCKS, Squares, block_of, firsts};
 use super::transport::Transport;
-use crate::brdf::{CLASSES, ChannelValues, Channels, LightPath, Part, Split};
+use crate::brdf::{CLASSES, ChannelValues, Channels, LightPath, Part, Split, SplitErrors};
 use crate::geometry::Symmetry;
 use crate::sampling::{Random, gauss_legendre};
 use glam::DVec3;
@@ -160,8 +160,8 @@ impl Gathered {
         with_unseen(&mut squares[1..], one * one);
         Split {
             value: value.map(|v| seen(v, followed, channels)),
-            transport: squares.map(f64::sqrt).into(),
-            realisation: realisation.into(),
+            transport: SplitErrors(squares.map(f64::sqrt)),
+            realisation: SplitErrors(realisation),
         }
     }
 

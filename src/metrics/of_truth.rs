@@ -2,7 +2,7 @@
 
 use super::expected::of_means;
 use super::{Judged, Level, Uncovered, Values, quantity::quantities};
-use crate::brdf::SplitBrdf;
+use crate::brdf::{Part, SplitBrdf};
 use crate::reconstruct::EPSILON;
 use rayon::prelude::*;
 
@@ -31,7 +31,8 @@ impl TruthErrors {
     pub(crate) fn per_measure(level: &Level, truth: &dyn SplitBrdf, values: &Values) -> Vec<Self> {
         let counted = Uncovered::counted(level.pairs.len());
         let present: Vec<_> = counted.filter_map(|i| Some((i, values.get(i)?))).collect();
-        let error = |&(i, _): &(usize, f64)| truth.split(&level.pairs[i]).transport.sum;
+        let error =
+            |&(i, _): &(usize, f64)| truth.split(&level.pairs[i]).transport.error(Part::All);
         let errors: Vec<f64> = present.par_iter().map(error).collect();
         let under = |weights: &Vec<f64>| {
             let all = present.iter().zip(&errors);

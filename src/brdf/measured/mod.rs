@@ -16,7 +16,7 @@ pub use self::{
     merl::MerlSpec, rgl::RglSpec, tensor_tree::TensorTreeSpec, utia::UtiaSpec, zemax::ZemaxSpec,
 };
 pub use error::TableError;
-pub use format::{FileFormat, ReadTable, TablePairs, Tabulation, WriteTable};
+pub use format::{FileFormat, ReadTable, Tabulation, WriteTable};
 pub use tabulated::TabulatedSpec;
 
 use format::write_file;

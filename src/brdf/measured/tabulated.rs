@@ -134,18 +134,14 @@ impl BrdfSpec for TabulatedSpec {
         let refused = |e: TableError| {
             ParameterError::new("of", self.of.label(), format!("another material: {e}"))
         };
-        match self.keys.format {
+        Ok(match self.keys.format {
             TableFormat::Merl => {
                 let nodes = self.keys.nodes.unwrap_or_default();
                 let table = merl_of(&*brdf, nodes, channels).map_err(refused)?;
-                let interpolation = self.keys.interpolation.unwrap_or_default();
-                Ok(Box::new(table.with_interpolation(interpolation)))
+                Box::new(table.with_interpolation(self.keys.interpolation.unwrap_or_default()))
             }
-            TableFormat::Utia => {
-                let table = utia_of(&*brdf, channels).map_err(refused)?;
-                Ok(Box::new(table))
-            }
-        }
+            TableFormat::Utia => Box::new(utia_of(&*brdf, channels).map_err(refused)?),
+        })
     }
 
     fn remarks(&self) -> Vec<String> {
@@ -169,17 +165,17 @@ fn merl_of(brdf: &dyn Brdf, nodes: Nodes, channels: Channels) -> Result<Merl, Ta
     let grid = MerlGrid::holding(brdf)?.with_nodes(nodes);
     let mut bytes = Vec::with_capacity(grid.file_len() as usize);
     write_merl(brdf, grid, &mut bytes)?;
-    let table = Merl::read(bytes.as_slice(), channels)?;
-    Ok(table
-        .with_nodes(nodes)
-        .with_bilateral(brdf.symmetry().bilateral))
+    let mut table = Merl::read(bytes.as_slice(), channels)?.with_nodes(nodes);
+    table.bilateral = brdf.symmetry().bilateral;
+    Ok(table)
 }
 
 fn utia_of(brdf: &dyn Brdf, channels: Channels) -> Result<Utia, TableError> {
     let mut bytes = Vec::with_capacity(FILE_LEN as usize);
     write_utia(brdf, &mut bytes)?;
-    let table = Utia::read(bytes.as_slice(), 1.0, channels)?;
-    Ok(table.with_symmetry(kept_by_utia(brdf.symmetry())))
+    let mut table = Utia::read(bytes.as_slice(), 1.0, channels)?;
+    table.symmetry = kept_by_utia(brdf.symmetry());
+    Ok(table)
 }
 
 /// The nodes are the same for light and sensor and on both sides of both tangent axes, so that

@@ -151,9 +151,8 @@ impl Binned {
         part: Part,
         mut each: impl FnMut(usize, f64),
     ) {
-        let of = |errors: [f64; CLASSES]| {
-            let [second, later, sum] = errors;
-            SplitErrors::from([0.0, second, later, sum]).error(part)
+        let of = |[second, later, sum]: [f64; CLASSES]| {
+            SplitErrors([0.0, second, later, sum]).error(part)
         };
         let numbers = LATER * self.channels;
         let is_lit = |node: usize| {
@@ -187,8 +186,8 @@ impl Binned {
         }
         Split {
             value: value.map(|v| seen(v, followed, channels)),
-            transport: errors(&shares, &self.transport, COMMON).into(),
-            realisation: errors(&shares, &self.realisation, 1.0).into(),
+            transport: errors(&shares, &self.transport, COMMON),
+            realisation: errors(&shares, &self.realisation, 1.0),
         }
     }
 }
@@ -203,7 +202,7 @@ const COMMON: f64 = 1.0 / 6.0;
 const ALONG: f64 = 1.5;
 
 /// Errors at a pair, of nodes that have such a share of their variance in common.
-fn errors(shares: &Shares, of_nodes: &[[f64; CLASSES]], common: f64) -> [f64; CLASSES + 1] {
+fn errors(shares: &Shares, of_nodes: &[[f64; CLASSES]], common: f64) -> SplitErrors {
     let of = |i: usize| {
         let (mut sum, mut square) = (0.0, 0.0);
         for (node, share) in shares {
@@ -213,5 +212,5 @@ fn errors(shares: &Shares, of_nodes: &[[f64; CLASSES]], common: f64) -> [f64; CL
         }
         f64::sqrt(common * sum * sum + (1.0 - common) * square)
     };
-    [0.0, of(0), of(1), of(LATER)]
+    SplitErrors([0.0, of(0), of(1), of(LATER)])
 }

@@ -31,7 +31,7 @@ use super::surface::HeightField;
 use super::transport::Transport;
 use crate::brdf::{
     Brdf, BuildError, CLASSES, ChannelValues, Channels, LightPath, Part, Presence, Source, Split,
-    SplitBrdf,
+    SplitBrdf, SplitErrors,
 };
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric::DENOMINATOR_FLOOR;
@@ -280,7 +280,7 @@ impl MicroSurface {
         // Of D = 1, all of it seen.
         let luminance = transport.channels.luminance(&value);
         value.iter_mut().for_each(|v| *v *= density * share);
-        let of_first = |e: f64| [e, 0.0, 0.0, e].into();
+        let of_first = |e: f64| SplitErrors([e, 0.0, 0.0, e]);
         let mut split = Split::dark(self.channels.count());
         split.value[0] = in_scene(value, &transport.channels, &self.channels);
         split.transport = of_first(luminance * density * error);
@@ -330,9 +330,8 @@ impl MicroSurface {
         }
         let mut counted = counts.iter();
         sums.retain(|_| counted.next().is_some_and(|n| *n > 0.0));
-        let [a, b, c] = split.transport.classes;
-        let squares = [a, b, c, split.transport.sum].map(|e| e * e);
-        split.realisation = beyond(&sums, squares).into();
+        let squares = split.transport.0.map(|e| e * e);
+        split.realisation = SplitErrors(beyond(&sums, squares));
         split.only(self.keys.bounces)
     }
 }

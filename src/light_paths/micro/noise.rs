@@ -3,7 +3,7 @@
 use super::super::canonical::{canonical, number, stream};
 use super::nodes::Shares;
 use super::{AtNodes, Known, Later, MicroSurface, half_vector};
-use crate::brdf::{Source, Split};
+use crate::brdf::{Part, Source, Split};
 use crate::geometry::DirectionPair;
 
 /// Kinds of what pairs have in common: a node, the normals of a block, light that is counted.
@@ -57,11 +57,11 @@ impl MicroSurface {
                         .collect();
                     let all = of_nodes.iter().fold(0.0, |all: f64, (_, e)| all.hypot(*e));
                     for (node, error) in of_nodes.into_iter().filter(|(_, e)| *e > 0.0) {
-                        let error = first.transport.sum * error / all;
+                        let error = first.transport.error(Part::All) * error / all;
                         each(numbered(AT_NODE, node as u64), error);
                     }
                 }
-                _ => each(own, first.transport.sum),
+                _ => each(own, first.transport.error(Part::All)),
             }
         }
         match later {

@@ -52,7 +52,8 @@ pub struct Merl {
     grid: MerlGrid,
     cells: Cells,
     interpolation: Interpolation,
-    bilateral: bool,
+    /// True as it is read. The format does not guarantee it and look-ups do not use it: it says whether phi_d and −phi_d may be folded.
+    pub(super) bilateral: bool,
     doubts: Doubts,
 }
 
@@ -98,14 +99,6 @@ impl Merl {
     #[must_use]
     pub fn with_nodes(mut self, nodes: Nodes) -> Self {
         self.grid = self.grid.with_nodes(nodes);
-        self
-    }
-
-    /// The table, declared bilaterally symmetric or not; a fresh one is. The format does not
-    /// guarantee it and look-ups do not use it: it says whether phi_d and −phi_d may be folded.
-    #[must_use]
-    pub(crate) fn with_bilateral(mut self, bilateral: bool) -> Self {
-        self.bilateral = bilateral;
         self
     }
 
@@ -432,8 +425,11 @@ file_table! {
     fn load(&self, channels: Channels) -> Result<impl Brdf + 'static, TableError> {
         without_wavelengths("path", self.path.display(), &channels)?;
         let table = Merl::load(&self.path, channels, self.no_reading)?;
-        let table = table.with_interpolation(self.interpolation);
-        Ok(table.with_nodes(self.nodes).with_bilateral(self.bilateral))
+        Ok(Merl {
+            bilateral: self.bilateral,
+            interpolation: self.interpolation,
+            ..table.with_nodes(self.nodes)
+        })
     }
 
     fn channel_bytes(&self) -> usize {

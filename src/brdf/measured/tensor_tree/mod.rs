@@ -64,17 +64,6 @@ pub struct TensorTree {
     doubts: Doubts,
 }
 
-impl TensorTree {
-    /// Trees of luminance, or of luminance, u' and v'.
-    pub(crate) fn new(trees: Vec<Node>, channels: Channels) -> Self {
-        Self {
-            trees,
-            channels,
-            doubts: Doubts::default(),
-        }
-    }
-}
-
 impl Brdf for TensorTree {
     fn channels(&self) -> &Channels {
         &self.channels

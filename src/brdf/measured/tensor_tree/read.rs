@@ -281,8 +281,9 @@ impl TensorTree {
         }
         doubts.is_grey = trees.len() < wanted;
         Ok(Self {
+            trees,
+            channels,
             doubts,
-            ..Self::new(trees, channels)
         })
     }
 }

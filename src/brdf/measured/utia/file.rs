@@ -16,7 +16,7 @@ use super::super::doubts::Doubts;
 use super::super::{Planes, TableError, fill_gaps, gaps, open_regular, values_or_nan};
 use super::{NODES, Utia, pair};
 use crate::brdf::{Brdf, Channels, Marks};
-use crate::geometry::DirectionPair;
+use crate::geometry::{DirectionPair, Symmetry};
 use crate::numeric;
 use rayon::prelude::*;
 use std::fs::File;
@@ -104,10 +104,14 @@ impl Utia {
             return Err(TableError::Malformed(message));
         }
         let has_data = |node: usize| planes.iter().all(|plane| !plane[node].is_nan());
-        match (0..NODES).any(has_data) {
-            true => Ok(Self::new(planes, doubts)),
-            false => Err(no_data()),
+        if !(0..NODES).any(has_data) {
+            return Err(no_data());
         }
+        Ok(Self {
+            planes,
+            symmetry: Symmetry::NONE,
+            doubts,
+        })
     }
 }
 

@@ -44,26 +44,9 @@ const SLACK: f64 = 1e-12;
 pub struct Utia {
     /// One of luminance, or three of R, G, B: in sr⁻¹, NaN where there is no data.
     planes: Vec<Vec<f64>>,
-    symmetry: Symmetry,
+    /// What it is declared to have, none as it is read. Look-ups do not use it: it says what may be folded.
+    pub(super) symmetry: Symmetry,
     doubts: Doubts,
-}
-
-impl Utia {
-    fn new(planes: Vec<Vec<f64>>, doubts: Doubts) -> Self {
-        Self {
-            planes,
-            symmetry: Symmetry::NONE,
-            doubts,
-        }
-    }
-
-    /// The table, declared to have these symmetries; a fresh one has none. Look-ups do not use
-    /// them: they say what may be folded.
-    #[must_use]
-    pub(crate) fn with_symmetry(mut self, symmetry: Symmetry) -> Self {
-        self.symmetry = symmetry;
-        self
-    }
 }
 
 /// The pair at a node of a plane.
