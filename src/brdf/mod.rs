@@ -71,6 +71,17 @@ pub enum Presence {
     Missing,
 }
 
+impl Presence {
+    /// Whether there is data.
+    #[inline(always)]
+    pub(crate) fn of(is_there: bool) -> Self {
+        match is_there {
+            true => Presence::Present,
+            false => Presence::Missing,
+        }
+    }
+}
+
 /// A bidirectional reflectance distribution function.
 ///
 /// Values are f_r in sr⁻¹ without the cosine: 0 where a direction is not above the horizon

@@ -24,10 +24,7 @@ where
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         let values = (self.f)(pair);
         out.copy_from_slice(&values.unwrap_or([0.0; N]));
-        match values {
-            Some(_) => Presence::Present,
-            None => Presence::Missing,
-        }
+        Presence::of(values.is_some())
     }
 }
 

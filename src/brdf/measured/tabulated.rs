@@ -70,18 +70,15 @@ impl TabulatedSpec {
         let of = brdf::read(of)?;
         let span = table.span();
         let mut keys: Keys = registry::parse(table)?;
-        let given = [
-            ("interpolation", keys.interpolation.is_some()),
-            ("nodes", keys.nodes.is_some()),
-        ];
-        match (keys.format, given.iter().find(|(_, given)| *given)) {
+        let interpolation = keys.interpolation.map(|_| "interpolation");
+        match (keys.format, interpolation.or(keys.nodes.map(|_| "nodes"))) {
             (TableFormat::Merl, _) => {
                 // Resolved keys name both.
                 keys.interpolation.get_or_insert_default();
                 keys.nodes.get_or_insert_default();
             }
             (TableFormat::Utia, None) => {}
-            (TableFormat::Utia, Some((key, _))) => {
+            (TableFormat::Utia, Some(key)) => {
                 let message = format!(
                     "{key} is a key of format \"merl\"; a table of format \"utia\" is linear in its four angles"
                 );

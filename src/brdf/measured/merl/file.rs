@@ -10,7 +10,7 @@
 
 use super::super::doubts::Doubts;
 use super::super::{TableError, open_regular};
-use super::{Cells, Merl, MerlGrid};
+use super::{Cells, Held, Merl, MerlGrid};
 use crate::brdf::Channels;
 use crate::brdf::marks::{is, is_mark_number, marks_among};
 use crate::numeric;
@@ -133,9 +133,14 @@ fn read_planes(
         ..Seen::default()
     };
     let mut cells = match channels {
-        Channels::Rgb => Cells::Rgb(read_cells(input, grid, &mut seen, |c, v, cell| {
-            cell[c] = v;
-        })?),
+        Channels::Rgb => {
+            let put = |c: usize, v: f64, cell: &mut [f64; 3]| cell[c] = v;
+            let cells = read_cells(input, grid, &mut seen, put)?;
+            Cells::Rgb(Held {
+                cells,
+                scale: SCALE,
+            })
+        }
         Channels::Luminance => {
             // Folded plane by plane in the order of `numeric::luminance`, so that the sum has the
             // bits of the luminance of an R, G, B reading. −1 once a channel has no data.
@@ -147,7 +152,11 @@ fn read_planes(
                     -1.0
                 };
             };
-            Cells::Luminance(read_cells(input, grid, &mut seen, add)?)
+            let cells = read_cells(input, grid, &mut seen, add)?;
+            Cells::Luminance(Held {
+                cells,
+                scale: [1.0],
+            })
         }
         Channels::Wavelengths(_) => return Err(TableError::Channels(WAVELENGTHS)),
     };
@@ -160,8 +169,8 @@ fn read_planes(
     let (doubts, marked) = seen.marks();
     for i in marked {
         match &mut cells {
-            Cells::Luminance(cells) => cells[i % grid.cells()] = [-1.0],
-            Cells::Rgb(cells) => cells[i % grid.cells()][i / grid.cells()] = -1.0,
+            Cells::Luminance(held) => held.cells[i % grid.cells()] = [-1.0],
+            Cells::Rgb(held) => held.cells[i % grid.cells()][i / grid.cells()] = -1.0,
         }
     }
     Merl::new(grid, cells, doubts)

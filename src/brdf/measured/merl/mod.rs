@@ -57,23 +57,29 @@ pub struct Merl {
     doubts: Doubts,
 }
 
-/// The cells of a table, and after them the [means over phi_d](MerlGrid::POLES) where phi_d has no meaning.
+/// The cells of a table.
 #[derive(Clone, Debug)]
 enum Cells {
     /// In sr⁻¹, negative where any channel has no data.
-    Luminance(Vec<[f64; 1]>),
-    /// R, G, B as stored, unscaled.
-    Rgb(Vec<[f64; 3]>),
+    Luminance(Held<1>),
+    /// R, G, B as stored.
+    Rgb(Held<3>),
 }
 
-/// Factor of values that are held in sr⁻¹.
-const UNSCALED: [f64; 1] = [1.0];
+/// Cells of so many channels.
+#[derive(Clone, Debug)]
+struct Held<const N: usize> {
+    /// Those of the file, and after them the [means over phi_d](MerlGrid::POLES) where phi_d has no meaning.
+    cells: Vec<[f64; N]>,
+    /// Factors to sr⁻¹.
+    scale: [f64; N],
+}
 
 impl Merl {
     fn new(grid: MerlGrid, mut cells: Cells, doubts: Doubts) -> Result<Self, TableError> {
         match &mut cells {
-            Cells::Luminance(cells) => cells.extend(means_at_poles(cells, grid)),
-            Cells::Rgb(cells) => cells.extend(means_at_poles(cells, grid)),
+            Cells::Luminance(held) => held.add_means(grid),
+            Cells::Rgb(held) => held.add_means(grid),
         }
         let table = Self {
             grid,
@@ -109,14 +115,9 @@ impl Merl {
 
     /// The planes as held: R, G, B as stored in the file, or one plane of luminance in sr⁻¹.
     pub fn planes(&self) -> Vec<Vec<f64>> {
-        fn planes<const N: usize>(cells: &[[f64; N]]) -> Vec<Vec<f64>> {
-            let plane = |c: usize| cells.iter().map(|cell| cell[c]).collect();
-            (0..N).map(plane).collect()
-        }
-        let own = ..self.grid.cells();
         match &self.cells {
-            Cells::Luminance(cells) => planes(&cells[own]),
-            Cells::Rgb(cells) => planes(&cells[own]),
+            Cells::Luminance(held) => held.planes(self.grid),
+            Cells::Rgb(held) => held.planes(self.grid),
         }
     }
 
@@ -129,8 +130,8 @@ impl Merl {
 
     fn cell(&self, i: usize) -> Option<[f64; 3]> {
         match &self.cells {
-            Cells::Luminance(cells) => data(cells[i], UNSCALED).map(|[v]| [v; 3]),
-            Cells::Rgb(cells) => data(cells[i], SCALE),
+            Cells::Luminance(held) => held.data(i).map(|[v]| [v; 3]),
+            Cells::Rgb(held) => held.data(i),
         }
     }
 }
@@ -170,66 +171,15 @@ impl Brdf for Merl {
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
         match &self.cells {
-            Cells::Luminance(cells) => self.one(cells, UNSCALED, pair, out),
-            Cells::Rgb(cells) => self.one(cells, SCALE, pair, out),
+            Cells::Luminance(held) => held.one(self, pair, out),
+            Cells::Rgb(held) => held.one(self, pair, out),
         }
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         match &self.cells {
-            Cells::Luminance(cells) => self.batch(cells, UNSCALED, pairs, out, presence),
-            Cells::Rgb(cells) => self.batch(cells, SCALE, pairs, out, presence),
-        }
-    }
-}
-
-impl Merl {
-    fn one<const N: usize>(
-        &self,
-        cells: &[[f64; N]],
-        scale: [f64; N],
-        pair: &DirectionPair,
-        out: &mut [f64],
-    ) -> Presence {
-        let found = if pair.is_above_horizon() {
-            self.look_up(cells, scale, self.grid.coordinates(pair))
-        } else {
-            Some([0.0; N])
-        };
-        out.copy_from_slice(&found.unwrap_or([0.0; N]));
-        presence(&found)
-    }
-
-    fn batch<const N: usize>(
-        &self,
-        cells: &[[f64; N]],
-        scale: [f64; N],
-        pairs: &[DirectionPair],
-        out: &mut [f64],
-        presence: &mut [Presence],
-    ) {
-        Arch::new().dispatch(LookUps {
-            table: self,
-            cells,
-            scale,
-            pairs,
-            out: out.as_chunks_mut().0,
-            presence,
-        });
-    }
-
-    /// The value at index coordinates.
-    #[inline(always)]
-    fn look_up<const N: usize>(
-        &self,
-        cells: &[[f64; N]],
-        scale: [f64; N],
-        coordinates: [f64; 3],
-    ) -> Option<[f64; N]> {
-        let grid = self.grid;
-        match self.interpolation {
-            Interpolation::Nearest => data(cells[grid.index_at(coordinates) as usize], scale),
-            Interpolation::Trilinear => trilinear(grid, cells, scale, grid.corner(coordinates)),
+            Cells::Luminance(held) => held.batch(self, pairs, out, presence),
+            Cells::Rgb(held) => held.batch(self, pairs, out, presence),
         }
     }
 }
@@ -237,9 +187,7 @@ impl Merl {
 /// Look-ups of many pairs.
 struct LookUps<'a, const N: usize> {
     table: &'a Merl,
-    cells: &'a [[f64; N]],
-    /// Factors to sr⁻¹.
-    scale: [f64; N],
+    held: &'a Held<N>,
     pairs: &'a [DirectionPair],
     out: &'a mut [[f64; N]],
     presence: &'a mut [Presence],
@@ -250,12 +198,7 @@ impl<const N: usize> NullaryFnOnce for LookUps<'_, N> {
 
     #[inline(always)]
     fn call(self) {
-        let Self {
-            table,
-            cells,
-            scale,
-            ..
-        } = self;
+        let (table, held) = (self.table, self.held);
         let mut block = PairBlock::new();
         let [mut h, mut d, mut phi] = [[0.0; BLOCK]; 3];
         let mut index = [0u32; BLOCK];
@@ -267,32 +210,25 @@ impl<const N: usize> NullaryFnOnce for LookUps<'_, N> {
             for j in 0..BLOCK {
                 [h[j], d[j], phi[j]] = table.grid.coordinates_of(block.vectors(j));
             }
-            let is_nearest = table.interpolation == Interpolation::Nearest;
-            for j in 0..BLOCK {
-                let coordinates = [h[j], d[j], phi[j]];
-                match is_nearest {
-                    true => index[j] = table.grid.index_at(coordinates),
-                    false => corners[j] = table.grid.corner(coordinates),
+            let at = |j: usize| [h[j], d[j], phi[j]];
+            match table.interpolation {
+                Interpolation::Nearest => {
+                    (0..BLOCK).for_each(|j| index[j] = table.grid.index_at(at(j)));
+                }
+                Interpolation::Trilinear => {
+                    (0..BLOCK).for_each(|j| corners[j] = table.grid.corner(at(j)));
                 }
             }
             for (j, (out, of)) in out.iter_mut().zip(presences).enumerate() {
-                let found = match is_nearest {
+                let found = match table.interpolation {
                     _ if block.is_below(j) => Some([0.0; N]),
-                    true => data(cells[index[j] as usize], scale),
-                    false => trilinear(table.grid, cells, scale, corners[j]),
+                    Interpolation::Nearest => held.data(index[j] as usize),
+                    Interpolation::Trilinear => held.trilinear(table.grid, corners[j]),
                 };
-                *of = presence(&found);
+                *of = Presence::of(found.is_some());
                 *out = found.unwrap_or([0.0; N]);
             }
         }
-    }
-}
-
-#[inline(always)]
-fn presence<T>(found: &Option<T>) -> Presence {
-    match found {
-        Some(_) => Presence::Present,
-        None => Presence::Missing,
     }
 }
 
@@ -302,82 +238,111 @@ fn holds_data<const N: usize>(cell: &[f64; N]) -> bool {
     cell.iter().fold(true, |all, v| all & is_data(*v))
 }
 
-/// f_r (sr⁻¹) of a cell.
-#[inline(always)]
-fn scaled<const N: usize>(cell: [f64; N], scale: [f64; N]) -> [f64; N] {
-    std::array::from_fn(|c| cell[c] * scale[c])
-}
+impl<const N: usize> Held<N> {
+    fn one(&self, table: &Merl, pair: &DirectionPair, out: &mut [f64]) -> Presence {
+        let (grid, interpolation) = (table.grid, table.interpolation);
+        let coordinates = || grid.coordinates(pair);
+        let found = match interpolation {
+            _ if !pair.is_above_horizon() => Some([0.0; N]),
+            Interpolation::Nearest => self.data(grid.index_at(coordinates()) as usize),
+            Interpolation::Trilinear => self.trilinear(grid, grid.corner(coordinates())),
+        };
+        out.copy_from_slice(&found.unwrap_or([0.0; N]));
+        Presence::of(found.is_some())
+    }
 
-/// f_r of a cell if it holds data.
-#[inline(always)]
-fn data<const N: usize>(cell: [f64; N], scale: [f64; N]) -> Option<[f64; N]> {
-    holds_data(&cell).then(|| scaled(cell, scale))
-}
+    fn batch(
+        &self,
+        table: &Merl,
+        pairs: &[DirectionPair],
+        out: &mut [f64],
+        presence: &mut [Presence],
+    ) {
+        Arch::new().dispatch(LookUps {
+            table,
+            held: self,
+            pairs,
+            out: out.as_chunks_mut().0,
+            presence,
+        });
+    }
 
-/// The means over phi_d of cells that hold data, as held; −1 if none does.
-fn means_at_poles<const N: usize>(
-    cells: &[[f64; N]],
-    grid: MerlGrid,
-) -> [[f64; N]; MerlGrid::POLES] {
-    let n_phi = grid.dims()[2];
-    std::array::from_fn(|i| {
-        let row = grid.index(MerlGrid::row_of_mean(i));
-        let cells = cells[row..row + n_phi].iter();
-        let data = cells.filter(|cell| holds_data(cell)).zip(1u32..);
-        // Of equal values it is that value, and of large ones finite.
-        data.fold([-1.0; N], |mean, (cell, n)| {
-            let mean = if n == 1 { *cell } else { mean };
-            std::array::from_fn(|c| mean[c] + (cell[c] - mean[c]) / f64::from(n))
-        })
-    })
-}
+    /// The cells of the file, a plane a channel.
+    fn planes(&self, grid: MerlGrid) -> Vec<Vec<f64>> {
+        let own = &self.cells[..grid.cells()];
+        let plane = |c: usize| own.iter().map(|cell| cell[c]).collect();
+        (0..N).map(plane).collect()
+    }
 
-#[inline(always)]
-fn trilinear<const N: usize>(
-    grid: MerlGrid,
-    table: &[[f64; N]],
-    scale: [f64; N],
-    Corner { whole, part }: Corner,
-) -> Option<[f64; N]> {
-    let n_phi = grid.dims()[2];
-    let last = grid.last_row();
-    let [h, d, phi] = whole;
-    let [h, d, phi] = [h as usize, d as usize, phi as usize];
-    let [f_h, f_d, f_phi] = part;
-    let next = if phi + 1 < n_phi { phi + 1 } else { 0 };
-    let (h_next, d_next) = ((h + 1).min(last), (d + 1).min(last));
-    let corners = [[h, d], [h, d_next], [h_next, d], [h_next, d_next]];
-    let (g_h, g_d, g_phi) = (1.0 - f_h, 1.0 - f_d, 1.0 - f_phi);
-    let row_weights = [g_h * g_d, g_h * f_d, f_h * g_d, f_h * f_d];
-    let mut nodes = [[[0.0; N]; 2]; 4];
-    for (nodes, [h, d]) in nodes.iter_mut().zip(corners) {
-        let cells = [phi, next].map(|phi| grid.position([h, d], phi));
-        for (node, cell) in nodes.iter_mut().zip(cells) {
-            *node = table[cell];
+    /// f_r (sr⁻¹) of values as held.
+    #[inline(always)]
+    fn scaled(&self, values: [f64; N]) -> [f64; N] {
+        std::array::from_fn(|c| values[c] * self.scale[c])
+    }
+
+    /// f_r of a cell if it holds data.
+    #[inline(always)]
+    fn data(&self, i: usize) -> Option<[f64; N]> {
+        let cell = self.cells[i];
+        holds_data(&cell).then(|| self.scaled(cell))
+    }
+
+    /// Adds the means over phi_d of cells that hold data, as held; −1 if none does.
+    fn add_means(&mut self, grid: MerlGrid) {
+        let n_phi = grid.dims()[2];
+        for i in 0..MerlGrid::POLES {
+            let row = grid.index(MerlGrid::row_of_mean(i));
+            let cells = self.cells[row..row + n_phi].iter();
+            let data = cells.filter(|cell| holds_data(cell)).zip(1u32..);
+            // Of equal values it is that value, and of large ones finite.
+            let mean = data.fold([-1.0; N], |mean, (cell, n)| {
+                let mean = if n == 1 { *cell } else { mean };
+                std::array::from_fn(|c| mean[c] + (cell[c] - mean[c]) / f64::from(n))
+            });
+            self.cells.push(mean);
         }
     }
 
-    // Away from the horizon every node holds data, and one predictable branch replaces eight
-    // choices and a division.
-    let all = nodes
-        .iter()
-        .flatten()
-        .fold(true, |all, node| all & holds_data(node));
-    let (mut sum, mut total) = ([0.0; N], 0.0);
-    for (pair, w) in nodes.into_iter().zip(row_weights) {
-        for (node, w) in pair.into_iter().zip([w * g_phi, w * f_phi]) {
-            if all || holds_data(&node) {
-                total += w;
-                for (sum, v) in sum.iter_mut().zip(node) {
-                    *sum += w * v;
+    /// f_r between the nodes around a place; `None` without data at any.
+    #[inline(always)]
+    fn trilinear(&self, grid: MerlGrid, Corner { whole, part }: Corner) -> Option<[f64; N]> {
+        let n_phi = grid.dims()[2];
+        let last = grid.last_row();
+        let [h, d, phi] = whole;
+        let [h, d, phi] = [h as usize, d as usize, phi as usize];
+        let [f_h, f_d, f_phi] = part;
+        let next = if phi + 1 < n_phi { phi + 1 } else { 0 };
+        let (h_next, d_next) = ((h + 1).min(last), (d + 1).min(last));
+        let corners = [[h, d], [h, d_next], [h_next, d], [h_next, d_next]];
+        let (g_h, g_d, g_phi) = (1.0 - f_h, 1.0 - f_d, 1.0 - f_phi);
+        let row_weights = [g_h * g_d, g_h * f_d, f_h * g_d, f_h * f_d];
+        let mut nodes = [[[0.0; N]; 2]; 4];
+        for (nodes, [h, d]) in nodes.iter_mut().zip(corners) {
+            let cells = [phi, next].map(|phi| grid.position([h, d], phi));
+            for (node, cell) in nodes.iter_mut().zip(cells) {
+                *node = self.cells[cell];
+            }
+        }
+
+        // Away from the horizon every node holds data, and one predictable branch replaces eight
+        // choices and a division.
+        let each = nodes.iter().flatten();
+        let all = each.fold(true, |all, node| all & holds_data(node));
+        let (mut sum, mut total) = ([0.0; N], 0.0);
+        for (pair, w) in nodes.into_iter().zip(row_weights) {
+            for (node, w) in pair.into_iter().zip([w * g_phi, w * f_phi]) {
+                if all || holds_data(&node) {
+                    total += w;
+                    for (sum, v) in sum.iter_mut().zip(node) {
+                        *sum += w * v;
+                    }
                 }
             }
         }
-    }
-    if all {
-        Some(scaled(sum, scale))
-    } else {
-        (total > 0.0).then(|| scaled(sum.map(|v| v / total), scale))
+        if all {
+            return Some(self.scaled(sum));
+        }
+        (total > 0.0).then(|| self.scaled(sum.map(|v| v / total)))
     }
 }
 

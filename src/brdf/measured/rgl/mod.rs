@@ -175,10 +175,7 @@ impl Rgl {
             let value = factor * self.values.value_at(&incidences, [channel, count], uniform);
             *out = value.clamp(0.0, f64::MAX);
         }
-        match out.iter().any(|v| v.is_nan()) {
-            true => Presence::Missing,
-            false => Presence::Present,
-        }
+        Presence::of(out.iter().all(|v| !v.is_nan()))
     }
 
     /// Light and sensor, mirrored into the part of the circle of φ_i that is held.

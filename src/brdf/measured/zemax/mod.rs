@@ -214,10 +214,7 @@ impl Brdf for Zemax {
                 .map(|(node, weight)| weight * plane[*node])
                 .sum();
         }
-        match weights.is_empty() {
-            true => Presence::Missing,
-            false => Presence::Present,
-        }
+        Presence::of(!weights.is_empty())
     }
 }
 
