@@ -141,7 +141,7 @@ pub struct Abc {
     surface: Surface,
     /// B along t and along b.
     b: [f64; 2],
-    isotropic: bool,
+    symmetry: Symmetry,
     c: f64,
     /// ior² − 1.
     excess: f64,
@@ -158,7 +158,7 @@ impl LowAbc {
         let abc = Abc {
             surface,
             b: p.b.xy(),
-            isotropic: p.b.is_isotropic(),
+            symmetry: p.b.symmetry(),
             c: p.c,
             excess: fresnel::excess(p.ior),
         };
@@ -178,7 +178,7 @@ impl Shape for Abc {
     const IS_SAMPLED: bool = false;
 
     fn symmetry(&self) -> Symmetry {
-        Symmetry::ORTHOTROPIC.with_isotropy(self.isotropic)
+        self.symmetry
     }
 
     #[inline]

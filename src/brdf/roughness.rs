@@ -3,6 +3,7 @@
 use super::Channels;
 use super::spectrum::Limited;
 use crate::error::ParameterError;
+use crate::geometry::Symmetry;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -32,10 +33,10 @@ impl Roughness {
         }
     }
 
-    /// True if both axes are equally rough.
-    pub fn is_isotropic(self) -> bool {
+    /// The symmetries of a surface of it: isotropic if both axes are equally rough.
+    pub fn symmetry(self) -> Symmetry {
         let [x, y] = self.xy();
-        x == y
+        Symmetry::ORTHOTROPIC.with_isotropy(x == y)
     }
 
     /// Checks both values against a range, [`RANGE`](Self::RANGE) of a roughness, in any channels.

@@ -44,7 +44,7 @@ pub type Ward = Shaped<Gaussian>;
 /// exp(−tan²θ_h (cos²φ_h/alpha_x² + sin²φ_h/alpha_y²))/sqrt(cos θ_i cos θ_o), above a diffuse base.
 #[derive(Clone, Debug)]
 pub struct Gaussian {
-    isotropic: bool,
+    symmetry: Symmetry,
     alpha: [f64; 2],
     inverse_alpha: [f64; 2],
     mixture: Mixture,
@@ -56,7 +56,7 @@ impl Ward {
         let (rho_d, rho_s, alpha) = (&spec.rho_d, &spec.rho_s, spec.alpha);
         let [ax, ay] = alpha.xy();
         let gaussian = Gaussian {
-            isotropic: alpha.is_isotropic(),
+            symmetry: alpha.symmetry(),
             alpha: [ax, ay],
             inverse_alpha: [1.0 / ax, 1.0 / ay],
             mixture: Mixture::new(rho_d, rho_s),
@@ -68,7 +68,7 @@ impl Ward {
 
 impl Shape for Gaussian {
     fn symmetry(&self) -> Symmetry {
-        Symmetry::ORTHOTROPIC.with_isotropy(self.isotropic)
+        self.symmetry
     }
 
     #[inline]

@@ -88,7 +88,7 @@ impl BrdfSpec for SmithMultipleSpec {
     }
 
     fn symmetry(&self, _channels: &Channels) -> Result<Symmetry, BuildError> {
-        Ok(symmetry(self.alpha))
+        Ok(self.alpha.symmetry())
     }
 
     fn favours(&self) -> Favours {
@@ -118,10 +118,6 @@ impl SmithMultipleSpec {
         let built = SmithMultiple::<D>::new(self.alpha, &self.facets, paths, channels)?;
         Ok(Box::new(built))
     }
-}
-
-fn symmetry(alpha: Roughness) -> Symmetry {
-    Symmetry::ORTHOTROPIC.with_isotropy(alpha.is_isotropic())
 }
 
 /// Light that is followed, and how much of it.
@@ -156,7 +152,7 @@ impl<D: Distribution> SmithMultiple<D> {
     ) -> Result<Self, BuildError> {
         let followed = followed(&channels, facets.distinct(&channels));
         Ok(Self {
-            symmetry: symmetry(alpha),
+            symmetry: alpha.symmetry(),
             walk: Walk {
                 normals: D::new(alpha),
                 facets: Facets::new(facets, &followed)?,

@@ -113,7 +113,9 @@ impl BrdfSpec for TabulatedSpec {
     fn symmetry(&self, channels: &Channels) -> Result<Symmetry, BuildError> {
         Ok(match self.keys.format {
             TableFormat::Merl => self.of.symmetry(channels)?,
-            TableFormat::Utia => kept_by_utia(self.of.symmetry(channels)?),
+            // The nodes are the same for light and sensor and on both sides of both tangent axes, so that exchanges and mirrors
+            // stay; a turn by less than a step falls between nodes.
+            TableFormat::Utia => self.of.symmetry(channels)?.with_isotropy(false),
         })
     }
 
@@ -171,15 +173,6 @@ fn utia_of(brdf: &dyn Brdf, channels: Channels) -> Result<Utia, TableError> {
     let mut bytes = Vec::with_capacity(FILE_LEN as usize);
     write_utia(brdf, &mut bytes)?;
     let mut table = Utia::read(bytes.as_slice(), 1.0, channels)?;
-    table.symmetry = kept_by_utia(brdf.symmetry());
+    table.symmetry = brdf.symmetry().with_isotropy(false);
     Ok(table)
-}
-
-/// The nodes are the same for light and sensor and on both sides of both tangent axes, so that
-/// exchanges and mirrors stay; a turn by less than a step falls between nodes.
-fn kept_by_utia(of: Symmetry) -> Symmetry {
-    Symmetry {
-        isotropic: false,
-        ..of
-    }
 }

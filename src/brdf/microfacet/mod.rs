@@ -127,7 +127,7 @@ impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
 #[derive(Clone, Debug)]
 pub struct Microfacet<D> {
     channels: Channels,
-    isotropic: bool,
+    symmetry: Symmetry,
     distribution: D,
     fresnel: Fresnel,
 }
@@ -136,7 +136,7 @@ impl<D: Distribution> Microfacet<D> {
     /// Facets of roughness `alpha` and reflectance `fresnel`.
     pub fn new(alpha: Roughness, fresnel: &FresnelSpec, channels: Channels) -> Self {
         Self {
-            isotropic: alpha.is_isotropic(),
+            symmetry: alpha.symmetry(),
             distribution: D::new(alpha),
             fresnel: Fresnel::new(fresnel, &channels),
             channels,
@@ -203,7 +203,7 @@ impl<D: Distribution> Brdf for Microfacet<D> {
     }
 
     fn symmetry(&self) -> Symmetry {
-        Symmetry::ORTHOTROPIC.with_isotropy(self.isotropic)
+        self.symmetry
     }
 
     fn conserves_energy(&self) -> bool {

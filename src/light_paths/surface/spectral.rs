@@ -10,7 +10,6 @@
 use super::{Facts, HeightField, SurfaceSpec, check_size};
 use crate::brdf::{BuildError, Roughness};
 use crate::error::{ParameterError, in_closed};
-use crate::geometry::Symmetry;
 use crate::registry::declare;
 use crate::sampling::Random;
 use rayon::prelude::*;
@@ -70,7 +69,7 @@ declare! {
 fn facts(kind: &str, slope: Roughness, size: usize) -> Facts {
     Facts {
         label: format!("{kind}-{slope}"),
-        symmetry: Symmetry::ORTHOTROPIC.with_isotropy(slope.is_isotropic()),
+        symmetry: slope.symmetry(),
         is_random: true,
         cells: size * size,
     }

@@ -81,11 +81,8 @@ fn jacobian(u: f64, sin_theta: f64) -> f64 {
 }
 
 /// The symmetries of a table of a number of azimuths of the light.
-pub(super) fn symmetry(azimuths: usize) -> Symmetry {
-    Symmetry {
-        isotropic: azimuths <= MOST_OF_ISOTROPIC,
-        ..Symmetry::NONE
-    }
+fn symmetry(azimuths: usize) -> Symmetry {
+    Symmetry::NONE.with_isotropy(azimuths <= MOST_OF_ISOTROPIC)
 }
 
 impl Rgl {

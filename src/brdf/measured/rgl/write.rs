@@ -54,12 +54,6 @@ pub type Level = [usize; 3];
 /// Those that a tolerance chooses from, the usual one first.
 pub const LEVELS: [Level; 3] = [[64, 32, 25], [128, 64, 33], [256, 128, 49]];
 
-/// What is known of a BRDF before it is tabulated.
-struct Surface<'a> {
-    brdf: &'a dyn Brdf,
-    ndf: Grids,
-}
-
 /// The error of a BRDF without any value above 0, which has no distribution of normals.
 fn black() -> TableError {
     TableError::NoData("an RGL table holds no BRDF that is 0, or not known, everywhere".into())
@@ -70,61 +64,58 @@ fn luminance(brdf: &dyn Brdf, pair: &DirectionPair) -> Option<f64> {
     brdf.luminance(pair).filter(|v| v.is_finite())
 }
 
-impl<'a> Surface<'a> {
-    fn new(brdf: &'a dyn Brdf) -> Result<Self, TableError> {
-        let rows = match brdf.symmetry().isotropic {
-            true => NORMALS_OF_ISOTROPIC,
-            false => NORMALS,
-        };
-        let node = |i: usize| {
-            let (row, column) = (i / NORMALS, i % NORMALS);
-            let phi = TAU * row as f64 / (rows - 1) as f64 - PI;
-            (theta_of(column as f64 / (NORMALS - 1) as f64), phi)
-        };
-        let profile = |i: usize| {
-            let (theta_h, phi_h) = node(i);
-            let h = Direction::from_spherical(theta_h, phi_h).vector();
-            // Across the plane of normal and half vector.
-            let across = DVec3::new(-phi_h.sin(), phi_h.cos(), 0.0);
-            let pairs = PROFILE_DEG.map(|deg| {
-                let (sin, cos) = deg.to_radians().sin_cos();
-                let towards = |side: f64| Direction::from_unit(cos * h + side * sin * across);
-                DirectionPair::new(towards(1.0), towards(-1.0))
-            });
-            let known = pairs.iter().filter(|p| p.is_above_horizon());
-            let known = known.filter_map(|p| {
-                Some(luminance(brdf, p)? * 4.0 * p.omega_i.cos_theta() * p.omega_o.cos_theta())
-            });
-            let known: Vec<f64> = known.collect();
-            known.iter().sum::<f64>() / known.len().max(1) as f64
-        };
-        let mut normals: Vec<f64> = (0..rows * NORMALS).into_par_iter().map(profile).collect();
-        let largest = normals.iter().copied().fold(0.0, f64::max);
-        if !(largest > 0.0 && largest.is_finite()) {
-            return Err(black());
-        }
-        // Projected onto the surface they have area 1, and uniform ones 1 / 2π a steradian.
-        let projected = |(i, d): (usize, &f64)| {
-            let u = (i % NORMALS) as f64 / (NORMALS - 1) as f64;
-            let (sin, cos) = node(i).0.sin_cos();
-            d * cos * jacobian(u, sin)
-        };
-        let area: f64 = normals.iter().enumerate().map(projected).sum();
-        let area = area / normals.len() as f64;
-        let density = |d: f64| (d / area).max(UNIFORM / TAU);
-        normals.iter_mut().for_each(|d| *d = density(*d));
-        Ok(Self {
-            brdf,
-            ndf: Grids {
-                size: [NORMALS, rows],
-                values: normals.iter().map(|v| *v as f32).collect(),
-            },
-        })
-    }
+/// Elevation and azimuth of a node of a distribution of so many rows.
+fn node(i: usize, rows: usize) -> [f64; 2] {
+    let (row, column) = (i / NORMALS, i % NORMALS);
+    let phi = TAU * row as f64 / (rows - 1) as f64 - PI;
+    [theta_of(column as f64 / (NORMALS - 1) as f64), phi]
 }
 
-impl Surface<'_> {
-    /// Projected area of the micro-surface towards a direction: ∫ D(m) max(0, m·ω) dω_m, by midpoints.
+/// The distribution of normals of a BRDF.
+fn normals(brdf: &dyn Brdf) -> Result<Grids, TableError> {
+    let rows = match brdf.symmetry().isotropic {
+        true => NORMALS_OF_ISOTROPIC,
+        false => NORMALS,
+    };
+    let profile = |i: usize| {
+        let [theta_h, phi_h] = node(i, rows);
+        let h = Direction::from_spherical(theta_h, phi_h).vector();
+        // Across the plane of normal and half vector.
+        let across = DVec3::new(-phi_h.sin(), phi_h.cos(), 0.0);
+        let pairs = PROFILE_DEG.map(|deg| {
+            let (sin, cos) = deg.to_radians().sin_cos();
+            let towards = |side: f64| Direction::from_unit(cos * h + side * sin * across);
+            DirectionPair::new(towards(1.0), towards(-1.0))
+        });
+        let known = pairs.iter().filter(|p| p.is_above_horizon());
+        let known = known.filter_map(|p| {
+            Some(luminance(brdf, p)? * 4.0 * p.omega_i.cos_theta() * p.omega_o.cos_theta())
+        });
+        let known: Vec<f64> = known.collect();
+        known.iter().sum::<f64>() / known.len().max(1) as f64
+    };
+    let found: Vec<f64> = (0..rows * NORMALS).into_par_iter().map(profile).collect();
+    let largest = found.iter().copied().fold(0.0, f64::max);
+    if !(largest > 0.0 && largest.is_finite()) {
+        return Err(black());
+    }
+    // Projected onto the surface they have area 1, and uniform ones 1 / 2π a steradian.
+    let projected = |(i, d): (usize, &f64)| {
+        let u = (i % NORMALS) as f64 / (NORMALS - 1) as f64;
+        let (sin, cos) = node(i, rows)[0].sin_cos();
+        d * cos * jacobian(u, sin)
+    };
+    let area: f64 = found.iter().enumerate().map(projected).sum();
+    let area = area / found.len() as f64;
+    let density = |d: &f64| (d / area).max(UNIFORM / TAU) as f32;
+    Ok(Grids {
+        size: [NORMALS, rows],
+        values: found.iter().map(density).collect(),
+    })
+}
+
+impl Grids {
+    /// Projected area of a micro-surface of these normals towards a direction: ∫ D(m) max(0, m·ω) dω_m, by midpoints.
     fn area(&self, towards: DVec3) -> f64 {
         const STEPS: usize = 2 * NORMALS;
         let step = 1.0 / STEPS as f64;
@@ -136,23 +127,17 @@ impl Surface<'_> {
                 let v = (j as f64 + 0.5) * step;
                 let (s, c) = (TAU * v - PI).sin_cos();
                 let facing = towards.dot(DVec3::new(sin * c, sin * s, cos)).max(0.0);
-                sum += self.ndf.one([u, v]) * facing * jacobian(u, sin);
+                sum += self.one([u, v]) * facing * jacobian(u, sin);
             }
         }
         sum * step * step
     }
 
-    /// The area for every elevation, and the azimuths of some rows.
-    fn areas(&self, rows: usize) -> Grids {
+    /// The area for every elevation, and the azimuths of some rows, of which `own` differ.
+    fn areas(&self, rows: usize, own: usize) -> Grids {
         let area = |i: usize| {
-            let theta = theta_of((i % NORMALS) as f64 / (NORMALS - 1) as f64);
-            let phi = TAU * (i / NORMALS) as f64 / (rows - 1) as f64 - PI;
+            let [theta, phi] = node(i, rows);
             self.area(Direction::from_spherical(theta, phi).vector()) as f32
-        };
-        // An isotropic surface is the same from every azimuth.
-        let own = match self.brdf.symmetry().isotropic {
-            true => 1,
-            false => rows,
         };
         let values: Vec<f32> = (0..own * NORMALS).into_par_iter().map(area).collect();
         Grids {
@@ -168,7 +153,7 @@ impl Surface<'_> {
             let [u, v] = [i % NORMALS, i / NORMALS].map(|k| k as f64 * step);
             let m = normal([u, v]);
             let j = jacobian(u, theta_of(u).sin());
-            [self.ndf.one([u, v]) * light.dot(m).max(0.0) * j, j]
+            [self.one([u, v]) * light.dot(m).max(0.0) * j, j]
         });
         let nodes: Vec<[f64; 2]> = nodes.collect();
         let means = [0, 1].map(|k| nodes.iter().map(|n| n[k]).sum::<f64>() / nodes.len() as f64);
@@ -193,16 +178,17 @@ pub fn tabulate(
     brdf: &dyn Brdf,
     [nodes, elevations, azimuths]: Level,
 ) -> Result<(Fields, usize), TableError> {
-    let surface = Surface::new(brdf)?;
+    let ndf = normals(brdf)?;
     let is_isotropic = brdf.symmetry().isotropic;
     let steps = |from: f64, to: f64, count: usize| -> Vec<f32> {
         let at = |i: usize| from + (to - from) * i as f64 / (count - 1) as f64;
         (0..count).map(|i| at(i) as f32).collect()
     };
     let theta_i = steps(0.0, last_light(brdf), elevations);
-    let (phi_i, rows) = match is_isotropic {
-        true => (vec![0.0], NORMALS_OF_ISOTROPIC),
-        false => (steps(-PI, PI, azimuths), azimuths),
+    // An isotropic surface is the same from every azimuth.
+    let (phi_i, rows, own) = match is_isotropic {
+        true => (vec![0.0], NORMALS_OF_ISOTROPIC, 1),
+        false => (steps(-PI, PI, azimuths), azimuths, azimuths),
     };
     let colours = match brdf.channels().wavelengths() {
         Some(w) => Colours::Wavelengths(w.nm().iter().map(|nm| *nm as f32).collect()),
@@ -219,9 +205,9 @@ pub fn tabulate(
         Direction::from_spherical(theta, phi)
     };
     let incidences = 0..phi_i.len() * theta_i.len();
-    let sigma = surface.areas(rows);
+    let sigma = ndf.areas(rows, own);
     let visible = incidences.clone().into_par_iter();
-    let visible = visible.map(|i| surface.visible(light(i).vector()));
+    let visible = visible.map(|i| ndf.visible(light(i).vector()));
     let visible: Vec<Vec<f32>> = visible.collect();
     let vndf = Grids {
         size: [NORMALS; 2],
@@ -230,7 +216,8 @@ pub fn tabulate(
     let densities = Densities::new(vndf.clone()).ok_or_else(black)?;
     let grids = incidences.into_par_iter().map(|i| {
         let incidence = Incidence {
-            surface: &surface,
+            brdf,
+            ndf: &ndf,
             densities: &densities,
             grid: i,
             light: light(i),
@@ -264,9 +251,9 @@ pub fn tabulate(
     let fields = Fields {
         description: concat!("tabulated by gonio ", env!("CARGO_PKG_VERSION")).into(),
         jacobian: true,
+        ndf,
         values: all(0),
         luminance: all(1),
-        ndf: surface.ndf.clone(),
         theta_i,
         phi_i,
         sigma,
@@ -320,7 +307,8 @@ pub fn table_pairs(brdf: &dyn Brdf, [nodes, elevations, azimuths]: Level) -> u64
 
 /// One incidence of a table.
 struct Incidence<'a> {
-    surface: &'a Surface<'a>,
+    brdf: &'a dyn Brdf,
+    ndf: &'a Grids,
     densities: &'a Densities,
     /// Its number among the densities.
     grid: usize,
@@ -335,7 +323,7 @@ impl Incidence<'_> {
     /// The grids of values, colour after colour, and that of the density of samples; `None` without data; and the number of nodes above the horizon without data. At normal
     /// incidence of an isotropic surface nothing depends on the azimuth: `average` takes the mean over it.
     fn grids(&self, average: bool) -> (Option<[Vec<f32>; 2]>, usize) {
-        let brdf = self.surface.brdf;
+        let brdf = self.brdf;
         let (n, channels) = (self.nodes, brdf.channels().count());
         let own = Weighted::from_elem((self.grid, 1.0), 1);
         let step = 1.0 / (n - 1) as f64;
@@ -356,7 +344,7 @@ impl Incidence<'_> {
                 true => sensor.cos_theta().max(0.0),
                 false => 0.0,
             };
-            let value = cosine * 4.0 * self.area / self.surface.ndf.one(place);
+            let value = cosine * 4.0 * self.area / self.ndf.one(place);
             factors.push([value, cosine * 4.0 * facing * j / density]);
         }
         let mut found = vec![0.0; channels * n * n];

@@ -32,10 +32,7 @@ use glam::{DMat3, DVec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 /// What a TensorTree3 has by construction.
-pub(super) const SYMMETRY: Symmetry = Symmetry {
-    isotropic: true,
-    ..Symmetry::NONE
-};
+const SYMMETRY: Symmetry = Symmetry::NONE.with_isotropy(true);
 
 /// u' and v' of grey.
 const GREY: [f64; 2] = [4.0 / 19.0, 9.0 / 19.0];
