@@ -52,10 +52,9 @@ pub use test_functions::{TestFunction, TestFunctionSpec};
 pub use ward::{Ward, WardSpec};
 
 use crate::error::ParameterError;
-use crate::geometry::{DirectionPair, Symmetry};
+use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::registry::{self, ReadError, family};
 use smallvec::SmallVec;
-
 use std::path::{Path, PathBuf};
 
 /// One number a channel; luminance and R, G, B need no memory of their own.
@@ -179,11 +178,7 @@ pub trait EstimatedBrdf: Send + Sync {
 pub trait SampleBrdf: Brdf {
     /// A light direction for the sensor direction `omega_o` from two numbers in `[0, 1)`;
     /// `None` if the draw falls below the horizon.
-    fn sample(
-        &self,
-        omega_o: crate::geometry::Direction,
-        u: [f64; 2],
-    ) -> Option<crate::geometry::Direction>;
+    fn sample(&self, omega_o: Direction, u: [f64; 2]) -> Option<Direction>;
 
     /// Probability density of [`sample`](Self::sample), per steradian of omega_i. Integrates to
     /// 1 minus the share of draws below the horizon.

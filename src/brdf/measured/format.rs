@@ -24,6 +24,9 @@ pub struct Tabulation {
 /// all of them in a format without empty cells.
 pub type WriteTable = fn(&dyn Brdf, Tabulation, &Path) -> Result<usize, TableError>;
 
+/// Pairs that the table of a BRDF is made of, by its size.
+pub type TablePairs = fn(&dyn Brdf, usize) -> Result<u64, TableError>;
+
 /// One file format of tables; a use without a function is one that it has not.
 #[derive(Clone, Copy)]
 pub struct FileFormat {
@@ -44,7 +47,7 @@ pub struct FileFormat {
     pub write: Option<WriteTable>,
     /// The number of pairs that the table of a BRDF is made of, by its size; [`TableError::Unsuited`] of one that it cannot
     /// hold, by its channels and symmetries.
-    pub pairs: Option<fn(&dyn Brdf, usize) -> Result<u64, TableError>>,
+    pub pairs: Option<TablePairs>,
     /// Sizes of its tables, each finer than the one before.
     pub sizes: usize,
     /// Whether cells of its tables may be empty.

@@ -16,7 +16,7 @@ pub use self::{
     merl::MerlSpec, rgl::RglSpec, tensor_tree::TensorTreeSpec, utia::UtiaSpec, zemax::ZemaxSpec,
 };
 pub use error::TableError;
-pub use format::{FileFormat, ReadTable, Tabulation, WriteTable};
+pub use format::{FileFormat, ReadTable, TablePairs, Tabulation, WriteTable};
 pub use tabulated::TabulatedSpec;
 
 use format::write_file;
@@ -90,9 +90,8 @@ fn gaps(values: &[f64], n: usize) -> usize {
 fn values_or_exchanged(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> (Vec<f64>, usize) {
     let n = brdf.channels().count();
     let mut values = values_or_nan(brdf, pairs);
-    let lost: Vec<usize> = (0..pairs.len())
-        .filter(|k| values[k * n].is_nan())
-        .collect();
+    let lost = (0..pairs.len()).filter(|k| values[k * n].is_nan());
+    let lost: Vec<usize> = lost.collect();
     let exchanged: Vec<DirectionPair> = lost.iter().map(|k| pairs[*k].swapped()).collect();
     let found = values_or_nan(brdf, &exchanged);
     for (k, found) in lost.iter().zip(found.chunks_exact(n)) {
