@@ -115,7 +115,6 @@ impl Brdf for RetroReflective {
         self.of.eval(&turned(pair), out)
     }
 
-    /// Evaluates the BRDF inside in one batch, with one virtual call.
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         let pairs: Vec<_> = pairs.iter().map(turned).collect();
         self.of.eval_batch(&pairs, out, presence);

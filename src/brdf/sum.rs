@@ -211,7 +211,6 @@ impl Brdf for Sum {
         Presence::Present
     }
 
-    /// Evaluates each component in one batch, with one virtual call each.
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         let n = self.channels.count();
         out.fill(0.0);

@@ -61,8 +61,7 @@ pub fn read(table: Table<'_>) -> Result<FacetsSpec, ReadError> {
 
 /// Takes the facets of a table of another kind out of it; the usual ones by default.
 pub(super) fn take(table: &mut Table<'_>) -> Result<FacetsSpec, ReadError> {
-    let facets = registry::take_table(table, "facets")?;
-    facets.map_or_else(|| Ok(FacetsSpec::default()), read)
+    Ok(registry::take(table, "facets", read)?.unwrap_or_default())
 }
 
 /// Facets, as a config writes them.

@@ -173,7 +173,6 @@ impl Gathered {
         steps.fold(0, |all, s| all << 15 | s.min(&0x7fff))
     }
 
-    /// Events near a pair.
     fn about(&self, [light, sensor]: [DVec3; 2], mut each: impl FnMut(u32)) {
         let chord2 = (2.0 * (0.5 * self.drawing.radius).sin()).powi(2);
         let across = self.squares.across;
@@ -264,7 +263,6 @@ fn is_within([x, y]: [f64; 2], other: DVec3, chord2: f64) -> bool {
         && (lifted(x, y) - other).length_squared() < chord2
 }
 
-/// The unit vector above the horizon of these x and y.
 fn lifted(x: f64, y: f64) -> DVec3 {
     DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
 }

@@ -200,7 +200,6 @@ impl Normals {
         })
     }
 
-    /// Adds the area of the facets in the cone about `h` to that of their blocks.
     fn add_cone(&self, h: DVec3, areas: &mut [f64; BLOCKS]) {
         for range in self.about(h) {
             for facet in &self.facets[range.start as usize..range.end as usize] {

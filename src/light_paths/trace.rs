@@ -24,7 +24,7 @@ const STEPS: usize = 1 << 20;
 /// A ray at a place, in cells; its cell is kept beside it, since rounding may put the place on the wrong side of an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    cell: [usize; 2],
+    cell: [u32; 2],
     /// Its place, cells.
     pub place: DVec3,
     /// Its direction, a unit vector.
@@ -107,7 +107,7 @@ impl Tracer {
         let [nx, ny] = self.field.size();
         let (x, y) = (x * nx as f64, y * ny as f64);
         Ray {
-            cell: [(x as usize).min(nx - 1), (y as usize).min(ny - 1)],
+            cell: [(x, nx), (y, ny)].map(|(x, n)| (x as u32).min(n as u32 - 1)),
             place: DVec3::new(x, y, self.top),
             direction,
             start: None,
@@ -129,7 +129,7 @@ impl Tracer {
         let [cx, cy] = cell.map(|c| c as f64);
         Hit {
             ray: Ray {
-                cell,
+                cell: cell.map(|c| c as u32),
                 place: DVec3::new(cx + u, cy + v, height(corners, side, u, v)),
                 direction: DVec3::NEG_Z,
                 start: Some(side),
@@ -141,10 +141,7 @@ impl Tracer {
     /// Follows a ray to its end.
     pub fn follow(&self, ray: Ray) -> Exit {
         let way = Way::new(self, ray.direction);
-        let mut at = At {
-            cell: ray.cell.map(|c| c as u32),
-            place: ray.place,
-        };
+        let mut at = ray;
         // What comes from below begins among the smallest squares.
         let mut level = SHIFTS.len() - 1;
         if ray.start.is_some() {
@@ -179,7 +176,7 @@ impl Tracer {
 
     /// Looks for a hit in the cell of a ray, from the triangle `start` of it if it comes from there.
     #[inline]
-    fn cell(&self, at: &At, way: &Way, step: &Step, start: Option<usize>) -> Option<Hit> {
+    fn cell(&self, at: &Ray, way: &Way, step: &Step, start: Option<usize>) -> Option<Hit> {
         let corners @ [a, b, c, d] = self.field.corners(at.cell.map(|c| c as usize));
         let [cx, cy] = at.cell.map(f64::from);
         let (u, v) = (at.place.x - cx, at.place.y - cy);
@@ -231,13 +228,6 @@ impl Tracer {
     }
 }
 
-/// A place, in cells, and its cell.
-#[derive(Clone, Copy)]
-struct At {
-    cell: [u32; 2],
-    place: DVec3,
-}
-
 /// What does not change along a ray.
 struct Way {
     direction: DVec3,
@@ -271,7 +261,7 @@ impl Way {
 
     /// The way out of the square of a level.
     #[inline(always)]
-    fn step(&self, at: &At, level: usize) -> Step {
+    fn step(&self, at: &Ray, level: usize) -> Step {
         let shift = SHIFTS[level];
         let square = at.cell.map(|c| c >> shift);
         let edge = |axis: usize| {
@@ -292,7 +282,7 @@ impl Way {
 
     /// Moves to the edge and into the next square; the level to go on with: a larger one where its edge was crossed.
     #[inline(always)]
-    fn go_on(&self, at: &mut At, step: &Step, level: usize) -> usize {
+    fn go_on(&self, at: &mut Ray, step: &Step, level: usize) -> usize {
         let shift = SHIFTS[level];
         at.place += self.direction * step.time;
         let along = |other: usize, place: f64| {
@@ -322,7 +312,7 @@ impl Way {
 }
 
 /// The hit after `time` on a triangle of a cell.
-fn meet(at: &At, way: &Way, time: f64, side: usize, corners: [f64; 4]) -> Hit {
+fn meet(at: &Ray, way: &Way, time: f64, side: usize, corners: [f64; 4]) -> Hit {
     let place = at.place + way.direction * time;
     let [x, y] = [0, 1].map(|axis| {
         let low = f64::from(at.cell[axis]);
@@ -331,7 +321,7 @@ fn meet(at: &At, way: &Way, time: f64, side: usize, corners: [f64; 4]) -> Hit {
     let [cx, cy] = at.cell.map(f64::from);
     Hit {
         ray: Ray {
-            cell: at.cell.map(|c| c as usize),
+            cell: at.cell,
             place: DVec3::new(x, y, height(corners, side, x - cx, y - cy)),
             direction: way.direction,
             start: Some(side),
@@ -340,7 +330,6 @@ fn meet(at: &At, way: &Way, time: f64, side: usize, corners: [f64; 4]) -> Hit {
     }
 }
 
-/// Unit normal of a triangle of a cell.
 #[inline]
 fn normal([a, b, c, d]: [f64; 4], side: usize) -> DVec3 {
     let [x, y] = [[b - a, d - b], [d - c, c - a]][side];

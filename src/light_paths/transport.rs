@@ -66,7 +66,6 @@ pub struct Transport {
     pub(super) channels: Channels,
 }
 
-/// Sums of a block.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     rays: f64,

@@ -91,7 +91,6 @@ pub fn noisy_albedo(brdf: &dyn Brdf, omega_o: Direction) -> (DirectionalAlbedo, 
     (albedo, noise)
 }
 
-/// Seen from below the horizon.
 fn dark(brdf: &dyn Brdf) -> DirectionalAlbedo {
     DirectionalAlbedo {
         value: ChannelValues::from_elem(0.0, brdf.channels().count()),
@@ -231,7 +230,6 @@ impl Cell {
     }
 }
 
-/// The integral over the half vectors of one lobe.
 fn integrate(lobe: &Lobe<'_>) -> (DirectionalAlbedo, Vec<Cell>) {
     let mut nodes = Nodes::default();
     let channels = lobe.brdf.channels().count();

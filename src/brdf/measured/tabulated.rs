@@ -62,12 +62,11 @@ pub struct TabulatedSpec {
 
 impl TabulatedSpec {
     fn read(mut table: Table<'_>) -> Result<Self, ReadError> {
-        let Some(of) = registry::take_table(&mut table, "of")? else {
+        let Some(of) = registry::take(&mut table, "of", brdf::read)? else {
             let message = "of is missing from the tabulated material; allowed: the table of a \
                            material, e.g. of = { kind = \"lambert\" }";
             return Err(ReadError::new(table.span(), message));
         };
-        let of = brdf::read(of)?;
         let span = table.span();
         let mut keys: Keys = registry::parse(table)?;
         let interpolation = keys.interpolation.map(|_| "interpolation");

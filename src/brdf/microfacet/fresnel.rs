@@ -64,8 +64,7 @@ pub fn read(table: Table<'_>) -> Result<FresnelSpec, ReadError> {
 
 /// Takes the term of another table out of it; the usual one if it names none.
 pub(crate) fn take(table: &mut Table<'_>) -> Result<FresnelSpec, ReadError> {
-    let term = registry::take_table(table, "fresnel")?;
-    term.map_or_else(|| Ok(FresnelSpec::default()), read)
+    Ok(registry::take(table, "fresnel", read)?.unwrap_or_default())
 }
 
 /// A Fresnel term, as a config writes it.

@@ -382,7 +382,6 @@ impl Seen {
         }
     }
 
-    /// Its standard error.
     fn error(&self) -> f64 {
         let share = self.share();
         match self.sums.iter().all(|sum| *sum > 0.0) {

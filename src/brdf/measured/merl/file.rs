@@ -38,17 +38,14 @@ impl MerlGrid {
     }
 }
 
-/// An error of the system.
 pub(super) fn no_access(e: io::Error) -> TableError {
     TableError::Io("no access to this MERL table", e)
 }
 
-/// The error of a table without data.
 pub(super) fn no_data() -> TableError {
     TableError::NoData("every cell is negative, NaN or infinite: the table holds no data".into())
 }
 
-/// The error of a file of another length than its header asks for.
 fn wrong_length(found: u64, grid: MerlGrid) -> TableError {
     let expected = grid.file_len();
     TableError::Malformed(format!(
@@ -94,7 +91,6 @@ impl Merl {
     }
 }
 
-/// Opens a file and checks its header and length.
 fn open(path: &Path) -> Result<(File, MerlGrid), TableError> {
     let (mut file, length) = open_regular(path, no_access)?;
     let grid = read_header(&mut file, Some(length))?;

@@ -54,7 +54,6 @@ pub struct Rgl {
     lost: Lost,
 }
 
-/// An error of the system.
 fn no_access(e: io::Error) -> TableError {
     TableError::Io("no access to this RGL table", e)
 }

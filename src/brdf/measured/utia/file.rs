@@ -32,17 +32,14 @@ const ROW: usize = super::DIRECTIONS;
 /// Why wavelengths are refused.
 const WAVELENGTHS: &str = "a UTIA table holds R, G, B and no wavelengths";
 
-/// An error of the system.
 fn no_access(e: io::Error) -> TableError {
     TableError::Io("no access to this UTIA table", e)
 }
 
-/// The error of a table without data.
 fn no_data() -> TableError {
     TableError::NoData("every value is NaN or infinite: the table holds no data".into())
 }
 
-/// The error of a file of another length than a table has.
 fn wrong_length(found: u64) -> TableError {
     TableError::Malformed(format!(
         "not a UTIA file: found {found} bytes, expected {FILE_LEN} (three planes of 288×288 f64, no header)"

@@ -41,7 +41,6 @@ use std::f64::consts::PI;
 use std::io;
 use std::path::Path;
 
-/// An error of the system.
 fn no_access(e: io::Error) -> TableError {
     TableError::Io("no access to this Zemax table", e)
 }

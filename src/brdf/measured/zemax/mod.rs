@@ -110,7 +110,6 @@ impl Angles {
         [(-phi).rem_euclid(TAU), theta, azimuth, x.hypot(y).atan2(z)]
     }
 
-    /// The nodes around a rotation of the sample.
     fn around_rotation(&self, rotation: f64) -> Option<Around> {
         let nodes = &self.rotation;
         let gaps = nodes.windows(2).map(|pair| pair[1] - pair[0]);
@@ -122,7 +121,6 @@ impl Angles {
         }
     }
 
-    /// The nodes around an azimuth.
     fn around_azimuth(&self, azimuth: f64) -> Option<Around> {
         match self.mirrored {
             true => within(&self.azimuth, azimuth),

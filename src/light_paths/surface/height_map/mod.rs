@@ -43,7 +43,6 @@ pub struct HeightMapSpec {
 impl HeightMapSpec {
     const KIND: &'static str = "height-map";
 
-    /// Checks the numbers of the config.
     fn check_keys(&self) -> Result<(), ParameterError> {
         in_left_open("pitch_um", self.pitch_um, 0.0, 1e6)?;
         in_closed("height_um", self.height_um.unwrap_or(1.0), -1e6, 1e6).map(drop)
