@@ -210,13 +210,16 @@ impl<const N: usize> NullaryFnOnce for LookUps<'_, N> {
             for j in 0..BLOCK {
                 [h[j], d[j], phi[j]] = table.grid.coordinates_of(block.vectors(j));
             }
-            let at = |j: usize| [h[j], d[j], phi[j]];
             match table.interpolation {
                 Interpolation::Nearest => {
-                    (0..BLOCK).for_each(|j| index[j] = table.grid.index_at(at(j)));
+                    for j in 0..BLOCK {
+                        index[j] = table.grid.index_at([h[j], d[j], phi[j]]);
+                    }
                 }
                 Interpolation::Trilinear => {
-                    (0..BLOCK).for_each(|j| corners[j] = table.grid.corner(at(j)));
+                    for j in 0..BLOCK {
+                        corners[j] = table.grid.corner([h[j], d[j], phi[j]]);
+                    }
                 }
             }
             for (j, (out, of)) in out.iter_mut().zip(presences).enumerate() {
