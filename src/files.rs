@@ -8,7 +8,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Bytes that a config may have: far more than anybody writes.
 pub(crate) const CONFIG_LIMIT: u64 = 64 << 20;
@@ -65,6 +65,17 @@ pub(crate) fn is_stream(path: &Path) -> bool {
 /// Files that were read, and files that are there and will be replaced, by where they are on the disk.
 static USED: Mutex<[BTreeSet<PathBuf>; 2]> = Mutex::new([BTreeSet::new(), BTreeSet::new()]);
 
+/// Files that are being written, by their temporary names.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn refused(why: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> io::Error {
+    io::Error::new(ErrorKind::InvalidInput, why)
+}
+
 /// Marks a file as an output. Until [`write_atomically`] has replaced it, [`open`] refuses it.
 ///
 /// # Errors
@@ -79,9 +90,9 @@ fn use_once(path: &Path, [other, own]: [usize; 2]) -> io::Result<()> {
     let Ok(place) = path.canonicalize() else {
         return Ok(());
     };
-    let mut used = USED.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut used = lock(&USED);
     if used[other].contains(&place) {
-        return Err(io::Error::new(ErrorKind::InvalidInput, IS_INPUT));
+        return Err(refused(IS_INPUT));
     }
     used[own].insert(place);
     Ok(())
@@ -99,7 +110,7 @@ pub(crate) fn open(path: &Path) -> io::Result<File> {
 fn open_or(path: &Path, allowed: &str) -> io::Result<File> {
     if !fs::metadata(path)?.is_file() {
         let message = format!("this is no regular file; allowed: {allowed}");
-        return Err(io::Error::new(ErrorKind::InvalidInput, message));
+        return Err(refused(message));
     }
     use_once(path, [1, 0])?;
     File::open(path)
@@ -112,15 +123,18 @@ fn open_or(path: &Path, allowed: &str) -> io::Result<File> {
 pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
-    match bytes.len() as u64 <= limit {
-        true => Ok(bytes),
-        false => Err(too_long(limit)),
-    }
+    within(limit, bytes)
 }
 
-fn too_long(limit: u64) -> io::Error {
-    let message = format!("this is too long; allowed: at most {} MB", limit >> 20);
-    io::Error::new(ErrorKind::InvalidInput, message)
+/// These bytes, or the error of more than are allowed.
+fn within(limit: u64, bytes: Vec<u8>) -> io::Result<Vec<u8>> {
+    match bytes.len() as u64 <= limit {
+        true => Ok(bytes),
+        false => {
+            let message = format!("this is too long; allowed: at most {} MB", limit >> 20);
+            Err(refused(message))
+        }
+    }
 }
 
 /// Reads a text of at most `limit` bytes from a regular file or from a stream that the process was given: UTF-8 or UTF-16, without the
@@ -162,10 +176,7 @@ fn bytes_of_text(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
         }
         bytes.reserve_exact(long.saturating_sub(bytes.len()));
     }
-    match bytes.len() as u64 <= limit {
-        true => Ok(bytes),
-        false => Err(too_long(limit)),
-    }
+    within(limit, bytes)
 }
 
 /// The file that is made or replaced by writing to `path`: where a symbolic link leads, whether
@@ -177,7 +188,7 @@ pub fn destination(path: &Path) -> io::Result<PathBuf> {
     match fs::metadata(path) {
         Ok(meta) if !meta.is_file() => {
             let message = "this is no regular file; allowed: a file, or a new name";
-            return Err(io::Error::new(ErrorKind::InvalidInput, message));
+            return Err(refused(message));
         }
         // A missing folder is made later, and an obstacle is an error then.
         Err(e) if !matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
@@ -209,21 +220,14 @@ pub fn write_atomically(
 ) -> io::Result<()> {
     let path = destination(path)?;
     if path.file_name().is_none() {
-        let message = "this is no file name";
-        return Err(io::Error::new(ErrorKind::InvalidInput, message));
+        return Err(refused("this is no file name"));
     }
     // Not made of the name, which may be as long as the file system allows.
     static WRITTEN: AtomicU64 = AtomicU64::new(0);
     let number = WRITTEN.fetch_add(1, Ordering::Relaxed);
     let [head, tail] = PART;
     let part = path.with_file_name(format!("{head}{}-{number}{tail}", std::process::id()));
-    let unfinished = |change: fn(&mut BTreeSet<PathBuf>, &PathBuf)| {
-        let mut all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-        change(&mut all, &part);
-    };
-    unfinished(|all, part| {
-        all.insert(part.clone());
-    });
+    lock(&UNFINISHED).insert(part.clone());
     let written = File::create(&part).and_then(|file| {
         let mut out = BufWriter::with_capacity(1 << 18, file);
         body(&mut out)?;
@@ -231,14 +235,11 @@ pub fn write_atomically(
         sync(out.get_ref())
     });
     let renamed = written.and_then(|()| fs::rename(&part, &path));
-    unfinished(|all, part| {
-        all.remove(part);
-    });
+    lock(&UNFINISHED).remove(&part);
     if let (Ok(()), Ok(place)) = (&renamed, path.canonicalize()) {
-        let mut used = USED.lock().unwrap_or_else(PoisonError::into_inner);
-        used.iter_mut().for_each(|files| {
+        for files in &mut *lock(&USED) {
             files.remove(&place);
-        });
+        }
     }
     if renamed.is_err() {
         // The first error is the one to report; a leftover that cannot be removed either adds nothing.
@@ -251,13 +252,9 @@ pub fn write_atomically(
     renamed
 }
 
-/// Files that are being written, by their temporary names.
-static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-
 /// Removes the files that are being written: the process ends.
 pub(crate) fn remove_unfinished() {
-    let all = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-    for part in &*all {
+    for part in &*lock(&UNFINISHED) {
         // A leftover has a temporary name, by which `remove_parts` finds it.
         let _ = fs::remove_file(part);
     }
@@ -329,9 +326,9 @@ pub(crate) fn exr_headers(path: &Path) -> exr::error::Result<exr::meta::Headers>
         let bytes = |size: Vec2<usize>| size.0.saturating_mul(size.1).saturating_mul(pixel);
         let allowed = EXR_BLOCK.max(bytes(header.layer_size));
         if let BlockDescription::Tiles(tiles) = header.blocks
-            && bytes(tiles.tile_size) > allowed
+            && let found = bytes(tiles.tile_size)
+            && found > allowed
         {
-            let found = bytes(tiles.tile_size);
             let text = format!("a tile of pixels has {found} bytes; allowed: {allowed}");
             return Err(exr::error::Error::Invalid(text.into()));
         }

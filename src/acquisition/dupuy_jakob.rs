@@ -19,7 +19,7 @@ use crate::measurement::Measurement;
 use crate::numeric::{hashed, last_where};
 use crate::parametrization::Axis;
 use crate::reconstruct::Transform;
-use crate::registry::{self, Keys, declare};
+use crate::registry::declare;
 use crate::sampling::{Random, Sobol};
 use crate::schedule::{PlanError, Pose, SampleSet};
 use glam::DVec3;
@@ -246,10 +246,6 @@ fn read_back(so_far: &Measurement) -> Vec<(f64, f64)> {
 }
 
 impl SampleSet for Retro {
-    fn resolved(&self) -> Keys {
-        registry::resolved(KIND, self)
-    }
-
     fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
         in_closed("separation_deg", self.separation_deg, 0.0, 60.0).map(drop)
     }

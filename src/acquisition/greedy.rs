@@ -21,7 +21,7 @@ use crate::reconstruct::{
     Coordinates, KRIGING, Kriging, Mixture, Places, Posterior, Predictive, PriorFile, Reconstruct,
     ReconstructError, Values,
 };
-use crate::registry::{self, Entry, Keys, keys, named};
+use crate::registry::{self, Entry, Keys, Resolved, keys, named};
 use crate::schedule::{PlanError, Pose, SampleSet};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_PI;
@@ -296,11 +296,13 @@ impl Greedy {
     }
 }
 
-impl SampleSet for Greedy {
+impl Resolved for Greedy {
     fn resolved(&self) -> Keys {
         registry::resolved(self.rule.name(), &self.aim)
     }
+}
 
+impl SampleSet for Greedy {
     fn label(&self) -> String {
         let mut label = self.rule.name().to_owned();
         if self.aim.prior.is_some() {

@@ -70,7 +70,7 @@ use crate::measurement::Measurement;
 use crate::metrics::Expected;
 use crate::parametrization::{Axis, Parametrization, usual_form};
 use crate::reconstruct::{PriorFile, Suspect};
-use crate::registry::{self, Entry, Joined, ReadError, Table, Taken};
+use crate::registry::{self, Entry, Joined, ReadError, Resolved, Table, Taken};
 use crate::schedule::{self, PlanError, Pose, SampleSet, Schedule};
 use std::sync::Arc;
 
@@ -348,11 +348,13 @@ pub fn scheduled<P: Planner + ?Sized>(task: &Task<'_>, planner: &P, poses: Vec<P
 #[derive(Debug)]
 struct Once(Box<dyn SampleSet>);
 
-impl SampleSet for Once {
+impl Resolved for Once {
     fn resolved(&self) -> registry::Keys {
         self.0.resolved()
     }
+}
 
+impl SampleSet for Once {
     fn label(&self) -> String {
         self.0.label()
     }

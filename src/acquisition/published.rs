@@ -15,7 +15,7 @@ use crate::measurement::Measurement;
 use crate::numeric::hashed;
 use crate::parametrization::Axis;
 use crate::reconstruct::{COMPONENTS, Components, Posterior, PriorFile, RIDGE, Reconstruct};
-use crate::registry::{self, Entry, Keys, named};
+use crate::registry::{self, Entry, Keys, Resolved, named};
 use crate::schedule::{PlanError, Pose, SampleSet};
 use serde::{Deserialize, Serialize};
 
@@ -136,7 +136,7 @@ impl Published {
     }
 }
 
-impl SampleSet for Published {
+impl Resolved for Published {
     fn resolved(&self) -> Keys {
         let (kind, prior) = (self.criterion.name(), self.keys.prior.clone());
         match self.criterion {
@@ -144,7 +144,9 @@ impl SampleSet for Published {
             _ => registry::resolved(kind, &Named { prior }),
         }
     }
+}
 
+impl SampleSet for Published {
     fn check(&self, _axes: &[Axis]) -> Result<(), ParameterError> {
         Reconstruct::check(&self.keys)
     }

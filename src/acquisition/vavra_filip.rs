@@ -15,7 +15,7 @@ use crate::measurement::Measurement;
 use crate::numeric::hashed;
 use crate::parametrization::{Parametrization, usual_form};
 use crate::reconstruct::Values;
-use crate::registry::{self, Keys, declare};
+use crate::registry::declare;
 use crate::sampling::Random;
 use crate::schedule::{PlanError, Pose, SampleSet};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -204,10 +204,6 @@ fn refined(lines: &[Line], n: usize, go_on: &dyn Fn() -> bool) -> Vec<Pose> {
 }
 
 impl SampleSet for Slices {
-    fn resolved(&self) -> Keys {
-        registry::resolved(KIND, self)
-    }
-
     plans_by_design!();
 }
 

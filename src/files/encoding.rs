@@ -20,29 +20,22 @@ const WINDOWS_1252: [char; 32] = [
     'ž', 'Ÿ',
 ];
 
-/// The order of the two bytes of UTF-16.
-#[derive(Clone, Copy)]
-enum Utf16 {
-    Little,
-    Big,
-}
+/// Reads a number from its two bytes, in their order.
+type OfBytes = fn([u8; 2]) -> u16;
 
-/// Whether bytes are of UTF-16: a byte-order mark, or characters of which most have a zero byte on the same side.
-fn utf_16(bytes: &[u8]) -> Option<Utf16> {
+/// How bytes of UTF-16 are read: there is a byte-order mark, or characters of which most have a zero byte on the same side.
+fn utf_16(bytes: &[u8]) -> Option<OfBytes> {
     let head = &bytes[..bytes.len().min(LOOKED_AT)];
     let zeros = |odd: usize| {
-        head.iter()
-            .skip(odd)
-            .step_by(2)
-            .filter(|b| **b == 0)
-            .count()
+        let side = head.iter().skip(odd).step_by(2);
+        side.filter(|b| **b == 0).count()
     };
     let most = head.len() / 2 * 3 / 4;
     match head {
-        [0xff, 0xfe, ..] => Some(Utf16::Little),
-        [0xfe, 0xff, ..] => Some(Utf16::Big),
-        [_, _, _, _, ..] if zeros(1) > most && zeros(0) == 0 => Some(Utf16::Little),
-        [_, _, _, _, ..] if zeros(0) > most && zeros(1) == 0 => Some(Utf16::Big),
+        [0xff, 0xfe, ..] => Some(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => Some(u16::from_be_bytes),
+        [_, _, _, _, ..] if zeros(1) > most && zeros(0) == 0 => Some(u16::from_le_bytes),
+        [_, _, _, _, ..] if zeros(0) > most && zeros(1) == 0 => Some(u16::from_be_bytes),
         _ => None,
     }
 }
@@ -64,10 +57,7 @@ fn unpacked(bytes: Vec<u8>, limit: u64) -> io::Result<Vec<u8>> {
         let mut out = Vec::new();
         let mut gzip = flate2::read::MultiGzDecoder::new(&bytes[..]).take(limit + 1);
         gzip.read_to_end(&mut out)?;
-        match out.len() as u64 <= limit {
-            true => Ok(out),
-            false => Err(super::too_long(limit)),
-        }
+        super::within(limit, out)
     }
     #[cfg(not(feature = "arrays"))]
     {
@@ -90,15 +80,10 @@ pub(super) fn refuse(good: &[u8], why: &str) -> io::Error {
 /// One sentence with the line.
 pub(super) fn strict(bytes: Vec<u8>) -> io::Result<String> {
     let mut text = match utf_16(&bytes) {
-        Some(order) => {
-            let (pairs, _) = bytes.as_chunks::<2>();
-            let unit = |pair: &[u8; 2]| match order {
-                Utf16::Little => u16::from_le_bytes(*pair),
-                Utf16::Big => u16::from_be_bytes(*pair),
-            };
-            let text: String = char::decode_utf16(pairs.iter().map(unit))
-                .map(|c| c.unwrap_or('\u{fffd}'))
-                .collect();
+        Some(of_bytes) => {
+            let (pairs, _) = bytes.as_chunks();
+            let units: Vec<u16> = pairs.iter().map(|pair| of_bytes(*pair)).collect();
+            let text = String::from_utf16_lossy(&units);
             if let Some(at) = text.find('\0') {
                 return Err(refuse(&text.as_bytes()[..at], "has a zero character"));
             }
@@ -126,8 +111,12 @@ pub(super) fn tolerant(bytes: Vec<u8>, limit: u64) -> io::Result<String> {
     if let Some(at) = bytes.iter().position(|b| *b == 0).filter(|_| !is_utf_16) {
         return Err(refuse(&bytes[..at], ZERO));
     }
+    let of_windows = |&byte: &u8| match byte {
+        0x80..0xa0 => WINDOWS_1252[usize::from(byte - 0x80)],
+        _ => char::from(byte),
+    };
     let text = match !is_utf_16 && std::str::from_utf8(&bytes).is_err() {
-        true => bytes.iter().map(|&byte| windows_1252(byte)).collect(),
+        true => bytes.iter().map(of_windows).collect(),
         false => strict(bytes)?,
     };
     let is_alone = |i: usize| text.as_bytes().get(i + 1) != Some(&b'\n');
@@ -139,10 +128,3 @@ pub(super) fn tolerant(bytes: Vec<u8>, limit: u64) -> io::Result<String> {
 
 /// Why bytes with a zero among them are no text.
 pub(super) const ZERO: &str = "has a zero byte, as files that are no text have";
-
-fn windows_1252(byte: u8) -> char {
-    match byte {
-        0x80..0xa0 => WINDOWS_1252[usize::from(byte - 0x80)],
-        _ => char::from(byte),
-    }
-}

@@ -2,24 +2,23 @@
 //!
 //! The commands find a format by its name (`--format`) or by the extension of a file, and text that
 //! is read by its first lines; help texts, `gonio list formats` and the page
-//! [`docs::formats`](crate::docs::formats) walk the same list. A new format is a [`Format`] beside its like here and one
-//! line in [`all`]; of tables, a [`FileFormat`], which has its own kind of material, and one line in
+//! [`docs::formats`](crate::docs::formats) walk the same list. A new format is a [`Format`] in [`all`]; of
+//! tables, a [`FileFormat`], which has its own kind of material, and one line in
 //! [`brdf::measured`](crate::brdf::measured). Readings have one kind of material for all formats, and a panorama is decoded by
 //! [`MapSpec`](crate::lighting::MapSpec).
 
 mod choice;
-mod panorama;
+mod list;
 mod readings;
-mod sheet;
-mod text;
 
 pub use crate::brdf::measured::{TableError, Tabulation, WriteTable};
 pub use crate::measurement::Readings;
 pub use choice::{FormatError, Use, files_in, of_file, of_name, of_text};
+pub(crate) use list::CSV;
+pub use list::all;
 pub use readings::{load_all_readings, load_readings, read_readings};
-pub(crate) use sheet::CSV;
 
-use crate::brdf::measured::{self, FileFormat, ReadTable, merl};
+use crate::brdf::measured::{FileFormat, ReadTable, merl};
 use crate::lighting::LightingSpec;
 use crate::measurement::{About, Measurement};
 use crate::schedule::{Assume, FileError, Schedule, ScheduleFile, Sequence};
@@ -209,23 +208,4 @@ impl std::fmt::Debug for Format {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         f.write_str(self.name)
     }
-}
-
-/// Every file format. Of those that recognise a text the last one reads it: CSV, which takes any
-/// text, comes before the others.
-pub fn all() -> Vec<Format> {
-    let before = [
-        sheet::CSV,
-        sheet::JSON_LINES,
-        #[cfg(feature = "arrays")]
-        sheet::NPZ,
-        text::ALTA,
-        text::PAB,
-        text::ASTM,
-        text::FRED,
-        text::BIRD,
-    ];
-    let tables = measured::FORMATS.iter().map(Format::of_tables);
-    let panoramas = [panorama::EXR, panorama::HDR];
-    before.into_iter().chain(tables).chain(panoramas).collect()
 }

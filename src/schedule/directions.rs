@@ -5,7 +5,7 @@ use super::points::accept;
 use super::sample_set::{PlanError, SampleSet, place};
 use crate::geometry::{Direction, DirectionPair};
 use crate::parametrization::Parametrization;
-use crate::registry::{self, declare};
+use crate::registry::declare;
 use crate::sampling::{Sobol, cosine_hemisphere};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -46,10 +46,6 @@ impl Density {
 }
 
 impl SampleSet for Directions {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn label(&self) -> String {
         match self.density {
             Density::Cosine => Self::KIND.into(),
@@ -72,12 +68,8 @@ impl SampleSet for Directions {
         let pose = |i: u64| {
             let [a, b, c, d]: [f64; 4] = sobol.point(i);
             // The azimuth of the sample changes nothing of an isotropic material: three dimensions are more even than four.
-            let (light, sensor) = if isotropic {
-                ([a, 0.0], [b, c])
-            } else {
-                ([a, d], [b, c])
-            };
-            let [light, sensor] = [light, sensor].map(|u| self.density.direction(u));
+            let azimuth = if isotropic { 0.0 } else { d };
+            let [light, sensor] = [[a, azimuth], [b, c]].map(|u| self.density.direction(u));
             let coords = parametrization.forward(&DirectionPair::new(light, sensor));
             place(&**parametrization, &coords)
         };

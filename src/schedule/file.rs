@@ -7,13 +7,12 @@ use super::{AngleUnit, Assume, Azimuth, Conventions, Schedule, read_schedule};
 use crate::error::ParameterError;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Parametrization};
-use crate::registry::{self, declare};
+use crate::registry::{self, Entry, Resolved, keys};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-declare! {
-    impl dyn SampleSet, "file": "the poses of a file, `file = \"poses.csv\"`, in its order, at most as many as the budget; also schedule_hash, columns, angles, elevation, azimuth", []
+keys! {
     /// Poses of a file.
     pub struct FileSet {
         /// A schedule, or a table with the columns `theta_i_deg`, `phi_i_deg`, `theta_o_deg`, `phi_o_deg`, relative to the
@@ -36,6 +35,16 @@ declare! {
 }
 
 impl FileSet {
+    const KIND: &str = "file";
+
+    /// The registry entry.
+    pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
+        kind: Self::KIND,
+        summary: "the poses of a file, `file = \"poses.csv\"`, in its order, at most as many as the budget; also schedule_hash, columns, angles, elevation, azimuth",
+        examples: &[],
+        read: |table| Ok(Box::new(registry::parse::<Self>(table)?)),
+    };
+
     /// The poses of the file, as they were when they were first asked for.
     fn load(&self) -> Result<&(String, Arc<[DirectionPair]>), ParameterError> {
         if let Some(known) = self.known.get() {
@@ -63,11 +72,8 @@ impl FileSet {
         let found = read_schedule(&text, &name, &assume).map_err(|e| refuse(e.to_string()))?;
         if let Some(hash) = self.schedule_hash.as_ref().filter(|h| **h != found.hash) {
             let allowed = format!("{:?}, that of {name}, or no such key", found.hash);
-            return Err(ParameterError::new(
-                "schedule_hash",
-                format!("{hash:?}"),
-                allowed,
-            ));
+            let hash = format!("{hash:?}");
+            return Err(ParameterError::new("schedule_hash", hash, allowed));
         }
         // Poses that have a row, also of a lattice, in the order of the rows.
         let pair = |&number: &u32| found.schedule.poses[number as usize].pair;
@@ -76,7 +82,7 @@ impl FileSet {
     }
 }
 
-impl SampleSet for FileSet {
+impl Resolved for FileSet {
     fn resolved(&self) -> registry::Keys {
         // The hash is part of what a row depends on; the name of the file is not.
         let known = self.load().ok();
@@ -87,7 +93,9 @@ impl SampleSet for FileSet {
         };
         registry::resolved(Self::KIND, &written)
     }
+}
 
+impl SampleSet for FileSet {
     fn is_random(&self) -> bool {
         false
     }

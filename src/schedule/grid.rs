@@ -10,7 +10,7 @@ use super::shapes::{filled, in_numbers, largest};
 use super::{Pose, Schedule};
 use crate::error::ParameterError;
 use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
-use crate::registry::{self, declare};
+use crate::registry::declare;
 use crate::sampling::Random;
 use rustc_hash::FxHashMap;
 use serde::de::value::SeqAccessDeserializer;
@@ -46,10 +46,9 @@ impl<'de> Deserialize<'de> for Ratio {
                 f.write_str("a list of numbers, or \"tuned\"")
             }
             fn visit_str<E: de::Error>(self, word: &str) -> Result<Ratio, E> {
-                if word == TUNED {
-                    Ok(Ratio::Tuned)
-                } else {
-                    Err(E::invalid_value(de::Unexpected::Str(word), &self))
+                match word {
+                    TUNED => Ok(Ratio::Tuned),
+                    _ => Err(E::invalid_value(de::Unexpected::Str(word), &self)),
                 }
             }
             fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Ratio, A::Error> {
@@ -99,11 +98,8 @@ impl Grid {
             Some(list) => list[i],
             None => default_centring(axis),
         };
-        let lattice_axis = |(i, (axis, &n))| LatticeAxis::new(axis, centring(i, axis), n);
-        axes.iter()
-            .zip(shape)
-            .enumerate()
-            .map(lattice_axis)
+        let axes = axes.iter().zip(shape).enumerate();
+        axes.map(|(i, (axis, &n))| LatticeAxis::new(axis, centring(i, axis), n))
             .collect()
     }
 
@@ -118,19 +114,15 @@ impl Grid {
         let (poses, pose) = nodes(&**parametrization, &axes, budget)?;
         let unphysical = pose.iter().filter(|p| p.is_none()).count();
         let unphysical_share = unphysical as f64 / pose.len() as f64;
-        let parametrization = Arc::clone(parametrization);
+        let form = Arc::clone(parametrization);
         Some(Schedule {
             lattice: Some(Lattice { axes, pose }),
-            ..Schedule::new(parametrization, Self::KIND, poses, unphysical_share)
+            ..Schedule::new(form, Self::KIND, poses, unphysical_share)
         })
     }
 }
 
 impl SampleSet for Grid {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn is_grid(&self) -> bool {
         true
     }
@@ -140,12 +132,11 @@ impl SampleSet for Grid {
     }
 
     fn tuned(&self, ratio: &[f64]) -> Option<Box<dyn SampleSet>> {
-        let ratio = Some(Ratio::Numbers(ratio.to_vec()));
-        let tuned = || Self {
-            ratio,
+        let tuned = Self {
+            ratio: Some(Ratio::Numbers(ratio.to_vec())),
             ..self.clone()
         };
-        (self.ratio == Some(Ratio::Tuned)).then(|| Box::new(tuned()) as _)
+        (self.ratio == Some(Ratio::Tuned)).then(|| Box::new(tuned) as _)
     }
 
     fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
@@ -153,22 +144,17 @@ impl SampleSet for Grid {
         let Some(list) = &self.centring else {
             return Ok(());
         };
-        let refuse = |allowed| {
-            Err(ParameterError::new(
-                "centring",
-                format!("{list:?}"),
-                allowed,
-            ))
-        };
+        let refuse =
+            |allowed: String| ParameterError::new("centring", format!("{list:?}"), allowed);
         if list.len() != axes.len() {
-            return refuse(format!("one entry per axis ({})", symbols(axes)));
+            return Err(refuse(format!("one entry per axis ({})", symbols(axes))));
         }
         // Half a cell short of one end only, an azimuth would not fold onto its own nodes.
         let radial = |axis: &&Axis| axis.kind == AxisKind::Radial;
         let mut entries = list.iter().zip(axes);
         if entries.any(|(centring, axis)| *centring == Centring::Start && !radial(&axis)) {
             let radial: Vec<_> = axes.iter().filter(radial).map(|a| a.symbol).collect();
-            return refuse(format!("start for {} only", radial.join(", ")));
+            return Err(refuse(format!("start for {} only", radial.join(", "))));
         }
         Ok(())
     }
@@ -231,21 +217,12 @@ impl Stratified {
             return None;
         }
         let unphysical_share = 1.0 - poses.len() as f64 / cell as f64;
-        let parametrization = Arc::clone(parametrization);
-        Some(Schedule::new(
-            parametrization,
-            Self::KIND,
-            poses,
-            unphysical_share,
-        ))
+        let form = Arc::clone(parametrization);
+        Some(Schedule::new(form, Self::KIND, poses, unphysical_share))
     }
 }
 
 impl SampleSet for Stratified {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
         check_ratio(self.ratio.as_deref(), axes)
     }
@@ -345,11 +322,8 @@ impl Distinct {
             let (lo, scale, periodic) = self.scale[d];
             let key = ((coords[d] - lo) * scale + Self::SHIFT).floor() as i64;
             // The end of a circle is its start.
-            if periodic && key >= Self::STEPS as i64 {
-                key - Self::STEPS as i64
-            } else {
-                key
-            }
+            let turn = Self::STEPS as i64;
+            key - if periodic && key >= turn { turn } else { 0 }
         })
     }
 }
@@ -368,16 +342,11 @@ fn default_centring(axis: &Axis) -> Centring {
 /// Checks a ratio against the axes.
 fn check_ratio(ratio: Option<&[f64]>, axes: &[Axis]) -> Result<(), ParameterError> {
     let Some(ratio) = ratio else { return Ok(()) };
-    let good = ratio.len() == axes.len() && ratio.iter().all(|&r| (1e-3..=1e3).contains(&r));
-    if good {
-        Ok(())
-    } else {
-        Err(ParameterError::new(
-            "ratio",
-            format!("{ratio:?}"),
-            format!("a number in [0.001, 1000] per axis ({})", symbols(axes)),
-        ))
+    if ratio.len() == axes.len() && ratio.iter().all(|r| (1e-3..=1e3).contains(r)) {
+        return Ok(());
     }
+    let allowed = format!("a number in [0.001, 1000] per axis ({})", symbols(axes));
+    Err(ParameterError::new("ratio", format!("{ratio:?}"), allowed))
 }
 
 /// The axes' symbols, for messages.

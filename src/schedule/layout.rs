@@ -6,7 +6,7 @@ use super::sample_set::{PlanError, SampleSet};
 use crate::brdf::measured::merl::MerlGrid;
 use crate::geometry::DirectionPair;
 use crate::parametrization::Parametrization;
-use crate::registry::{self, declare};
+use crate::registry::{Resolved, declare};
 use crate::sampling::Random;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -53,10 +53,7 @@ const RINGS: [(f64, usize); 6] = [
 ];
 
 /// Directions of [`RINGS`].
-const DIRECTIONS: usize = {
-    let [a, b, c, d, e, f] = RINGS;
-    a.1 + b.1 + c.1 + d.1 + e.1 + f.1
-};
+const DIRECTIONS: usize = 81;
 
 /// Elevation of the light and angles from the mirror direction, degrees.
 const E2194: [[f64; 2]; 3] = [[45.0, 15.0], [45.0, 45.0], [45.0, 110.0]];
@@ -121,14 +118,10 @@ impl Layout {
 }
 
 impl SampleSet for LayoutSet {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn label(&self) -> String {
-        let keys = self.resolved();
-        let name = keys.get("of").and_then(|of| of.as_str());
-        name.unwrap_or_default().to_owned()
+        let of = self.resolved().remove("of");
+        of.and_then(|of| Some(of.as_str()?.to_owned()))
+            .unwrap_or_default()
     }
 
     fn is_unguided(&self) -> bool {

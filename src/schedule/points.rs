@@ -1,18 +1,16 @@
 //! Sample sets of the physical points of a sequence in the unit cube.
 
 use super::grid::Distinct;
-use super::sample_set::{PlanError, SampleSet, from_unit, place};
+use super::sample_set::{PlanError, SampleSet, from_unit, is_visible, place};
 use super::{Pose, Schedule};
 use crate::geometry::DirectionPair;
-use crate::numeric::GRAZING_COS;
 use crate::parametrization::Parametrization;
-use crate::registry::{self, declare};
+use crate::registry::{Resolved, declare};
 use crate::sampling::{Random, Sobol};
-use serde::Serialize;
 use std::sync::Arc;
 
 /// A sequence of points in the unit cube, as a kind of sample set: the first N that are physical.
-pub trait PointSet: std::fmt::Debug + Serialize + Send + Sync {
+pub trait PointSet: Resolved + std::fmt::Debug + Send + Sync {
     /// The `kind` a config writes.
     const KIND: &'static str;
 
@@ -21,10 +19,6 @@ pub trait PointSet: std::fmt::Debug + Serialize + Send + Sync {
 }
 
 impl<S: PointSet> SampleSet for S {
-    fn resolved(&self) -> registry::Keys {
-        registry::resolved(Self::KIND, self)
-    }
-
     fn plan(
         &self,
         parametrization: &Arc<dyn Parametrization>,
@@ -84,21 +78,8 @@ pub(super) fn accept(
         poses.extend(pose(tried));
         tried += 1;
     }
-    if poses.is_empty() {
-        return Err(PlanError::Empty {
-            budget,
-            sample_set: kind,
-            parametrization: parametrization.name(),
-        });
-    }
     let unphysical_share = 1.0 - poses.len() as f64 / tried as f64;
-    let parametrization = Arc::clone(parametrization);
-    Ok(Schedule::new(
-        parametrization,
-        kind,
-        poses,
-        unphysical_share,
-    ))
+    Schedule::chosen(parametrization, kind, budget, poses, unphysical_share)
 }
 
 /// The first `budget` poses that differ under the symmetries of the coordinates; directions stay as they are given, for
@@ -116,20 +97,10 @@ pub(super) fn first_of(
             break;
         }
         let next = poses.len() as u32;
-        let visible = [pair.omega_i, pair.omega_o]
-            .iter()
-            .all(|d| d.cos_theta() > GRAZING_COS);
         let coords = parametrization.canonical(&parametrization.forward(&pair));
-        let new = coords.filter(|coords| visible && distinct.first(coords, next) == next);
+        let is_new = |coords: &_| is_visible(&pair) && distinct.first(coords, next) == next;
+        let new = coords.filter(is_new);
         poses.extend(new.map(|coords| Pose { coords, pair }));
     }
-    if poses.is_empty() {
-        return Err(PlanError::Empty {
-            budget,
-            sample_set: kind,
-            parametrization: parametrization.name(),
-        });
-    }
-    let parametrization = Arc::clone(parametrization);
-    Ok(Schedule::new(parametrization, kind, poses, 0.0))
+    Schedule::chosen(parametrization, kind, budget, poses, 0.0)
 }

@@ -5,15 +5,14 @@
 
 use super::{Pose, Schedule};
 use crate::error::ParameterError;
+use crate::geometry::DirectionPair;
 use crate::numeric::GRAZING_COS;
 use crate::parametrization::{Axis, Coords, Parametrization};
+use crate::registry::Resolved;
 use std::sync::Arc;
 
 /// Chooses the configurations of an acquisition. A config names one by `kind`.
-pub trait SampleSet: std::fmt::Debug + Send + Sync {
-    /// The kind and every key with its value.
-    fn resolved(&self) -> crate::registry::Keys;
-
+pub trait SampleSet: Resolved + std::fmt::Debug + Send + Sync {
     /// A short name for tables; the kind by default.
     fn label(&self) -> String {
         let keys = self.resolved();
@@ -114,12 +113,39 @@ pub enum PlanError {
     },
 }
 
+impl Schedule {
+    /// Poses that a sample set of a `kind` chose, on no lattice.
+    pub(super) fn chosen(
+        parametrization: &Arc<dyn Parametrization>,
+        kind: &'static str,
+        budget: usize,
+        poses: Vec<Pose>,
+        unphysical_share: f64,
+    ) -> Result<Self, PlanError> {
+        if poses.is_empty() {
+            return Err(PlanError::Empty {
+                budget,
+                sample_set: kind,
+                parametrization: parametrization.name(),
+            });
+        }
+        let form = Arc::clone(parametrization);
+        Ok(Self::new(form, kind, poses, unphysical_share))
+    }
+}
+
 /// The pose at `coords`, in its canonical coordinates; `None` if it is not physical.
 pub(super) fn place(parametrization: &dyn Parametrization, coords: &Coords) -> Option<Pose> {
     let coords = parametrization.canonical(coords)?;
     let pair = parametrization.inverse(&coords)?;
-    let visible = pair.omega_i.cos_theta() > GRAZING_COS && pair.omega_o.cos_theta() > GRAZING_COS;
-    visible.then_some(Pose { coords, pair })
+    is_visible(&pair).then_some(Pose { coords, pair })
+}
+
+/// True if light and sensor are above the horizon.
+pub(super) fn is_visible(pair: &DirectionPair) -> bool {
+    [pair.omega_i, pair.omega_o]
+        .iter()
+        .all(|d| d.cos_theta() > GRAZING_COS)
 }
 
 /// Coordinates of a point of the unit cube.
