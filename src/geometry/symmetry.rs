@@ -6,7 +6,7 @@ use std::fmt;
 
 /// Symmetries of a BRDF; a declared symmetry folds the domain of a parametrization,
 /// so that no configuration is measured twice.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Symmetry {
     /// Unchanged when the sample turns about its normal.

@@ -68,15 +68,13 @@ pub fn write_measurement(
 ) -> io::Result<()> {
     let channels = &measurement.channels;
     let n = channels.count();
-    let mut poses = PoseRows::new(&measurement.schedule, sequence, true);
-    if about.is_bare {
-        poses = poses.without_coordinates();
-    }
-    let poses = &poses;
-    let mut columns = poses.columns();
+    let mut rows = PoseRows::new(&measurement.schedule, sequence, true);
+    rows.is_bare = about.is_bare;
+    let poses = &rows.poses;
+    let mut columns = rows.columns();
     let meaning = "f_r without the cosine, 1/sr; empty without a reading";
     for (c, name) in columns_of(VALUE, channels).into_iter().enumerate() {
-        let value = move |row| Some(measurement.value(poses.pose(row))?[c]);
+        let value = move |row: usize| Some(measurement.value(poses[row])?[c]);
         columns.push(Column::new(name, meaning, value));
     }
     let parts: [Part<[f64; 2]>; 3] = [
@@ -94,8 +92,8 @@ pub fn write_measurement(
     if let Some(details) = &measurement.details {
         for (family, (meaning, of)) in families {
             for (c, name) in columns_of(family, channels).into_iter().enumerate() {
-                let uncertainty = move |row| {
-                    let pose = poses.pose(row);
+                let uncertainty = move |row: usize| {
+                    let pose = poses[row];
                     measurement.value(pose)?;
                     let at = pose * n + c;
                     // One of 0 is not known.
@@ -107,10 +105,10 @@ pub fn write_measurement(
     }
     let flags = "what is odd about the reading, or why there is none";
     columns.push(Column::new(WORDS, flags, |row| {
-        Cell::Words(words(measurement, poses.pose(row)))
+        Cell::Words(words(measurement, poses[row]))
     }));
     columns.push(Column::new(ATTEMPT, "number of the try, from 1", |_| 1.0));
-    let mut facts = poses.facts();
+    let mut facts = rows.facts();
     if let Ok(Value::Object(about)) = serde_json::to_value(about) {
         facts.extend(about);
     }
@@ -120,11 +118,8 @@ pub fn write_measurement(
     facts.insert("channels".into(), json!(channels));
     facts.insert("unit".into(), json!("sr^-1, without the cosine"));
     let mut lines = description(&measurement.schedule, "measurement");
-    let readings = measurement.readings();
-    lines.push(format!(
-        "measurement: {} of these poses",
-        count(readings, "reading")
-    ));
+    let readings = count(measurement.readings(), "reading");
+    lines.push(format!("measurement: {readings} of these poses"));
     let sheet = Sheet {
         about: lines,
         facts,
@@ -264,7 +259,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
             let message = format!("flags = {:?} cannot be read", excerpt(table.words(row)));
             table.row_error(row, message).because(e)
         })?;
-        let pair = &rows.pairs[row];
+        let pair = &rows.directions.pairs[row];
         let values = columns.read(&table, row, pair)?;
         if values.is_none() && columns.cells(&table, row).next().is_some() {
             if is_ours {
@@ -357,7 +352,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     #[rustfmt::skip]
     let counted = [
         (replaced, "row", "replaced by later attempts"),
-        (rows.signed, "row", "with a polar angle below 0: the same angle in the opposite azimuth"),
+        (rows.directions.signed, "row", "with a polar angle below 0: the same angle in the opposite azimuth"),
         (averaged, "row", "with a pose of another row: averaged, with the standard error of the mean"),
         (folded.poses, "pose", "averaged with others under these symmetries"),
         (folded.repeated, "pose", "within .005° of another, and far from all others: averaged with it"),

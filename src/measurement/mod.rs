@@ -20,7 +20,6 @@ pub use retro::{RetroPeak, retro_peak};
 
 use crate::brdf::Channels;
 use crate::numeric::LARGEST_READING;
-use crate::schedule::export::PoseRows;
 use crate::schedule::{Pose, Schedule, Sequence, Unreachable};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::sync::Arc;
@@ -275,9 +274,9 @@ impl Measurement {
 
     /// The poses with a reading, in the order of a sequence.
     fn read_poses(&self, sequence: Sequence<'_>) -> Vec<usize> {
-        let poses = PoseRows::new(&self.schedule, sequence, false);
-        let poses = (0..poses.len()).map(|row| poses.pose(row));
-        poses.filter(|pose| self.value(*pose).is_some()).collect()
+        let mut poses = sequence.poses(self.outcomes.len(), false);
+        poses.retain(|pose| self.value(*pose).is_some());
+        poses
     }
 
     /// The values of pose `i`, `None` if there is no reading.

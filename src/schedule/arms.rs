@@ -6,7 +6,6 @@ use super::table::{FileError, Table};
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::GRAZING_COS;
 use glam::DVec3;
-use std::cell::Cell;
 
 /// Largest azimuth, degrees: a turn, and what its printed digits may add.
 const TURN: f64 = 360.001;
@@ -42,12 +41,8 @@ impl Angles {
 
     /// True if an angle of some row is below 0.
     fn is_signed(&self, table: &Table) -> bool {
-        let mut rows = 0..table.lines.len();
-        rows.any(|row| {
-            table
-                .number(row, self.column)
-                .is_some_and(|angle| angle < 0.0)
-        })
+        let mut angles = (0..table.lines.len()).filter_map(|row| table.number(row, self.column));
+        angles.any(|angle| angle < 0.0)
     }
 
     /// The angle of a row in degrees, if `good`.
@@ -120,43 +115,34 @@ pub(crate) fn take_outside(table: &mut Table, conventions: &Conventions) -> Outs
         polar.each_ref().map(|angles| {
             let angles = angles.as_ref()?;
             let degrees = angles.unit.degrees(table.number(row, angles.column)?);
-            Some(
-                if conventions.elevation {
-                    90.0 - degrees
-                } else {
-                    degrees
-                }
-                .abs(),
-            )
+            Some(conventions.from_normal(degrees).abs())
         })
     };
+    let rows = table.lines.len();
+    let thetas: Vec<[Option<f64>; 2]> = (0..rows).map(|row| theta(table, row)).collect();
     let is_behind = |theta: &Option<f64>| theta.is_some_and(|t| t > QUARTER && t <= 180.0);
     let is_at_horizon = |theta: &Option<f64>| theta.is_some_and(|t| !is_above(t) && t <= QUARTER);
-    let rows = table.lines.len();
-    let behind = (0..rows)
-        .filter(|&row| theta(table, row).iter().any(is_behind))
-        .count();
-    let takes_behind = 2 * behind <= rows;
-    let [at_horizon, lights] = [Cell::new(0), Cell::new(0)];
-    table.retain(|table, row| {
-        let theta = theta(table, row);
+    let mut outside = Outside::default();
+    for theta in &thetas {
         if theta.iter().any(is_behind) {
-            return !takes_behind;
+            outside.behind += 1;
+            continue;
         }
-        lights.set(lights.get() + usize::from(is_at_horizon(&theta[0])));
-        let is_out = theta.iter().any(is_at_horizon);
-        at_horizon.set(at_horizon.get() + usize::from(is_out));
-        !is_out
-    });
-    Outside {
-        at_horizon: at_horizon.get(),
-        lights: lights.get(),
-        behind: if takes_behind { behind } else { 0 },
+        outside.at_horizon += usize::from(theta.iter().any(is_at_horizon));
+        outside.lights += usize::from(is_at_horizon(&theta[0]));
     }
+    if 2 * outside.behind > rows {
+        outside.behind = 0;
+    }
+    table.retain(|_, row| match thetas[row].iter().any(is_behind) {
+        true => outside.behind == 0,
+        false => !thetas[row].iter().any(is_at_horizon),
+    });
+    outside
 }
 
 /// The directions of the rows of a table.
-pub(super) struct Pairs {
+pub(crate) struct Pairs {
     /// The light and the sensor of every row.
     pub pairs: Vec<DirectionPair>,
     /// True if nothing fixes the light's azimuth, which is 0 then, as of an isotropic sample.
@@ -168,49 +154,44 @@ pub(super) struct Pairs {
 /// The directions of every row. A polar angle below 0, as of an arm that scans through the normal, is the
 /// same angle in the opposite azimuth.
 pub(super) fn read_pairs(table: &Table, conventions: &Conventions) -> Result<Pairs, FileError> {
-    if let Some(pairs) = pairs_of_vectors(table)? {
-        return Ok(Pairs {
-            pairs,
-            isotropic: false,
-            signed: 0,
-        });
+    let found = match vectors(table) {
+        Some(vectors) => pairs_of_vectors(table, vectors)?,
+        None => pairs_of_angles(table, conventions)?,
+    };
+    match found.pairs.is_empty() {
+        true => Err(FileError::whole(&table.name, "there is no row")),
+        false => Ok(found),
     }
+}
+
+fn pairs_of_angles(table: &Table, conventions: &Conventions) -> Result<Pairs, FileError> {
     let polar = |name| Angles::needed(table, name);
     let [theta_i, theta_o] = [polar("theta_i")?, polar("theta_o")?];
-    let phi_i = Angles::find(table, "phi_i");
-    let difference = match Angles::find(table, "phi_o") {
-        Some(_) => None,
-        None => Angles::find(table, "delta_phi"),
-    };
-    let relative = difference.is_some();
+    let [phi_i, phi_o, difference] =
+        ["phi_i", "phi_o", "delta_phi"].map(|name| Angles::find(table, name));
+    let relative = phi_o.is_none() && difference.is_some();
     let is_scan = || phi_i.is_none() && [&theta_i, &theta_o].iter().any(|a| a.is_signed(table));
-    let phi_o = match difference.or_else(|| Angles::find(table, "phi_o")) {
+    let phi_o = match phi_o.or(difference) {
         // An arm that scans through the normal stays in one plane.
         None if is_scan() => None,
         None => Some(Angles::needed(table, "phi_o")?),
         found => found,
     };
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
-    let up = conventions.elevation;
     let mut pairs = Vec::with_capacity(table.lines.len());
     let mut signed = 0;
     for row in 0..table.lines.len() {
         let polar = |angles: &Angles| {
-            let from_normal = |degrees: f64| if up { 90.0 - degrees } else { degrees };
-            let good = |degrees| {
-                let theta = from_normal(degrees);
-                is_above(theta.abs())
-            };
-            let allowed = if up {
-                ["(0, 180): above the horizon", "(0, pi): above the horizon"]
-            } else {
-                [
+            let good = |degrees| is_above(conventions.from_normal(degrees).abs());
+            let allowed = match conventions.elevation {
+                true => ["(0, 180): above the horizon", "(0, pi): above the horizon"],
+                false => [
                     "(-90, 90): above the horizon",
                     "(-pi/2, pi/2): above the horizon",
-                ]
+                ],
             };
             let degrees = angles.degrees(table, row, good, allowed)?;
-            Ok::<_, FileError>(from_normal(degrees).to_radians())
+            Ok::<_, FileError>(conventions.from_normal(degrees).to_radians())
         };
         let turn = |angles: &Angles| {
             let good = |degrees: f64| degrees.abs() <= TURN;
@@ -226,9 +207,6 @@ pub(super) fn read_pairs(table: &Table, conventions: &Conventions) -> Result<Pai
         signed += usize::from(theta_i < 0.0 || theta_o < 0.0);
         let [theta_i, theta_o] = [theta_i.abs(), theta_o.abs()];
         pairs.push(DirectionPair::from_spherical(theta_i, i, theta_o, o));
-    }
-    if pairs.is_empty() {
-        return Err(FileError::whole(&table.name, "there is no row"));
     }
     Ok(Pairs {
         pairs,
@@ -267,10 +245,7 @@ pub(crate) fn unread_angles(table: &Table) -> Vec<String> {
 const LENGTH_SLACK: f64 = 1e-2;
 
 /// The directions of every row of a table with unit vectors towards light and sensor in place of angles.
-fn pairs_of_vectors(table: &Table) -> Result<Option<Vec<DirectionPair>>, FileError> {
-    let Some([light, sensor]) = vectors(table) else {
-        return Ok(None);
-    };
+fn pairs_of_vectors(table: &Table, [light, sensor]: [[usize; 3]; 2]) -> Result<Pairs, FileError> {
     let vector = |row: usize, of: [usize; 3]| {
         let number = |d: usize| table.number(row, d).unwrap_or(f64::NAN);
         let v = DVec3::from_array(of.map(number));
@@ -289,11 +264,10 @@ fn pairs_of_vectors(table: &Table) -> Result<Option<Vec<DirectionPair>>, FileErr
             vector(row, sensor)?,
         ))
     };
-    let pairs = (0..table.lines.len())
-        .map(pair)
-        .collect::<Result<Vec<_>, _>>()?;
-    match pairs.is_empty() {
-        true => Err(FileError::whole(&table.name, "there is no row")),
-        false => Ok(Some(pairs)),
-    }
+    let pairs = (0..table.lines.len()).map(pair);
+    Ok(Pairs {
+        pairs: pairs.collect::<Result<_, _>>()?,
+        isotropic: false,
+        signed: 0,
+    })
 }

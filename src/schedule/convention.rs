@@ -229,10 +229,10 @@ fn columns<'de, D: Deserializer<'de>>(table: D) -> Result<Vec<(String, String)>,
 
 /// A name without the unit of an angle.
 fn role(name: &str) -> &str {
-    let (bare, _) = names::split_angle(name);
-    Some(bare)
-        .filter(|bare| ANGLES.contains(bare))
-        .unwrap_or(name)
+    match names::split_angle(name) {
+        (bare, _) if ANGLES.contains(&bare) => bare,
+        _ => name,
+    }
 }
 
 /// What a column is of whose unit nothing names.
@@ -246,16 +246,15 @@ pub(crate) enum Unsaid {
 const LIGHT_NM: [f64; 2] = [100.0, 2e4];
 
 impl Unsaid {
-    /// The factor to our unit and the name of the only one that numbers from `least` to `most` can have; `None` of several.
-    pub(crate) fn unit(self, [least, most]: [f64; 2]) -> Option<(f64, &'static str)> {
+    /// The name of the only unit that numbers from `least` to `most` can have, and the factor to ours; `None` of several.
+    pub(crate) fn unit(self, [least, most]: [f64; 2]) -> Option<(&'static str, f64)> {
         match self {
-            Self::Angle => (most > 2.0 * PI + 1e-3).then_some((1.0, "degrees")),
+            Self::Angle => (most > 2.0 * PI + 1e-3).then_some(("degrees", 1.0)),
             Self::Wavelength => {
                 let [from, to] = LIGHT_NM;
                 let is_light = |factor: f64| least * factor >= from && most * factor <= to;
                 let mut units = names::WAVELENGTHS.into_iter();
-                let found = units.find(|(_, factor)| is_light(*factor));
-                found.map(|(name, factor)| (factor, name))
+                units.find(|(_, factor)| is_light(*factor))
             }
         }
     }
@@ -300,15 +299,20 @@ fn filling<'l>(pattern: &str, label: &'l str) -> Option<&'l str> {
 type Given = (FxHashMap<usize, String>, FxHashSet<String>);
 
 impl Conventions {
+    /// A polar angle (degrees) counted from the normal.
+    pub(super) fn from_normal(&self, degrees: f64) -> f64 {
+        match self.elevation {
+            true => 90.0 - degrees,
+            false => degrees,
+        }
+    }
+
     /// The place of the column that `theirs` is: its label, or its number from 1.
     fn place(theirs: &str, labels: &[String]) -> Option<usize> {
-        let by_label = labels.iter().position(|label| label == theirs);
+        let find = |is: &dyn Fn(&str) -> bool| labels.iter().position(|label| is(label));
+        let by_label = find(&|label| label == theirs);
         // A unit may stand behind a name, or below it.
-        let by_name = || {
-            labels
-                .iter()
-                .position(|label| names::split(label).0 == theirs)
-        };
+        let by_name = || find(&|label| names::split(label).0 == theirs);
         by_label.or_else(by_name).or_else(|| {
             let number: usize = theirs.parse().ok()?;
             number.checked_sub(1).filter(|i| *i < labels.len())
@@ -343,23 +347,17 @@ impl Conventions {
                         Some((ours.replacen(ANY, filling, 1), i))
                     })
                     .collect(),
-                false => Self::place(theirs, labels)
-                    .map(|i| (ours.clone(), i))
-                    .into_iter()
-                    .collect(),
+                false => Vec::from_iter(Self::place(theirs, labels).map(|i| (ours.clone(), i))),
             };
+            let refuse =
+                |why: &str, allowed: &str| Err(format!("{option}: {why}; allowed: {allowed}"));
             if found.is_empty() {
-                let there = reason(labels.join(", "));
-                return Err(format!(
-                    "{option}: there is no such column; allowed: {there}"
-                ));
+                return refuse("there is no such column", &reason(labels.join(", ")));
             }
             for (ours, i) in found {
                 let is_new = roles.insert(role(&ours).to_owned());
                 if !is_new || given.insert(i, ours).is_some() {
-                    return Err(format!(
-                        "{option}: one of them is named before; allowed: each once"
-                    ));
+                    return refuse("one of them is named before", "each once");
                 }
             }
         }
@@ -376,10 +374,7 @@ impl Conventions {
             let by_user = given.get(&i);
             let written = by_user.unwrap_or(label);
             let found = names::ours(written);
-            let (mut name, mut factor) = match found {
-                Some(found) => (found.name, found.factor),
-                None => (written.clone(), 1.0),
-            };
+            let (mut name, mut factor) = found.unwrap_or_else(|| (written.clone(), 1.0));
             let is_given = by_user.is_some();
             let mut unsaid = None;
             if !is_given && roles.contains(role(&name)) {

@@ -41,6 +41,21 @@ impl<'a> From<Option<&'a Itinerary>> for Sequence<'a> {
     }
 }
 
+impl Sequence<'_> {
+    /// The numbers of its poses, of so many; then, if `all`, of those that a machine cannot take.
+    pub(crate) fn poses(self, number: usize, all: bool) -> Vec<usize> {
+        match self {
+            Self::Generated => (0..number).collect(),
+            Self::Order(order) => order.iter().map(|&pose| pose as usize).collect(),
+            Self::Visits(i) => {
+                let lost = i.unreachable.iter().filter(|_| all).map(|lost| lost.0);
+                let poses = i.visits.iter().map(|visit| visit.pose).chain(lost);
+                poses.map(|pose| pose as usize).collect()
+            }
+        }
+    }
+}
+
 /// Writes the poses of a schedule that a sequence names.
 ///
 /// # Errors
@@ -112,70 +127,37 @@ pub(crate) fn coordinate_axes(axes: &[Axis]) -> impl Iterator<Item = (usize, &Ax
 pub(crate) struct PoseRows<'a> {
     schedule: &'a Schedule,
     sequence: Sequence<'a>,
-    /// True if poses without a visit come after those with one; else they are left out.
-    all: bool,
-    /// True if rows have the angles of the arms alone.
-    is_bare: bool,
-    axes: Vec<(usize, Axis)>,
+    /// Numbers of the poses of the rows.
+    pub poses: Vec<usize>,
+    /// True if rows have the angles of the arms alone, for a schedule that states no coordinates and symmetries.
+    pub is_bare: bool,
 }
 
 impl<'a> PoseRows<'a> {
     /// Rows of the poses that a sequence visits, then, if `all`, of those that it cannot.
     pub(crate) fn new(schedule: &'a Schedule, sequence: Sequence<'a>, all: bool) -> Self {
-        let axes = coordinate_axes(schedule.parametrization.axes());
         Self {
             schedule,
             sequence,
-            all,
+            poses: sequence.poses(schedule.poses.len(), all),
             is_bare: false,
-            axes: axes.map(|(d, axis)| (d, *axis)).collect(),
-        }
-    }
-
-    /// These rows without coordinates and symmetries, for a schedule that states none.
-    pub(crate) fn without_coordinates(self) -> Self {
-        Self {
-            is_bare: true,
-            axes: Vec::new(),
-            ..self
-        }
-    }
-
-    /// Number of rows.
-    pub(crate) fn len(&self) -> usize {
-        match self.sequence {
-            Sequence::Generated => self.schedule.poses.len(),
-            Sequence::Order(order) => order.len(),
-            Sequence::Visits(i) if self.all => i.visits.len() + i.unreachable.len(),
-            Sequence::Visits(i) => i.visits.len(),
-        }
-    }
-
-    /// Number of the pose of a row.
-    pub(crate) fn pose(&self, row: usize) -> usize {
-        match self.sequence {
-            Sequence::Generated => row,
-            Sequence::Order(order) => order[row] as usize,
-            Sequence::Visits(i) => match i.visits.get(row) {
-                Some(visit) => visit.pose as usize,
-                None => i.unreachable[row - i.visits.len()].0 as usize,
-            },
         }
     }
 
     /// The columns.
     pub(crate) fn columns(&self) -> Vec<Column<'_>> {
-        let pose = |row: usize| &self.schedule.poses[self.pose(row)];
+        let pose = |row: usize| &self.schedule.poses[self.poses[row]];
         let number = "number of the pose in its schedule, from 0";
-        let mut columns = vec![Column::new("index", number, |row| self.pose(row) as f64)];
-        for (d, axis) in &self.axes {
+        let mut columns = vec![Column::new("index", number, |row| self.poses[row] as f64)];
+        let axes = coordinate_axes(self.schedule.parametrization.axes());
+        for (d, axis) in axes.filter(|_| !self.is_bare) {
             let unit = match axis.unit {
                 Unit::Radian => "degrees",
                 Unit::One => "no unit",
             };
             let [lo, hi] = axis.range.map(|v| axis.file_value(v));
             let meaning = format!("coordinate in [{lo}, {hi}], {unit}");
-            let value = move |row| axis.file_value(pose(row).coords[*d]);
+            let value = move |row| axis.file_value(pose(row).coords[d]);
             columns.push(Column::new(axis.column(), meaning, value));
         }
         let arms: [Part<DirectionPair>; 4] = [
@@ -272,7 +254,7 @@ impl<'a> PoseRows<'a> {
             about,
             facts: self.facts(),
             columns: self.columns(),
-            rows: self.len(),
+            rows: self.poses.len(),
         }
     }
 }

@@ -20,7 +20,7 @@ use super::table::{FileError, Table};
 use super::{Pose, Schedule};
 use crate::error::{excerpt, in_closed, one_of};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
-use crate::parametrization::{self, Axis, Coords, Parametrization, Unit, WarpSpec, warps};
+use crate::parametrization::{self, Axis, Parametrization, Unit, WarpSpec, warps};
 use crate::registry;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -37,7 +37,7 @@ const NODES: usize = 1_000_000;
 const NODES_A_POSE: usize = 100;
 
 /// Assumptions about a file: a choice goes before the header, the header before the default.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Assume {
     /// Name of the parametrization; by default [`usual_form`](parametrization::usual_form).
     pub parametrization: Option<String>,
@@ -50,18 +50,6 @@ pub struct Assume {
     pub axes: Vec<String>,
     /// The conventions of the file.
     pub conventions: Conventions,
-}
-
-impl Default for Assume {
-    fn default() -> Self {
-        Self {
-            parametrization: None,
-            symmetry: None,
-            otherwise: Symmetry::NONE,
-            axes: Vec::new(),
-            conventions: Conventions::default(),
-        }
-    }
 }
 
 /// A schedule that was read.
@@ -164,10 +152,8 @@ pub(crate) fn coordinate_columns() -> Vec<String> {
                 let warped = warps.filter_map(|warp| {
                     let warps = BTreeMap::from([(axis.symbol.to_owned(), *warp)]);
                     let form = entry.warped(symmetry, &warps).ok()?;
-                    form.axes()
-                        .iter()
-                        .find(|a| a.symbol == axis.symbol)
-                        .copied()
+                    let mut axes = form.axes().iter();
+                    axes.find(|a| a.symbol == axis.symbol).copied()
                 });
                 columns.extend(std::iter::once(axis).chain(warped).map(|a| a.column()));
             }
@@ -181,12 +167,8 @@ pub(crate) fn coordinate_columns() -> Vec<String> {
 
 /// The poses of a table, row by row.
 pub(crate) struct Rows {
-    /// The directions.
-    pub pairs: Vec<DirectionPair>,
-    /// True if nothing fixes the light's azimuth.
-    isotropic: bool,
-    /// Rows with a polar angle below 0.
-    pub signed: usize,
+    /// Their directions.
+    pub directions: Pairs,
     /// The column `index`, if there is one.
     index: Option<Vec<u64>>,
 }
@@ -204,12 +186,11 @@ pub(crate) struct Again {
 impl Again {
     /// The error for a pose that is there twice.
     pub(crate) fn refuse(&self, table: &Table) -> FileError {
-        let first = table.lines[self.first];
-        let message = if self.by_index {
-            format!("this index is that of line {first}; allowed: every index once")
-        } else {
-            format!("this pose is that of line {first}; allowed: every pose once")
-        };
+        let (first, what) = (
+            table.lines[self.first],
+            if self.by_index { "index" } else { "pose" },
+        );
+        let message = format!("this {what} is that of line {first}; allowed: every {what} once");
         table.row_error(self.row, message)
     }
 }
@@ -217,33 +198,22 @@ impl Again {
 impl Rows {
     /// The angles and numbers of every row.
     pub fn read(table: &Table, conventions: &Conventions) -> Result<Self, FileError> {
-        let Pairs {
-            pairs,
-            isotropic,
-            signed,
-        } = read_pairs(table, conventions)?;
+        let directions = read_pairs(table, conventions)?;
+        let is_number = |v: &f64| v.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(v);
         let index = table.column("index").map(|column| {
-            let rows = 0..pairs.len();
-            rows.map(|row| match table.number(row, column) {
-                Some(value)
-                    if value >= 0.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0 =>
-                {
-                    Ok(value as u64)
-                }
+            let rows = 0..table.lines.len();
+            let number = |row| match table.number(row, column) {
+                Some(value) if is_number(&value) => Ok(value as u64),
                 value => {
                     let value = value.map_or("empty".into(), |v| v.to_string());
                     let message = format!("index = {value}: allowed is a whole number from 0");
                     Err(table.row_error(row, message))
                 }
-            })
-            .collect::<Result<Vec<_>, _>>()
+            };
+            rows.map(number).collect::<Result<Vec<_>, _>>()
         });
-        let mut rows = Self {
-            index: index.transpose()?,
-            pairs,
-            isotropic,
-            signed,
-        };
+        let index = index.transpose()?;
+        let mut rows = Self { directions, index };
         // Others count rows anew from sheet to sheet.
         let falls = |index: &Vec<u64>| index.windows(2).any(|pair| pair[1] < pair[0]);
         let starts_anew = !table.is_ours() && rows.index.as_ref().is_some_and(falls);
@@ -255,7 +225,7 @@ impl Rows {
 
     /// For each row the first row of its pose: of its index, or else of its directions.
     pub(crate) fn again(&self) -> impl Iterator<Item = Again> {
-        let mut first = same_poses(&self.pairs);
+        let mut first = same_poses(&self.directions.pairs);
         let mut by_index = vec![false; first.len()];
         if let Some(index) = &self.index {
             let mut seen = BTreeMap::new();
@@ -284,7 +254,7 @@ impl Rows {
         hash_key: &str,
     ) -> Result<(Schedule, Vec<u32>), FileError> {
         let mut assume = assume.clone();
-        assume.otherwise.isotropic |= self.isotropic;
+        assume.otherwise.isotropic |= self.directions.isotropic;
         let header = Assume {
             otherwise: assume.otherwise,
             ..Assume::default()
@@ -308,9 +278,8 @@ impl Rows {
         let unphysical_share = table.fact("unphysical_share")?.unwrap_or(0.0);
         in_closed("unphysical_share", unphysical_share, 0.0, 1.0)
             .map_err(|e| table.fact_error("unphysical_share", e.to_string()))?;
-        let assumes: Option<String> = table.fact("assumes")?;
-        let sample_set: Option<String> = table.fact("sample_set")?;
-        let sample_set = sample_set.unwrap_or_else(|| FROM_FILE.into());
+        let assumes = table.fact("assumes")?;
+        let sample_set = table.fact("sample_set")?.unwrap_or(FROM_FILE.to_owned());
         let mut schedule = Schedule {
             assumes,
             ..Schedule::new(parametrization, sample_set, Vec::new(), unphysical_share)
@@ -320,20 +289,25 @@ impl Rows {
                 order = self.lay_out(table, kept, index, axes, &mut schedule)?;
             }
             _ => {
+                let form = &*schedule.parametrization;
                 let intact = table.fact::<String>(hash_key)?.is_some();
-                let columns = Columns::find(table, &*schedule.parametrization);
-                let columns = columns.filter(|_| as_declared && intact);
-                schedule.poses = by_index
-                    .iter()
-                    .map(|&k| {
-                        let pair = self.pairs[kept[k]];
-                        let mut coords = schedule.parametrization.forward(&pair);
-                        if let Some(columns) = &columns {
-                            columns.replace(table, kept[k], &mut coords);
+                let columns = coordinates_in(table, form).filter(|_| as_declared && intact);
+                let columns = columns.unwrap_or_default();
+                let pose = |k: usize| {
+                    let pair = self.directions.pairs[kept[k]];
+                    let mut coords = form.forward(&pair);
+                    for &(d, axis, column) in &columns {
+                        if let Some(value) = table.number(kept[k], column) {
+                            let value = match axis.unit {
+                                Unit::Radian => radians(value),
+                                Unit::One => value,
+                            };
+                            coords[d] = value.clamp(axis.range[0], axis.range[1]);
                         }
-                        Pose { coords, pair }
-                    })
-                    .collect();
+                    }
+                    Pose { coords, pair }
+                };
+                schedule.poses = by_index.into_iter().map(pose).collect();
             }
         }
         Ok((schedule, order))
@@ -368,7 +342,7 @@ impl Rows {
         for &row in kept {
             let number = index[row];
             match all.get(number as usize) {
-                Some(pose) if distance(&pose.pair, &self.pairs[row]) < SAME_POSE => {
+                Some(pose) if distance(&pose.pair, &self.directions.pairs[row]) < SAME_POSE => {
                     order.push(number as u32);
                 }
                 _ => {
@@ -389,28 +363,14 @@ impl Rows {
     }
 }
 
-/// The coordinates that have columns of their own.
-struct Columns(Vec<(usize, Axis, usize)>);
-
-impl Columns {
-    /// `None` unless every coordinate with a column is there.
-    fn find(table: &Table, form: &dyn Parametrization) -> Option<Self> {
-        let axes = coordinate_axes(form.axes());
-        let columns = axes.map(|(d, axis)| Some((d, *axis, table.column(&axis.column())?)));
-        columns.collect::<Option<Vec<_>>>().map(Self)
-    }
-
-    fn replace(&self, table: &Table, row: usize, coords: &mut Coords) {
-        for &(d, axis, column) in &self.0 {
-            if let Some(value) = table.number(row, column) {
-                let value = match axis.unit {
-                    Unit::Radian => radians(value),
-                    Unit::One => value,
-                };
-                coords[d] = value.clamp(axis.range[0], axis.range[1]);
-            }
-        }
-    }
+/// The coordinates that have columns of their own, and these; `None` unless all are there.
+fn coordinates_in<'f>(
+    table: &Table,
+    form: &'f dyn Parametrization,
+) -> Option<Vec<(usize, &'f Axis, usize)>> {
+    let axes = coordinate_axes(form.axes());
+    axes.map(|(d, axis)| Some((d, axis, table.column(&axis.column())?)))
+        .collect()
 }
 
 /// The angle (rad) that is written as `degrees`. Of neighbours that are, the first is taken.
@@ -431,10 +391,8 @@ pub(crate) fn form(table: &Table, assume: &Assume) -> Result<Arc<dyn Parametriza
     let name = chosen.or(declared).unwrap_or("half-difference".into());
     let refuse = |key: &str, problem: String| Err(table.fact_error(key, problem));
     let Some(entry) = parametrization::find(&name) else {
-        let all = parametrization::all();
-        let all = one_of(&name, all.iter().map(|e| e.kind));
-        let name = excerpt(&name);
-        let message = format!("parametrization = {name:?}: allowed are {all}");
+        let all = one_of(&name, parametrization::all().iter().map(|e| e.kind));
+        let message = format!("parametrization = {:?}: allowed are {all}", excerpt(&name));
         return refuse("parametrization", message);
     };
     let symmetry = match assume.symmetry {
@@ -448,17 +406,14 @@ pub(crate) fn form(table: &Table, assume: &Assume) -> Result<Arc<dyn Parametriza
     }
     let written = written.filter(|warp| same && warp != "none");
     for warp in written.iter().flat_map(|warps| warps.split(';')) {
-        let parts = warp
-            .split_once(':')
-            .and_then(|(symbol, name)| Some((symbol.to_owned(), WarpSpec::named(name)?)));
-        match parts {
-            Some((symbol, warp)) => warps.insert(symbol, warp),
-            None => {
-                let warp = excerpt(warp);
-                let message = format!("warp = {warp:?}: allowed is e.g. \"theta_h:square-root\"");
-                return refuse("warp", message);
-            }
+        let parts = warp.split_once(':');
+        let parts = parts.and_then(|(symbol, name)| Some((symbol, WarpSpec::named(name)?)));
+        let Some((symbol, spec)) = parts else {
+            let warp = excerpt(warp);
+            let message = format!("warp = {warp:?}: allowed is e.g. \"theta_h:square-root\"");
+            return refuse("warp", message);
         };
+        warps.insert(symbol.to_owned(), spec);
     }
     entry
         .warped(symmetry, &warps)
@@ -484,11 +439,9 @@ fn positions(table: &Table) -> Result<(Vec<String>, Vec<Positions>), FileError> 
     for row in 0..table.lines.len() {
         let mut at = [0.0; MAX_AXES];
         for ((at, &column), name) in at.iter_mut().zip(&columns).zip(&axes) {
-            let Some(degrees) = table.number(row, column) else {
-                return Err(
-                    table.row_error(row, format!("the position of {} is empty", excerpt(name)))
-                );
-            };
+            let degrees = table.number(row, column).ok_or_else(|| {
+                table.row_error(row, format!("the position of {} is empty", excerpt(name)))
+            })?;
             *at = degrees.to_radians();
         }
         positions.push(at);

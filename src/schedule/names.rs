@@ -3,32 +3,16 @@
 /// Angles of a pose, as the names of their columns begin.
 pub(crate) const ANGLES: [&str; 5] = ["theta_i", "phi_i", "theta_o", "phi_o", "delta_phi"];
 
-/// Units, as they are written, and what we call them; in small letters.
-const UNITS: [(&str, &str); 24] = [
-    ("deg", "deg"),
-    ("degree", "deg"),
-    ("degrees", "deg"),
-    ("°", "deg"),
-    ("rad", "rad"),
-    ("radian", "rad"),
-    ("radians", "rad"),
-    ("nm", "nm"),
-    ("um", "µm"),
-    ("µm", "µm"),
-    ("μm", "µm"),
-    ("m", "m"),
-    ("1/sr", "1/sr"),
-    ("sr^-1", "1/sr"),
-    ("sr-1", "1/sr"),
-    ("sr⁻¹", "1/sr"),
-    ("/sr", "1/sr"),
-    ("%", "%"),
-    ("percent", "%"),
-    ("1", "1"),
-    ("-", "1"),
-    ("a.u.", "1"),
-    ("counts", "1"),
-    ("v", "1"),
+/// What we call units, and how else they are written, in small letters.
+const UNITS: [(&str, &[&str]); 8] = [
+    ("deg", &["degree", "degrees", "°"]),
+    ("rad", &["radian", "radians"]),
+    ("nm", &[]),
+    ("µm", &["um", "μm"]),
+    ("m", &[]),
+    ("1/sr", &["sr^-1", "sr-1", "sr⁻¹", "/sr"]),
+    ("%", &["percent"]),
+    ("1", &["-", "a.u.", "counts", "v"]),
 ];
 
 /// Units of wavelengths, and how many nm they are.
@@ -40,15 +24,6 @@ pub(crate) const FAMILIES: [&str; 5] = ["value", "value_cos", "type_a", "type_b"
 /// Columns of what a detector counts: of the sample, in the dark (which may be missing), and of the light itself.
 pub(crate) const COUNTS: [&str; 3] = ["signal", "dark", "reference"];
 
-/// Our name of a column, and what multiplies its numbers.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct OurName {
-    /// The name.
-    pub name: String,
-    /// The factor.
-    pub factor: f64,
-}
-
 /// A unit without its brackets.
 pub(crate) fn bare(unit: &str) -> &str {
     let unit = unit.trim();
@@ -59,8 +34,8 @@ pub(crate) fn bare(unit: &str) -> &str {
 /// What we call a unit.
 fn unit_of(unit: &str) -> Option<&'static str> {
     let unit = bare(unit).to_lowercase();
-    let found = UNITS.iter().find(|(written, _)| *written == unit);
-    found.map(|(_, ours)| *ours)
+    let is = |(ours, others): &&(&str, &[&str])| *ours == unit || others.contains(&&*unit);
+    UNITS.iter().find(is).map(|(ours, _)| *ours)
 }
 
 /// A name without the unit of an angle that it ends in, and that.
@@ -91,14 +66,9 @@ pub(crate) fn is_unit(text: &str) -> bool {
 pub(crate) fn split(label: &str) -> (&str, Option<&'static str>) {
     let label = label.trim();
     let at = label.rfind(['[', '(']).or_else(|| label.rfind(" / "));
-    match at {
-        Some(at) if at > 0 => {
-            let unit = label[at..].trim_start_matches(" / ");
-            match unit_of(unit) {
-                Some(unit) => (label[..at].trim(), Some(unit)),
-                None => (label, None),
-            }
-        }
+    let (name, unit) = label.split_at(at.unwrap_or(0));
+    match unit_of(unit.trim_start_matches(" / ")) {
+        Some(unit) if !name.is_empty() => (name.trim(), Some(unit)),
         _ => (label, None),
     }
 }
@@ -111,12 +81,12 @@ pub(crate) fn wavelength(text: &str) -> Option<&str> {
     (plain && number.parse::<f64>().is_ok()).then_some(number)
 }
 
-/// Our name of a column that is written in other letters, with its unit in brackets or below it; `None` of one that is none of ours.
-/// A name that is ours to the letter is itself.
-pub(crate) fn ours(label: &str) -> Option<OurName> {
+/// Our name of a column that is written in other letters, with its unit in brackets or below it, and what multiplies its
+/// numbers; `None` of one that is none of ours.
+pub(crate) fn ours(label: &str) -> Option<(String, f64)> {
     let (name, unit) = split(label);
     let lower = name.to_lowercase().replace([' ', '-'], "_");
-    let named = |name: String, factor: f64| Some(OurName { name, factor });
+    let named = |name: String, factor: f64| Some((name, factor));
     // Of an angle that does not have a unit others decide.
     let angle = ANGLES.iter().find(|angle| **angle == lower);
     match (angle, unit) {
@@ -150,11 +120,9 @@ pub(crate) fn ours(label: &str) -> Option<OurName> {
     {
         return named(format!("value_{nm}nm"), 1.0);
     }
-    let of_family = |family: &&'static str| {
-        Some(format!(
-            "{family}{}",
-            channel(lower.strip_prefix(*family)?)?
-        ))
+    let of_family = |family: &&str| {
+        let end = channel(lower.strip_prefix(*family)?)?;
+        Some(format!("{family}{end}"))
     };
     match (FAMILIES.iter().find_map(of_family), unit) {
         (Some(name), None | Some("1/sr")) => named(name, 1.0),
@@ -233,15 +201,11 @@ fn angle_of(label: &str) -> Option<&'static str> {
     let words = AZIMUTH.iter().chain(&POLAR).filter(|word| **word != "aoi");
     let rest = words.fold(label.to_owned(), |rest, word| rest.replace(word, ""));
     let rest = rest.replace('_', "");
-    let by_word = SIDES
-        .iter()
-        .position(|(all, _)| all.iter().any(|w| rest.contains(w)));
-    let side = by_word.or_else(|| {
-        SIDES
-            .iter()
-            .position(|(_, all)| all.contains(&rest.as_str()))
-    });
-    Some([["theta_i", "theta_o"], ["phi_i", "phi_o"]][kind][side?])
+    let mut sides = SIDES.iter();
+    let by_word = sides.position(|(all, _)| all.iter().any(|w| rest.contains(w)));
+    let by_rest = || SIDES.iter().position(|(_, all)| all.contains(&&*rest));
+    let side = by_word.or_else(by_rest)?;
+    Some([["theta_i", "theta_o"], ["phi_i", "phi_o"]][kind][side])
 }
 
 /// What stands before and behind the wavelength in the label of a value, if another label differs from it by its number alone.
@@ -249,28 +213,22 @@ fn spectral(labels: &[String], value: usize) -> Option<[String; 2]> {
     let is_digit = |c: char| c.is_ascii_digit();
     let parts = |label: &str| {
         let from = label.find(is_digit)?;
-        let length = label[from..]
-            .find(|c| !is_digit(c))
-            .unwrap_or(label.len() - from);
-        let nm: u32 = label[from..from + length].parse().ok()?;
-        let around = [label[..from].to_owned(), label[from + length..].to_owned()];
+        let (before, rest) = label.split_at(from);
+        let (digits, after) = rest.split_at(rest.find(|c| !is_digit(c)).unwrap_or(rest.len()));
+        let nm: u32 = digits.parse().ok()?;
+        let around = [before, after].map(String::from);
         (100..=20_000).contains(&nm).then_some(around)
     };
     let own = parts(&labels[value])?;
-    let alike = labels
-        .iter()
-        .filter(|label| parts(label).as_ref() == Some(&own));
-    (alike.count() > 1).then_some(own)
+    let alike = labels.iter().filter_map(|label| parts(label));
+    (alike.filter(|other| *other == own).count() > 1).then_some(own)
 }
 
 /// The `--columns` that may be meant where names are not known: those of the angles and of a value, by words in the labels. `None` if
 /// no light, sensor or value is found.
 pub(crate) fn guess(labels: &[String]) -> Option<String> {
     // Columns without names are called by their numbers, and mostly in this order.
-    let is_numbered = labels
-        .iter()
-        .enumerate()
-        .all(|(i, label)| *label == (i + 1).to_string());
+    let is_numbered = (1..).zip(labels).all(|(i, label)| *label == i.to_string());
     match labels.len() {
         4 if is_numbered => return Some("--columns theta_i=1,theta_o=2,phi_o=3,value=4".into()),
         5.. if is_numbered => {
@@ -278,11 +236,9 @@ pub(crate) fn guess(labels: &[String]) -> Option<String> {
         }
         _ => {}
     }
-    let parts: Vec<(String, Option<&str>)> = labels
-        .iter()
-        .map(|label| split(label))
-        .map(|(name, unit)| (name.to_lowercase().replace([' ', '-', '.'], "_"), unit))
-        .collect();
+    let part = |(name, unit): (&str, _)| (name.to_lowercase().replace([' ', '-', '.'], "_"), unit);
+    let parts = labels.iter().map(|label| part(split(label)));
+    let parts: Vec<(String, Option<&str>)> = parts.collect();
     let mut given: Vec<(String, usize)> = Vec::new();
     for (i, (name, unit)) in parts.iter().enumerate() {
         let (bare, end) = split_angle(name);
@@ -322,7 +278,7 @@ pub(crate) fn guess(labels: &[String]) -> Option<String> {
         return None;
     }
     // What is called as ours is needs no name.
-    given.retain(|(name, i)| ours(&labels[*i]).is_none_or(|named| named.name != *name));
+    given.retain(|(name, i)| ours(&labels[*i]).is_none_or(|(named, _)| named != *name));
     if given.is_empty() {
         return None;
     }
@@ -330,18 +286,13 @@ pub(crate) fn guess(labels: &[String]) -> Option<String> {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '-');
     let is_short = |label: &str| label.len() <= LONG && label.chars().all(is_plain);
     let pairs = given.iter().map(|(name, i)| match &of_wavelengths {
-        Some([before, after]) if name == "value" => {
-            format!("'value_*nm={before}*{after}'")
-        }
+        Some([before, after]) if name == "value" => format!("'value_*nm={before}*{after}'"),
         _ if is_short(&labels[*i]) => format!("{name}={}", labels[*i]),
         // A number needs no quotes.
         _ => format!("{name}={}", i + 1),
     });
     let mut guess = format!("--columns {}", pairs.collect::<Vec<_>>().join(","));
-    if given
-        .iter()
-        .any(|(name, _)| ANGLES.contains(&name.as_str()))
-    {
+    if given.iter().any(|(name, _)| ANGLES.contains(&&**name)) {
         guess += " --angles deg";
     }
     if parts[value].1 == Some("%") {

@@ -114,7 +114,7 @@ impl Head {
             let labels = cells(text, separator).unwrap_or_default();
             let ours = labels.iter().filter_map(|label| names::ours(label));
             let is_angle = |name: &str| ["theta", "omega"].iter().any(|a| name.starts_with(a));
-            let has_angle = ours.clone().any(|named| is_angle(&named.name));
+            let has_angle = ours.clone().any(|(named, _)| is_angle(&named));
             let by_user = labels
                 .iter()
                 .filter(|label| conventions.names(label))

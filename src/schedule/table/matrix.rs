@@ -48,7 +48,7 @@ fn line_of(cells: &[String], comma: bool) -> Line {
         return Line::Other;
     };
     let key =
-        names::ours(first).and_then(|named| KEYS.iter().position(|k| named.name.starts_with(k)));
+        names::ours(first).and_then(|(named, _)| KEYS.iter().position(|k| named.starts_with(k)));
     match (key, rest) {
         (Some(key), [value]) => match number(value) {
             Some(value) => Line::Key(key, first.clone(), value),

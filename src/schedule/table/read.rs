@@ -375,7 +375,7 @@ impl Table {
             let Some(&first) = columns.first() else {
                 continue;
             };
-            let Some((factor, unit)) = unsaid.unit([least, most]) else {
+            let Some((unit, factor)) = unsaid.unit([least, most]) else {
                 let message = unsaid.refuse(&self.label(first));
                 return Err(self.error(self.head, message));
             };
