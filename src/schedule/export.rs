@@ -12,8 +12,7 @@
 //! its nodes and poses follow, see [`super::Grid`]), instrument and order, and `schedule_hash`, the
 //! BLAKE3 hash of the rows.
 
-use super::format::ScheduleFormat;
-use super::table::{Column, Part, Sheet};
+use super::table::{Column, Part, ScheduleFormat, Sheet};
 use super::{Itinerary, LayoutSet, Schedule, Visit};
 use crate::error::count;
 use crate::geometry::DirectionPair;

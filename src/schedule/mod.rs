@@ -5,7 +5,6 @@ pub(crate) mod convention;
 mod directions;
 pub(crate) mod export;
 mod file;
-mod format;
 pub(crate) mod grid;
 pub(crate) mod import;
 mod itinerary;
@@ -25,7 +24,6 @@ pub use convention::{
 pub use directions::{Density, Directions};
 pub use export::{Sequence, schedule_hash, write_schedule};
 pub use file::FileSet;
-pub use format::ScheduleFormat;
 pub use grid::{Grid, Ratio, Stratified};
 pub use import::{Assume, ScheduleFile, read_schedule};
 pub use itinerary::{Itinerary, MAX_AXES, Positions, Unreachable, Visit};
@@ -34,7 +32,7 @@ pub use layout::{Layout, LayoutSet};
 pub use points::{PointSet, RandomSet, SobolSet};
 pub use record::schedule_schema;
 pub use sample_set::{PlanError, SampleSet};
-pub use table::FileError;
+pub use table::{FileError, ScheduleFormat};
 pub use visited::{Unvisited, unvisited};
 
 use self::export::FROM_FILE;

@@ -13,7 +13,6 @@ mod json;
 mod matrix;
 #[cfg(feature = "arrays")]
 mod npy;
-mod open;
 mod read;
 mod write;
 
@@ -43,6 +42,29 @@ pub(crate) fn as_text(path: &Path) -> Result<String, FileError> {
         );
     }
     files::read_foreign_text(path, files::TABLE_LIMIT).map_err(failed)
+}
+
+/// Forms of a table with a header.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScheduleFormat {
+    /// Comma-separated values with a commented header.
+    Csv,
+    /// One JSON object per line, the first one the header.
+    JsonLines,
+    /// An archive of NumPy, an array a column.
+    #[cfg(feature = "arrays")]
+    Arrays,
+}
+
+impl ScheduleFormat {
+    /// The form of a text: JSON Lines begin with an object.
+    pub fn of_text(text: &str) -> Self {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        match text.trim_start().starts_with('{') {
+            true => Self::JsonLines,
+            false => Self::Csv,
+        }
+    }
 }
 
 /// Columns that hold whole numbers.

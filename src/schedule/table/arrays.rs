@@ -9,7 +9,7 @@ use crate::error::{excerpt, reason};
 use crate::files::{UNPACKED_LIMIT, may_unpack};
 use crate::schedule::export::ARMS;
 use glam::DVec3;
-use serde_json::{Map, Number, Value, json};
+use serde_json::{Map, Value, json};
 use std::io::{self, Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
@@ -59,11 +59,8 @@ fn texts<T: AsRef<str>>(texts: &[T]) -> (String, impl Iterator<Item = Vec<u8>>) 
     // NumPy has no text of length 0.
     let longest = longest.unwrap_or(0).max(1);
     let bytes = texts.iter().map(move |text| {
-        let bytes = text
-            .as_ref()
-            .chars()
-            .flat_map(|c| u32::from(c).to_le_bytes());
-        let mut bytes: Vec<u8> = bytes.collect();
+        let chars = text.as_ref().chars();
+        let mut bytes: Vec<u8> = chars.flat_map(|c| u32::from(c).to_le_bytes()).collect();
         bytes.resize(4 * longest, 0);
         bytes
     });
@@ -98,7 +95,7 @@ impl Sheet<'_> {
                 continue;
             }
             let found = numbers(column);
-            if WHOLE.contains(&name.as_str()) && !found.iter().any(|v| v.is_nan()) {
+            if WHOLE.contains(&&**name) && !found.iter().any(|v| v.is_nan()) {
                 let whole = found.iter().map(|v| (*v as i64).to_le_bytes());
                 put(&mut zip, name, "<i8", &[rows], whole)?;
             } else {
@@ -133,9 +130,8 @@ struct Array {
 /// # Errors
 /// One sentence: no archive, an array that is not one number or text a row, or of another length than the others.
 pub(crate) fn as_lines(bytes: &[u8], name: &str) -> Result<String, FileError> {
-    let failed = |message: String| FileError::whole(name, message);
-    let columns = columns(bytes).map_err(failed)?;
-    lines(columns).map_err(failed)
+    let lines = columns(bytes).and_then(lines);
+    lines.map_err(|message| FileError::whole(name, message))
 }
 
 fn lines(mut columns: Vec<Array>) -> Result<String, String> {
@@ -151,12 +147,8 @@ fn lines(mut columns: Vec<Array>) -> Result<String, String> {
                 words.len()
             ));
         };
-        let header: Value = serde_json::from_str(words).map_err(|e| {
-            format!(
-                "the array header is no JSON object: {}",
-                reason(e.to_string())
-            )
-        })?;
+        let header: Value = serde_json::from_str(words)
+            .map_err(|e| format!("the array header is no JSON object: {}", reason(e)))?;
         if let Some(Value::Object(known)) = header.get(HEADER).and_then(|h| h.get("columns")) {
             order.extend(known.keys().cloned());
         }
@@ -182,10 +174,8 @@ fn lines(mut columns: Vec<Array>) -> Result<String, String> {
     }
     // Those of a header in its order, the others behind them by name.
     let rank = |c: &Array| {
-        order
-            .iter()
-            .position(|o| *o == c.name)
-            .unwrap_or(usize::MAX)
+        let place = order.iter().position(|o| *o == c.name);
+        place.unwrap_or(usize::MAX)
     };
     columns.sort_by(|a, b| (rank(a), &a.name).cmp(&(rank(b), &b.name)));
     let rows = columns.iter().find(|c| c.shape.len() == 1);
@@ -209,36 +199,31 @@ fn lines(mut columns: Vec<Array>) -> Result<String, String> {
     }
     for row in 0..rows as usize {
         let mut object = Map::new();
-        for column in &columns {
-            let value = match &column.values {
+        for Array { name, values, .. } in &columns {
+            let value = match values {
                 Values::Words(words) => json!(words[row]),
-                Values::Numbers(numbers) => number(numbers[row], &column.name)
-                    .ok_or_else(|| not_finite(&column.name, row, numbers[row]))?,
+                Values::Numbers(numbers) => match numbers[row] {
+                    number if number.is_nan() => Value::Null,
+                    number
+                        if WHOLE.contains(&&**name) && number.fract() == 0.0 && number >= 0.0 =>
+                    {
+                        json!(number as u64)
+                    }
+                    number if number.is_finite() => json!(number),
+                    number => {
+                        return Err(format!(
+                            "the array {:?} holds {number} at row {row}; allowed: finite numbers, and NaN where there is none",
+                            excerpt(name)
+                        ));
+                    }
+                },
             };
-            object.insert(column.name.clone(), value);
+            object.insert(name.clone(), value);
         }
         text += &Value::Object(object).to_string();
         text.push('\n');
     }
     Ok(text)
-}
-
-fn not_finite(name: &str, row: usize, value: f64) -> String {
-    format!(
-        "the array {:?} holds {value} at row {row}; allowed: finite numbers, and NaN where there is none",
-        excerpt(name)
-    )
-}
-
-/// A cell; `None` of a number that is infinite.
-fn number(value: f64, name: &str) -> Option<Value> {
-    if value.is_nan() {
-        return Some(Value::Null);
-    }
-    match WHOLE.contains(&name) && value.fract() == 0.0 && value >= 0.0 {
-        true => Some(json!(value as u64)),
-        false => Number::from_f64(value).map(Value::Number),
-    }
 }
 
 /// Unit vector of angles, degrees.
@@ -303,7 +288,7 @@ fn members(bytes: &[u8]) -> Option<usize> {
 
 fn columns(bytes: &[u8]) -> Result<Vec<Array>, String> {
     let no_archive = |e: zip::result::ZipError| {
-        let e = reason(e.to_string());
+        let e = reason(e);
         format!("this is no archive of NumPy: {e}; allowed: what numpy.savez writes")
     };
     let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(no_archive)?;
@@ -313,7 +298,7 @@ fn columns(bytes: &[u8]) -> Result<Vec<Array>, String> {
             zip.len()
         ));
     }
-    let mut total = 0u64;
+    let mut total = 0_u64;
     let mut columns: Vec<Array> = Vec::new();
     for i in 0..zip.len() {
         let file = zip.by_index(i).map_err(no_archive)?;
@@ -336,21 +321,18 @@ fn columns(bytes: &[u8]) -> Result<Vec<Array>, String> {
         total = total.saturating_add(size);
         may_unpack(bytes.len() as u64, total).map_err(|e| e.to_string())?;
         // Every number takes eight bytes in the end.
-        if total > UNPACKED_LIMIT / 8 {
-            let most = UNPACKED_LIMIT / 8;
-            return Err(format!(
-                "the arrays hold {total} bytes; allowed: at most {most}"
-            ));
+        let most = UNPACKED_LIMIT / 8;
+        if total > most {
+            let message = format!("the arrays hold {total} bytes; allowed: at most {most}");
+            return Err(message);
         }
         let mut content = Vec::new();
         // Beyond its end: there its check sum is compared.
         let read = file.take(size + 1).read_to_end(&mut content);
         read.map_err(|e| unreadable(name, &e))?;
         if content.len() as u64 > size {
-            return Err(unreadable(
-                name,
-                &format!("it is longer than the {size} bytes that are promised"),
-            ));
+            let why = format!("it is longer than the {size} bytes that are promised");
+            return Err(unreadable(name, &why));
         }
         if columns.iter().any(|c| c.name == name) {
             return Err(format!("the array {:?} is there twice", excerpt(name)));
@@ -366,6 +348,9 @@ fn columns(bytes: &[u8]) -> Result<Vec<Array>, String> {
 }
 
 fn unreadable(name: &str, e: &dyn std::fmt::Display) -> String {
-    let e = reason(e.to_string());
-    format!("the array {:?} cannot be read: {e}", excerpt(name))
+    format!(
+        "the array {:?} cannot be read: {}",
+        excerpt(name),
+        reason(e)
+    )
 }

@@ -3,9 +3,11 @@
 /// The cells of one line after the other. No cell goes on after the end of its line, so that a
 /// quote that is not closed is found where it is.
 pub(super) struct Cells {
-    pub(super) separator: u8,
     reader: csv_core::Reader,
-    /// The line with a tab for each run of blanks, if blanks separate.
+    delimiter: u8,
+    /// True if blanks separate.
+    by_blanks: bool,
+    /// Then the line with a tab for each run of them.
     tabbed: String,
     bytes: Vec<u8>,
     ends: Vec<usize>,
@@ -16,16 +18,15 @@ const BLANKS: u8 = b' ';
 
 impl Cells {
     pub(super) fn new(separator: u8) -> Self {
+        let by_blanks = separator == BLANKS;
+        let delimiter = if by_blanks { b'\t' } else { separator };
         let mut builder = csv_core::ReaderBuilder::new();
-        builder.delimiter(if separator == BLANKS {
-            b'\t'
-        } else {
-            separator
-        });
+        builder.delimiter(delimiter);
         builder.terminator(csv_core::Terminator::Any(b'\n'));
         Self {
-            separator,
             reader: builder.build(),
+            delimiter,
+            by_blanks,
             tabbed: String::new(),
             bytes: Vec::new(),
             ends: Vec::new(),
@@ -35,37 +36,24 @@ impl Cells {
     /// The cells of a line, without the spaces around them and without quotes; `None` if a quote is
     /// not closed, after which there is no next line.
     pub(super) fn split(&mut self, line: &str) -> Option<impl ExactSizeIterator<Item = &str>> {
-        let line = match self.separator {
-            BLANKS => {
-                self.tabbed.clear();
-                for word in line.split_whitespace() {
-                    // The unit behind a name is a part of it.
-                    let is_unit = word.starts_with(['[', '(']);
-                    if !self.tabbed.is_empty() {
-                        self.tabbed.push(if is_unit { ' ' } else { '\t' });
-                    }
-                    self.tabbed += word;
-                }
-                self.tabbed.as_str()
+        self.tabbed.clear();
+        for word in line.split_whitespace().filter(|_| self.by_blanks) {
+            // The unit behind a name is a part of it.
+            let is_unit = word.starts_with(['[', '(']);
+            if !self.tabbed.is_empty() {
+                self.tabbed.push(if is_unit { ' ' } else { '\t' });
             }
-            _ => line,
-        };
-        let delimiter = if self.separator == BLANKS {
-            b'\t'
-        } else {
-            self.separator
-        };
+            self.tabbed += word;
+        }
+        let line = if self.by_blanks { &self.tabbed } else { line };
         // Room for every cell and for one more, without which the parser would stop to ask.
-        let separators = line.bytes().filter(|b| *b == delimiter).count();
+        let separators = line.bytes().filter(|b| *b == self.delimiter).count();
         self.bytes.resize(line.len() + 1, 0);
         self.ends.resize(separators + 2, 0);
-        let line = line.as_bytes();
-        let (_, _, written, ended) = self
-            .reader
-            .read_record(line, &mut self.bytes, &mut self.ends);
+        let (reader, bytes, ends) = (&mut self.reader, &mut self.bytes, &mut self.ends);
+        let (_, _, written, ended) = reader.read_record(line.as_bytes(), bytes, ends);
         let (result, _, _, last) =
-            self.reader
-                .read_record(b"\n", &mut self.bytes[written..], &mut self.ends[ended..]);
+            reader.read_record(b"\n", &mut bytes[written..], &mut ends[ended..]);
         if !matches!(result, csv_core::ReadRecordResult::Record) {
             return None;
         }

@@ -68,12 +68,8 @@ pub(crate) fn number(cell: &str, comma: bool) -> Option<f64> {
 
 /// The cells of a line; `None` if a quote is not closed.
 fn cells(line: &str, separator: u8) -> Option<Vec<String>> {
-    Some(
-        Cells::new(separator)
-            .split(line)?
-            .map(String::from)
-            .collect(),
-    )
+    let mut cells = Cells::new(separator);
+    Some(cells.split(line)?.map(String::from).collect())
 }
 
 /// True of cells that are numbers, or stand for none; of columns that are `numbered` by the user others may be text.
@@ -140,13 +136,9 @@ impl Head {
                 are_numbers(&cells, separator, numbered).then_some((separator, cells.len()))
             });
             if let Some((separator, width)) = numbers {
-                let comment = comments.iter().rfind(|(line, _)| *line < content[i].0);
-                return Some(Self::above(
-                    &content[..=i],
-                    comment.copied(),
-                    separator,
-                    width,
-                ));
+                let above = |(line, _): &(usize, &str)| *line < content[i].0;
+                let comment = comments.into_iter().rfind(above);
+                return Some(Self::above(&content[..=i], comment, separator, width));
             }
         }
         // Without numbers, or names that are known: the first line is that of the names.
@@ -204,20 +196,14 @@ impl Head {
         }
         // The names of numpy.savetxt are a comment.
         let comment = comment.filter(|(line, _)| *line < first).and_then(of);
-        if let Some((line, labels)) = comment
-            .filter(|(_, labels)| labels.iter().filter(|l| names::ours(l).is_some()).count() >= 2)
-        {
-            let head = Self::new(line, labels, None, separator, before.len() - 1);
-            let last = first - 1;
-            return Self { last, ..head };
-        }
-        Self {
-            line: first,
-            labels: (1..=width).map(|i| i.to_string()).collect(),
-            separator,
-            last: first - 1,
-            prose: before.len() - 1,
-        }
+        let are_ours =
+            |labels: &[String]| labels.iter().filter_map(|l| names::ours(l)).count() >= 2;
+        let numbered = || (first, (1..=width).map(|i| i.to_string()).collect());
+        let names = comment.filter(|(_, labels)| are_ours(labels));
+        let (line, labels) = names.unwrap_or_else(numbered);
+        let head = Self::new(line, labels, None, separator, before.len() - 1);
+        let last = first - 1;
+        Self { last, ..head }
     }
 
     fn new(

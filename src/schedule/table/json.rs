@@ -16,17 +16,13 @@ impl Table {
         text: &str,
         name_columns: impl Fn(&mut Self, Vec<String>, usize) -> Result<(), FileError>,
     ) -> Result<(), FileError> {
-        for (i, content) in text.lines().enumerate() {
-            let line = i + 1;
+        for (line, content) in (1..).zip(text.lines()) {
             if content.trim().is_empty() {
                 continue;
             }
             let Object { mut map, twice } = serde_json::from_str(content).map_err(|_| {
-                self.error(
-                    line,
-                    "this is no JSON object; allowed: one whole object a line",
-                )
-                .cut_if(true)
+                let message = "this is no JSON object; allowed: one whole object a line";
+                self.error(line, message).cut_if(true)
             })?;
             if let Some(key) = twice {
                 let message = format!("key {:?} is there twice; allowed: once", excerpt(&key));
@@ -68,25 +64,19 @@ impl Table {
             let Some(value) = object.remove(&self.labels[d]) else {
                 return Err(self.error(line, format!("{column} is missing")));
             };
-            let number = match (&value, self.columns[d] == WORDS) {
+            let finite = value.as_f64().filter(|number| number.is_finite());
+            let number = match (&value, finite, self.columns[d] == WORDS) {
                 _ if self.columns[d].is_empty() => f64::NAN,
-                (Value::String(words), true) => {
+                (Value::String(words), _, true) => {
                     self.words.push(words.clone());
                     f64::NAN
                 }
-                (Value::Null, false) => f64::NAN,
-                (Value::Number(number), false) => match number.as_f64() {
-                    Some(value) if value.is_finite() => value,
-                    _ => {
-                        let message = format!("{column} = {number}: allowed is a finite number");
-                        return Err(self.error(line, message));
-                    }
-                },
-                (other, words) => {
+                (Value::Null, _, false) => f64::NAN,
+                (_, Some(number), false) => number,
+                (other, _, words) => {
                     let kind = if words { "a string" } else { "a finite number" };
                     let other = other.to_string();
-                    let other = excerpt(&other);
-                    let message = format!("{column} = {other}: allowed is {kind}");
+                    let message = format!("{column} = {}: allowed is {kind}", excerpt(&other));
                     return Err(self.error(line, message));
                 }
             };

@@ -52,27 +52,23 @@ pub(super) fn read(content: &[u8]) -> Result<(Vec<u64>, Values), String> {
     };
     let (head, data) = rest.split_at_checked(length).ok_or_else(cut)?;
     let head = String::from_utf8_lossy(head);
-    let head = Head::read(head.trim()).ok_or_else(|| {
+    let (descr, is_fortran, shape) = header(head.trim()).ok_or_else(|| {
         let head = excerpt(head.trim());
         format!("its header is {head}; allowed: descr, fortran_order and shape")
     })?;
-    let is_c = !head.is_fortran || head.shape.len() < 2;
-    let items = head.shape.iter().try_fold(1u64, |a, b| a.checked_mul(*b));
+    let items = shape.iter().try_fold(1u64, |a, b| a.checked_mul(*b));
     // Every item becomes a value, also one of no bytes.
     let items = items.filter(|n| *n <= data.len() as u64).ok_or_else(cut)?;
     let holds = || {
-        let descr = excerpt(head.descr);
+        let descr = excerpt(descr);
         format!("it holds {descr}; allowed: integers, f4, f8 and text")
     };
-    let Type {
-        is_big,
-        kind,
-        size,
-        bytes,
-    } = Type::read(head.descr).ok_or_else(holds)?;
-    let bytes = bytes.checked_mul(items as usize);
-    let data = bytes.and_then(|n| data.get(..n)).ok_or_else(cut)?;
-    if !is_c {
+    let (is_big, kind, size) = of_type(descr).ok_or_else(holds)?;
+    let bytes = size.checked_mul(if kind == 'U' { 4 } else { 1 });
+    let bytes = bytes.ok_or_else(holds)?;
+    let all = bytes.checked_mul(items as usize);
+    let data = all.and_then(|n| data.get(..n)).ok_or_else(cut)?;
+    if is_fortran && shape.len() > 1 {
         return Err("it is in Fortran order; allowed: numpy.ascontiguousarray of it".into());
     }
     macro_rules! numbers {
@@ -98,28 +94,21 @@ pub(super) fn read(content: &[u8]) -> Result<(Vec<u64>, Values), String> {
         ('u', 1) => numbers!(u8),
         ('U' | 'S', 0) => Values::Words(vec![String::new(); items as usize]),
         ('U', _) => {
-            let texts = data.chunks_exact(4 * size);
-            Values::Words(
-                texts
-                    .map(|text| wide(text, is_big))
-                    .collect::<Option<_>>()
-                    .ok_or("it holds a text of no characters of Unicode")?,
-            )
+            let texts = data.chunks_exact(bytes);
+            let texts: Option<_> = texts.map(|text| wide(text, is_big)).collect();
+            Values::Words(texts.ok_or("it holds a text of no characters of Unicode")?)
         }
         ('S', _) => {
             let texts = data.chunks_exact(size).map(|text| {
                 let text = std::str::from_utf8(text).ok()?;
                 Some(text.trim_end_matches('\0').to_owned())
             });
-            Values::Words(
-                texts
-                    .collect::<Option<_>>()
-                    .ok_or("it holds a text that is not UTF-8")?,
-            )
+            let texts: Option<_> = texts.collect();
+            Values::Words(texts.ok_or("it holds a text that is not UTF-8")?)
         }
         _ => return Err(holds()),
     };
-    Ok((head.shape, values))
+    Ok((shape, values))
 }
 
 /// A text of four bytes a character.
@@ -135,96 +124,60 @@ fn wide(text: &[u8], is_big: bool) -> Option<String> {
     Some(text.trim_end_matches('\0').to_owned())
 }
 
-/// A type such as `<f8`.
-struct Type {
-    is_big: bool,
-    kind: char,
-    size: usize,
-    /// Bytes of an item.
-    bytes: usize,
+/// Of a type such as `<f8` whether its bytes are in big order, its kind, and its size.
+fn of_type(descr: &str) -> Option<(bool, char, usize)> {
+    let (order, rest) = descr.split_at_checked(1)?;
+    let mut rest = rest.chars();
+    let kind = rest.next()?;
+    let size: usize = rest.as_str().parse().ok()?;
+    let has_order = matches!(order, "<" | ">") || order == "|" && (size < 2 || kind == 'S');
+    has_order.then_some((order == ">", kind, size))
 }
 
-impl Type {
-    fn read(descr: &str) -> Option<Self> {
-        let (order, rest) = descr.split_at_checked(1)?;
-        let mut rest = rest.chars();
-        let kind = rest.next()?;
-        let size: usize = rest.as_str().parse().ok()?;
-        let bytes = match kind {
-            'U' => size.checked_mul(4)?,
-            _ => size,
+/// The header: type, whether the order is Fortran's, and shape. It is not nested, but for types of several fields, which are not
+/// read.
+fn header(text: &str) -> Option<(&str, bool, Vec<u64>)> {
+    let mut rest = text.strip_prefix('{')?.strip_suffix('}')?.trim();
+    let (mut descr, mut is_fortran, mut shape) = (None, None, None);
+    while !rest.is_empty() {
+        let (key, value) = quoted(rest)?;
+        let value = value.trim_start().strip_prefix(':')?.trim_start();
+        rest = match key {
+            // A list of fields has no end that is easy to find: it is refused by its beginning.
+            "descr" if value.starts_with('[') => return Some((value, false, Vec::new())),
+            "descr" => {
+                let (text, rest) = quoted(value)?;
+                descr = Some(text);
+                rest
+            }
+            "fortran_order" => {
+                let end = value.find(|c: char| !c.is_alphabetic());
+                let (word, rest) = value.split_at(end.unwrap_or(value.len()));
+                is_fortran = Some(match word {
+                    "True" => true,
+                    "False" => false,
+                    _ => return None,
+                });
+                rest
+            }
+            "shape" => {
+                let (numbers, rest) = value.strip_prefix(['(', '['])?.split_once([')', ']'])?;
+                let numbers = numbers.trim().trim_end_matches(',');
+                let numbers = numbers.split(',').filter(|_| !numbers.is_empty());
+                let numbers = numbers.map(|n| n.trim().parse().ok());
+                shape = Some(numbers.collect::<Option<_>>()?);
+                rest
+            }
+            _ => return None,
         };
-        let has_order = matches!(order, "<" | ">") || order == "|" && (size < 2 || kind == 'S');
-        has_order.then_some(Self {
-            is_big: order == ">",
-            kind,
-            size,
-            bytes,
-        })
+        rest = rest.trim_start();
+        rest = match rest.strip_prefix(',') {
+            Some(rest) => rest.trim_start(),
+            None if rest.is_empty() => rest,
+            None => return None,
+        };
     }
-}
-
-/// The header. It is not nested, but for types of several fields, which are not read.
-struct Head<'a> {
-    descr: &'a str,
-    is_fortran: bool,
-    shape: Vec<u64>,
-}
-
-impl<'a> Head<'a> {
-    fn read(text: &'a str) -> Option<Self> {
-        let mut rest = text.strip_prefix('{')?.strip_suffix('}')?.trim();
-        let (mut descr, mut is_fortran, mut shape) = (None, None, None);
-        while !rest.is_empty() {
-            let (key, value) = quoted(rest)?;
-            let value = value.trim_start().strip_prefix(':')?.trim_start();
-            rest = match key {
-                // A list of fields has no end that is easy to find: it is refused by its beginning.
-                "descr" if value.starts_with('[') => {
-                    return Some(Self {
-                        descr: value,
-                        is_fortran: false,
-                        shape: Vec::new(),
-                    });
-                }
-                "descr" => {
-                    let (text, rest) = quoted(value)?;
-                    descr = Some(text);
-                    rest
-                }
-                "fortran_order" => {
-                    let end = value.find(|c: char| !c.is_alphabetic());
-                    let (word, rest) = value.split_at(end.unwrap_or(value.len()));
-                    is_fortran = Some(match word {
-                        "True" => true,
-                        "False" => false,
-                        _ => return None,
-                    });
-                    rest
-                }
-                "shape" => {
-                    let (numbers, rest) = value.strip_prefix(['(', '['])?.split_once([')', ']'])?;
-                    let numbers = numbers.trim().trim_end_matches(',');
-                    let numbers = numbers.split(',').filter(|_| !numbers.is_empty());
-                    let numbers = numbers.map(|n| n.trim().parse().ok());
-                    shape = Some(numbers.collect::<Option<_>>()?);
-                    rest
-                }
-                _ => return None,
-            };
-            rest = rest.trim_start();
-            rest = match rest.strip_prefix(',') {
-                Some(rest) => rest.trim_start(),
-                None if rest.is_empty() => rest,
-                None => return None,
-            };
-        }
-        Some(Self {
-            descr: descr?,
-            is_fortran: is_fortran?,
-            shape: shape?,
-        })
-    }
+    Some((descr?, is_fortran?, shape?))
 }
 
 /// A text in quotes, and what follows.

@@ -8,7 +8,7 @@ use super::super::convention::{Conventions, NamedColumn, Unsaid};
 use super::super::names;
 use super::cells::Cells;
 use super::head::{self, Head};
-use super::{FileError, RowHash, WORDS};
+use super::{FileError, RowHash, ScheduleFormat, WORDS, matrix};
 use crate::brdf::marks::{Marks, is_among, is_mark, marks_among};
 use crate::error::{count, excerpt, meant};
 use rustc_hash::FxHashSet;
@@ -46,10 +46,8 @@ pub(crate) struct Table {
     pub marks: Marks,
     /// What is said of how it was read, a sentence each.
     pub notes: Vec<String>,
-    /// What multiplies the numbers of each column.
-    factors: Vec<f64>,
-    /// Columns whose unit nothing names.
-    unsaid: Vec<(usize, Unsaid)>,
+    /// How the columns were named.
+    named: Vec<NamedColumn>,
 }
 
 /// Keys that are read of any header.
@@ -70,6 +68,36 @@ impl Table {
             name: name.into(),
             ..Self::default()
         }
+    }
+
+    /// Reads a text; `name` stands for it in messages. The columns are checked by `allowed`, which
+    /// gets the facts and gives our names of all columns that may be there.
+    ///
+    /// # Errors
+    /// A line that is no row of this table: cut, with a cell that is no finite number, or against
+    /// what the facts promise (`rows`, and the hash under `hash_key`).
+    pub(crate) fn read(
+        text: &str,
+        name: &str,
+        hash_key: &str,
+        conventions: &Conventions,
+        allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
+    ) -> Result<Self, FileError> {
+        let mut table = Self::named(name);
+        let content = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let name_columns = |table: &mut Table, columns, line| {
+            table.name_columns(columns, line, conventions, &allowed)
+        };
+        if ScheduleFormat::of_text(text) == ScheduleFormat::JsonLines {
+            table.read_json(content, name_columns)?;
+        } else if let Some(separator) = matrix::separator(text) {
+            table.read_matrix(content, separator, name_columns)?;
+        } else {
+            table.read_csv(content, conventions, name_columns)?;
+        }
+        table.keeps_promises(hash_key, conventions.partial, text.ends_with('\n'))?;
+        table.settle_units()?;
+        Ok(table)
     }
 
     /// A fact of the header.
@@ -112,7 +140,7 @@ impl Table {
         let mut unread: Vec<String> = keys.chain(others).collect();
         // Ours are written anew.
         let is_intact = self.facts.keys().any(|key| key.ends_with("_hash"));
-        if !is_intact && self.prose > 0 {
+        if self.prose > 0 && !is_intact {
             unread.push(count(self.prose, "comment"));
         }
         unread
@@ -170,20 +198,15 @@ impl Table {
     ) {
         let width = self.columns.len();
         let column = |d: usize| self.numbers.iter().skip(d).step_by(width).copied();
-        let marks: Vec<Vec<f64>> = columns
-            .iter()
-            .map(|&d| marks_among(column(d).filter(|x| !x.is_nan()), no_reading))
-            .collect();
+        let marks = |&d: &usize| marks_among(column(d).filter(|x| !x.is_nan()), no_reading);
+        let marks: Vec<Vec<f64>> = columns.iter().map(marks).collect();
         let stays = |d: &usize| *d == columns[0] || !columns.contains(d);
         let kept: Vec<usize> = (0..width).filter(stays).collect();
         let mut numbers = Vec::with_capacity(self.lines.len() * kept.len());
         for row in self.numbers.chunks_exact(width) {
             let parts: Vec<f64> = columns.iter().map(|&d| row[d]).collect();
-            let mut marked = parts
-                .iter()
-                .zip(&marks)
-                .filter(|(x, all)| is_among(**x, all));
-            let combined = match marked.next() {
+            let mut each = parts.iter().zip(&marks);
+            let combined = match each.find(|(x, all)| is_among(**x, all)) {
                 Some((mark, _)) => {
                     self.marks.see(&mark.to_string());
                     f64::NAN
@@ -196,28 +219,21 @@ impl Table {
         self.numbers = numbers;
         self.columns[columns[0]] = name.into();
         for names in [&mut self.columns, &mut self.labels] {
-            *names = kept
-                .iter()
-                .map(|&d| std::mem::take(&mut names[d]))
-                .collect();
+            let name = |&d: &usize| std::mem::take(&mut names[d]);
+            *names = kept.iter().map(name).collect();
         }
     }
 
     /// Keeps the rows of which this is true.
     pub(crate) fn retain(&mut self, keep: impl Fn(&Self, usize) -> bool) {
-        let kept: Vec<usize> = (0..self.lines.len())
-            .filter(|&row| keep(self, row))
-            .collect();
+        let kept = (0..self.lines.len()).filter(|&row| keep(self, row));
+        let kept: Vec<usize> = kept.collect();
         let width = self.columns.len();
-        let cells = kept
-            .iter()
-            .flat_map(|&row| &self.numbers[row * width..(row + 1) * width]);
-        self.numbers = cells.copied().collect();
+        let cells = |&row: &usize| &self.numbers[row * width..(row + 1) * width];
+        self.numbers = kept.iter().flat_map(cells).copied().collect();
         // Without a column of words there are none.
-        let words = kept
-            .iter()
-            .filter_map(|&row| self.words.get_mut(row).map(std::mem::take));
-        self.words = words.collect();
+        let words = |&row: &usize| self.words.get_mut(row).map(std::mem::take);
+        self.words = kept.iter().filter_map(words).collect();
         self.lines = kept.iter().map(|&row| self.lines[row]).collect();
     }
 
@@ -242,7 +258,7 @@ impl Table {
 
     /// Checks the rows against the facts; of a part of them there is no hash. Of the last row digits
     /// may be missing, unless it `ended`.
-    pub(super) fn keeps_promises(
+    fn keeps_promises(
         &mut self,
         hash_key: &str,
         partial: bool,
@@ -288,7 +304,7 @@ impl Table {
     }
 
     /// Names the columns, each once and each known.
-    pub(super) fn name_columns(
+    fn name_columns(
         &mut self,
         labels: Vec<String>,
         line: usize,
@@ -296,16 +312,15 @@ impl Table {
         allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
     ) -> Result<(), FileError> {
         self.drop_foreign_facts();
-        let ours = conventions.our_names(&labels);
+        let named = conventions.our_names(&labels);
         (self.labels, self.head) = (labels, line);
-        let ours: Vec<NamedColumn> = ours.map_err(|message| self.error(line, message))?;
-        self.unsaid = (ours.iter().enumerate())
-            .filter_map(|(i, column)| Some((i, column.unsaid?)))
-            .collect();
-        self.factors = ours.iter().map(|column| column.factor).collect();
-        let given: Vec<bool> = ours.iter().map(|column| column.is_given).collect();
+        self.named = named.map_err(|message| self.error(line, message))?;
         // What is allowed may depend on what there is.
-        self.columns = ours.into_iter().map(|column| column.name).collect();
+        self.columns = self
+            .named
+            .iter()
+            .map(|column| column.name.clone())
+            .collect();
         let known = allowed(self)?;
         // There may be as many as a line has room for.
         let names: FxHashSet<&str> = known.iter().map(String::as_str).collect();
@@ -321,10 +336,10 @@ impl Table {
                 }
                 continue;
             }
-            if conventions.columns.is_empty() || given[i] {
-                let column = if given[i] { column } else { &self.labels[i] };
-                let message = self.unknown(column, &known);
-                return Err(self.error(line, message));
+            let is_given = self.named[i].is_given;
+            if conventions.columns.is_empty() || is_given {
+                let column = if is_given { column } else { &self.labels[i] };
+                return Err(self.error(line, self.unknown(column, &known)));
             }
             over.push(i);
         }
@@ -359,22 +374,18 @@ impl Table {
     }
 
     /// Finds the units that nothing names in the numbers, and brings all numbers to ours.
-    pub(super) fn settle_units(&mut self) -> Result<(), FileError> {
+    fn settle_units(&mut self) -> Result<(), FileError> {
         for unsaid in [Unsaid::Angle, Unsaid::Wavelength] {
-            let of = self.unsaid.iter().filter(|(_, kind)| *kind == unsaid);
-            let columns: Vec<usize> = of.map(|(i, _)| *i).collect();
-            let rows = 0..self.lines.len();
-            let cells = rows.flat_map(|row| columns.iter().map(move |&d| (row, d)));
-            let numbers = cells
-                .filter_map(|(row, d)| self.number(row, d))
-                .map(f64::abs);
-            let (least, most) = numbers
-                .fold((f64::INFINITY, 0.0), |(least, most): (f64, f64), x| {
-                    (least.min(x), most.max(x))
-                });
+            let is_of = |d: &usize| self.named[*d].unsaid == Some(unsaid);
+            let columns: Vec<usize> = (0..self.named.len()).filter(is_of).collect();
             let Some(&first) = columns.first() else {
                 continue;
             };
+            let (table, rows) = (&*self, 0..self.lines.len());
+            let cells = rows.flat_map(|row| columns.iter().map(move |&d| table.number(row, d)));
+            let numbers = cells.flatten().map(f64::abs);
+            let least = numbers.clone().fold(f64::INFINITY, f64::min);
+            let most = numbers.fold(0.0, f64::max);
             let Some((unit, factor)) = unsaid.unit([least, most]) else {
                 let message = unsaid.refuse(&self.label(first));
                 return Err(self.error(self.head, message));
@@ -384,11 +395,13 @@ impl Table {
                 "no unit of {} is named: taken for {unit}, as the numbers can be nothing else",
                 labels.join(", ")
             ));
-            columns.iter().for_each(|&d| self.factors[d] = factor);
+            columns.iter().for_each(|&d| self.named[d].factor = factor);
         }
-        let width = self.columns.len();
-        for (d, &factor) in self.factors.iter().enumerate().filter(|(_, f)| **f != 1.0) {
-            for number in self.numbers.iter_mut().skip(d).step_by(width) {
+        for (d, NamedColumn { factor, .. }) in self.named.iter().enumerate() {
+            if *factor == 1.0 {
+                continue;
+            }
+            for number in self.numbers.iter_mut().skip(d).step_by(self.named.len()) {
                 // Digits beyond those of the file are rounding.
                 *number = (*number * factor * 1e9).round() / 1e9;
             }
@@ -396,7 +409,7 @@ impl Table {
         Ok(())
     }
 
-    pub(super) fn read_csv(
+    fn read_csv(
         &mut self,
         text: &str,
         conventions: &Conventions,
@@ -416,20 +429,13 @@ impl Table {
                 name_columns(self, head.labels.clone(), line)?;
             }
             if let Some(comment) = head::comment(content) {
-                // A comment written by a spreadsheet, which quotes cells that contain a separator.
-                let quoted = content.starts_with('"');
-                let comment = match quoted {
-                    true => comment.trim_end_matches([',', ';', '\t']),
-                    false => comment,
-                };
-                let comment = comment
-                    .strip_suffix('"')
-                    .filter(|_| quoted)
-                    .unwrap_or(comment);
-                match line == head.line {
-                    true => {}
-                    false if quoted => self.read_fact(&comment.replace("\"\"", "\""), line)?,
-                    false => self.read_fact(comment, line)?,
+                if line != head.line && content.starts_with('"') {
+                    // Written by a spreadsheet, which quotes cells that contain a separator.
+                    let comment = comment.trim_end_matches([',', ';', '\t']);
+                    let comment = comment.strip_suffix('"').unwrap_or(comment);
+                    self.read_fact(&comment.replace("\"\"", "\""), line);
+                } else if line != head.line {
+                    self.read_fact(comment, line);
                 }
                 continue;
             }
@@ -440,8 +446,7 @@ impl Table {
             if line <= head.last || head::is_empty(content) || of_head.contains(&content) {
                 continue;
             }
-            let unclosed =
-                || FileError::on_line(&self.name, line, "a quote is not closed").cut_if(true);
+            let unclosed = || self.error(line, "a quote is not closed").cut_if(true);
             let cells = cells.split(content).ok_or_else(unclosed)?;
             let (found, expected) = (cells.len(), self.columns.len());
             if found != expected {
@@ -490,30 +495,23 @@ impl Table {
     }
 
     /// A comment that is `key = value` is a fact; every other one is prose.
-    fn read_fact(&mut self, comment: &str, line: usize) -> Result<(), FileError> {
+    fn read_fact(&mut self, comment: &str, line: usize) {
         let is_key = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-        let parts = comment
-            .split_once('=')
-            .map(|(key, value)| (key.trim(), value));
-        let parts = parts.filter(|(key, _)| !key.is_empty() && key.chars().all(is_key));
-        let Some((key, value)) = parts else {
+        let (key, value) = comment.split_once('=').unwrap_or_default();
+        let key = key.trim();
+        if key.is_empty() || !key.chars().all(is_key) {
             self.prose += 1;
-            return Ok(());
-        };
-        let value = value.trim();
+            return;
+        }
         // Spreadsheets pad short lines to the width of the table.
-        let value = value.trim_end_matches([',', ';', '\t']);
+        let value = value.trim().trim_end_matches([',', ';', '\t']);
         let value = match serde_json::from_str(value) {
             Ok(value) => value,
             // Names as people write them.
             Err(_) if ["material", "instrument"].contains(&key) => value.into(),
-            Err(_) => {
-                self.others.push((excerpt(key).into_owned(), line));
-                return Ok(());
-            }
+            Err(_) => return self.others.push((excerpt(key).into_owned(), line)),
         };
         self.facts.insert(key.into(), value);
         self.fact_lines.push((key.into(), line));
-        Ok(())
     }
 }

@@ -1,7 +1,6 @@
 //! Writing of tables.
 
-use super::super::format::ScheduleFormat;
-use super::{RowHash, WHOLE};
+use super::{RowHash, ScheduleFormat, WHOLE};
 use serde_json::{Map, Value, json};
 use std::io::{self, Write};
 
