@@ -25,12 +25,8 @@ fn were_read(rows: usize) -> String {
 /// [`Error::Data`] if it cannot be read, or holds something else.
 pub fn load_readings(path: &Path, assume: &Assume) -> Result<Readings, Error> {
     let (text, read) = READ_READINGS.open(path)?;
-    Ok(read_readings(
-        read,
-        &text,
-        &path.display().to_string(),
-        assume,
-    )?)
+    let name = path.display().to_string();
+    Ok(read_readings(read, &text, &name, assume)?)
 }
 
 /// Reads files of one material, at least one; `see` is shown each. Of several those whose content cannot be read are left out:
@@ -73,7 +69,14 @@ pub fn load_all_readings(
     match all {
         Some((_, mut all)) => {
             if paths.len() > 1 {
-                all = all.merged();
+                let (measurement, folded) = all.measurement.merged();
+                all.measurement = measurement;
+                if folded.dropped() > 0 {
+                    let poses = count(folded.dropped(), "pose");
+                    let note = format!("{poses} averaged with those of files before");
+                    all.notes.push(note);
+                }
+                all.warnings.extend(folded.warning());
             }
             all.lost += failed.len();
             let sentences = failed.iter().map(|e| format!("{e}; the file is left out"));
@@ -88,20 +91,6 @@ pub fn load_all_readings(
 }
 
 impl Readings {
-    /// Those of several files with each configuration once.
-    fn merged(mut self) -> Self {
-        let (measurement, folded) = self.measurement.merged();
-        self.measurement = measurement;
-        if folded.dropped() > 0 {
-            self.notes.push(format!(
-                "{} averaged with those of files before",
-                count(folded.dropped(), "pose")
-            ));
-        }
-        self.warnings.extend(folded.warning());
-        self
-    }
-
     /// Those of another file after these; the files of both.
     fn with(
         mut self,
@@ -109,12 +98,10 @@ impl Readings {
         [first, path]: [&Path; 2],
         assume: &Assume,
     ) -> Result<Self, Error> {
-        for (what, [one, other]) in [
-            ("material", [&self.about.material, &further.about.material]),
-            (
-                "instrument",
-                [&self.about.instrument, &further.about.instrument],
-            ),
+        let (about, more) = (&self.about, &further.about);
+        for (what, one, other) in [
+            ("material", &about.material, &more.material),
+            ("instrument", &about.instrument, &more.instrument),
         ] {
             if let (Some(one), Some(other)) = (one, other)
                 && one != other
@@ -145,11 +132,9 @@ impl Readings {
             is_bare: self.about.is_bare && further.about.is_bare,
             ..About::default()
         };
-        for key in further.unread {
-            if !self.unread.contains(&key) {
-                self.unread.push(key);
-            }
-        }
+        let is_new = |key: &String| !self.unread.contains(key);
+        let unread: Vec<String> = further.unread.into_iter().filter(is_new).collect();
+        self.unread.extend(unread);
         self.notes.extend(further.notes);
         self.warnings.extend(further.warnings);
         self.rows += further.rows;
@@ -201,13 +186,12 @@ pub fn read_readings(
     let read_part = match read(part, name, assume) {
         Err(e) if is_last(&e, part) => {
             let (before, line) = without_last_line(part);
-            left_out = format!(
-                ", line {line} is left out{}",
-                match ended {
-                    true => "",
-                    false => ", and the next one, which has no end",
-                }
-            );
+            let next = if ended {
+                ""
+            } else {
+                ", and the next one, which has no end"
+            };
+            left_out = format!(", line {line} is left out{next}");
             read(before, name, assume)
         }
         result => result,

@@ -168,16 +168,15 @@ struct Header {
 /// One sentence with the line: a header that lacks a line or holds an unsupported value, a row with
 /// another number of cells, or with one that is no finite number or no reading.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
-    refuse_columns("an ALTA file", name, &assume.conventions)?;
     let conventions = &assume.conventions;
+    refuse_columns("an ALTA file", name, conventions, None)?;
     let header = Header::read(text, name, conventions)?;
     let (input, dimension, fixes_sample, inverse) = header.input;
     let n = header.channels.count();
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
     let mut rows = Rows::new(name);
     let mut beyond_turn = false;
-    for (i, line) in text.lines().enumerate() {
-        let content = line.trim();
+    for (line, content) in (1..).zip(text.lines().map(str::trim)) {
         if let Some(comment) = content.strip_prefix('#') {
             let key = comment.split_whitespace().next().unwrap_or_default();
             if !KEYS.contains(&key) {
@@ -188,14 +187,14 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
         if content.is_empty() {
             continue;
         }
-        let cells = header.row(content, name, i + 1)?;
+        let cells = header.row(content, name, line)?;
+        let refuse = |message: String| FileError::on_line(name, line, message);
         let [light, view] = match inverse {
             Vectors(of) => of(&cells[..dimension]),
             Angles(of) => {
-                beyond_turn |= cells[..dimension]
-                    .iter()
-                    .any(|angle| angle.abs() > 4.0 * PI);
-                let [theta_l, phi_l, theta_v, phi_v] = of(&cells[..dimension]);
+                let angles = &cells[..dimension];
+                beyond_turn |= angles.iter().any(|angle| angle.abs() > 4.0 * PI);
+                let [theta_l, phi_l, theta_v, phi_v] = of(angles);
                 let turned = azimuth.about_axis(!fixes_sample, PI, [phi_l, phi_v]);
                 [unit(theta_l, turned[0]), unit(theta_v, turned[1])]
             }
@@ -203,43 +202,36 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
         if input == CARTESIAN {
             for v in [light, view] {
                 if (v.length() - 1.0).abs() > LENGTH_SLACK {
-                    let message = format!("a direction of length {}: allowed is 1", v.length());
-                    return Err(FileError::on_line(name, i + 1, message));
+                    let length = v.length();
+                    return Err(refuse(format!(
+                        "a direction of length {length}: allowed is 1"
+                    )));
                 }
             }
         }
+        let (values, intervals) = cells[dimension..].split_at(n);
+        let intervals = intervals.chunks(header.intervals.max(1));
+        let mut radii = Vec::new();
+        for (value, interval) in values.iter().zip(intervals) {
+            radii.push(match *interval {
+                [least, most] if least <= *value && *value <= most => 0.5 * (most - least),
+                [least, most] => {
+                    return Err(refuse(format!(
+                        "an interval from {least} to {most} of the value {value}: allowed are ends around it, the lesser first"
+                    )));
+                }
+                [radius] if radius >= 0.0 => radius,
+                _ => {
+                    let radius = interval[0];
+                    return Err(refuse(format!(
+                        "an interval of radius {radius}: allowed is a number from 0"
+                    )));
+                }
+            });
+        }
         // One radius stands for all values.
-        let interval = &cells[dimension + n..];
-        let radii: Vec<f64> = match header.intervals {
-            0 => Vec::new(),
-            each => {
-                let intervals: Vec<&[f64]> = interval.chunks(each).collect();
-                let radius = |c: usize| match intervals[c.min(intervals.len() - 1)] {
-                    [least, largest] => 0.5 * (largest - least),
-                    radius => radius[0],
-                };
-                (0..n).map(radius).collect()
-            }
-        };
-        if let (2, Some((value, ends))) = (
-            header.intervals,
-            cells[dimension..].iter().zip(interval.chunks(2)).take(n).find(|(value, ends)| {
-                !matches!(ends, [least, largest] if least <= *value && *value <= largest)
-            }),
-        ) {
-            let message = format!(
-                "an interval from {} to {} of the value {value}: allowed are ends around it, the lesser first",
-                ends[0],
-                ends[ends.len() - 1]
-            );
-            return Err(FileError::on_line(name, i + 1, message));
-        }
-        if let Some(radius) = radii.iter().find(|r| **r < 0.0) {
-            let message = format!("an interval of radius {radius}: allowed is a number from 0");
-            return Err(FileError::on_line(name, i + 1, message));
-        }
-        let values = &cells[dimension..dimension + n];
-        rows.push(i + 1, [light, view], header.quantity, values, &radii)?;
+        let radii: Vec<f64> = radii.into_iter().cycle().take(n).collect();
+        rows.push(line, [light, view], header.quantity, values, &radii)?;
     }
     let below = rows.below_horizon;
     let has_azimuths = matches!(inverse, Angles(_));
@@ -276,12 +268,10 @@ fn wavelengths(words: &[&str], name: &str, line: usize) -> Result<Wavelengths, F
 impl Header {
     fn read(text: &str, name: &str, conventions: &Conventions) -> Result<Self, FileError> {
         let fact = |key: &str| {
-            let lines = text.lines().enumerate();
-            let mut found = lines.filter_map(|(i, line)| {
-                let mut words = line.strip_prefix('#')?.split_whitespace();
-                (words.next()? == key).then(|| (i + 1, words.collect::<Vec<_>>()))
-            });
-            found.next()
+            (1..).zip(text.lines()).find_map(|(line, content)| {
+                let mut words = content.strip_prefix('#')?.split_whitespace();
+                (words.next()? == key).then(|| (line, words.collect::<Vec<_>>()))
+            })
         };
         let needed = |key: &str| {
             let missing = || FileError::whole(name, format!("the line #{key} is missing"));
@@ -296,7 +286,6 @@ impl Header {
             return Err(refuse("FORMAT", &fact, "is text".into()));
         }
         let param_in = needed("PARAM_IN")?;
-        let line = param_in.0;
         let Some(input) = INPUTS.into_iter().find(|input| param_in.1 == [input.0]) else {
             let allowed = format!("are {}", INPUTS.map(|input| input.0).join(", "));
             return Err(refuse("PARAM_IN", &param_in, allowed));
@@ -306,7 +295,7 @@ impl Header {
                 "--azimuth: #PARAM_IN {} has no azimuths of its own",
                 input.0
             );
-            return Err(FileError::on_line(name, line, message));
+            return Err(FileError::on_line(name, param_in.0, message));
         }
         let said = fact("PARAM_OUT").filter(|(_, words)| *words != [UNKNOWN_OUTPUT]);
         let output = match (&said, conventions.quantity) {

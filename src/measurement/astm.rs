@@ -19,7 +19,7 @@ use super::{About, Measurement, Readings};
 use crate::brdf::{Channels, Wavelengths};
 use crate::error::{excerpt, printable};
 use crate::geometry::Direction;
-use crate::schedule::{AngleUnit, Assume, Azimuth, Conventions, FileError, Quantity, Sequence};
+use crate::schedule::{AngleUnit, Assume, Azimuth, FileError, Quantity, Sequence};
 use std::f64::consts::PI;
 use std::io::{self, Write};
 
@@ -49,11 +49,9 @@ fn after<'t>(line: &'t str, key: &str) -> Option<&'t str> {
 
 /// True if a text has the header of such a file.
 pub(crate) fn is_astm(text: &str) -> bool {
-    let mut names = text
-        .lines()
-        .take(HEADER)
-        .filter_map(|line| after(line, VARS));
-    names.any(|names| names.split(',').any(|name| name.trim() == ANGLES[0]))
+    let mut header = text.lines().take(HEADER);
+    let has_angle = |names: &str| names.split(',').any(|name| name.trim() == ANGLES[0]);
+    header.any(|line| after(line, VARS).is_some_and(has_angle))
 }
 
 /// The columns.
@@ -125,18 +123,11 @@ impl Columns {
 /// cells, or with one that is no finite number or no reading, another number of rows than promised.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
     let conventions = &assume.conventions;
-    let said = Conventions {
-        angles: None,
-        ..conventions.clone()
-    };
-    refuse_columns("ASTM text", name, &said)?;
+    refuse_columns("ASTM text", name, conventions, Some("--angles"))?;
     let unit = conventions.angles.unwrap_or(AngleUnit::Radians);
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
     let quantity = conventions.quantity.unwrap_or(Quantity::Brdf);
-    let mut lines = text
-        .lines()
-        .enumerate()
-        .map(|(i, line)| (i + 1, line.trim()));
+    let mut lines = (1..).zip(text.lines().map(str::trim));
     let mut points = None;
     let mut rows = Rows::new(name);
     let columns = loop {
@@ -154,11 +145,10 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
             }
         }
         if let Some(number) = after(content, POINTS) {
-            let refused = || {
+            points = Some(number.parse::<usize>().map_err(|_| {
                 let message = format!("{POINTS} {}: allowed is a whole number", excerpt(number));
                 FileError::on_line(name, line, message)
-            };
-            points = Some(number.parse::<usize>().map_err(|_| refused())?);
+            })?);
         }
         if let Some(names) = after(content, VARS) {
             break Columns::read(names, name, line)?;
@@ -168,23 +158,18 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
     let mut found = 0;
     let mut values = vec![0.0; columns.values.len()];
     for (line, content) in lines.filter(|(_, content)| !content.is_empty()) {
-        let words = content
-            .split([',', ' ', '\t'])
-            .filter(|word| !word.is_empty());
+        let words = content.split([',', ' ', '\t']);
+        let words = words.filter(|word| !word.is_empty());
         let asks = format!("{VARS} names");
         let cells = numbers(words, name, line, &asks, &[columns.count])?;
         found += 1;
         let angles = columns.angles.map(|at| at.map_or(0.0, |at| cells[at]));
-        let [theta_i, phi_i, theta_s, phi_s] = angles.map(|angle| match unit {
+        let radians = angles.map(|angle| match unit {
             AngleUnit::Radians => angle,
             AngleUnit::Degrees => angle.to_radians(),
         });
-        for (at, angle) in [theta_i, phi_i, theta_s, phi_s].into_iter().enumerate() {
-            let [most, turns] = match at % 2 {
-                0 => [PI + SLACK, 0.5],
-                _ => [4.0 * PI + SLACK, 2.0],
-            };
-            if angle.abs() > most {
+        for (at, turns) in [0.5, 2.0, 0.5, 2.0].into_iter().enumerate() {
+            if radians[at].abs() > turns * 2.0 * PI + SLACK {
                 let message = format!(
                     "{} = {}: allowed are at most {turns} turns, in radians, or in degrees with --angles deg",
                     ANGLES[at], angles[at]
@@ -192,6 +177,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
                 return Err(FileError::on_line(name, line, message));
             }
         }
+        let [theta_i, phi_i, theta_s, phi_s] = radians;
         let turned = azimuth.about_axis(false, PI, [phi_i, phi_s]);
         let light = Direction::from_spherical(theta_i, turned[0]).vector();
         let view = Direction::from_spherical(theta_s, turned[1]).vector();

@@ -3,7 +3,7 @@
 //! `data` holds arrays of one number a reading: `theta_i`, `phi_i`, `theta_r`, `phi_r` (deg, ° or rad), `BRDF` (1/sr) and, if there
 //! are such, its standard uncertainty `uBRDF` (1/sr or %), `wavelength_i` (nm or μm) and `polarization_i` (s and p, or Stokes vectors
 //! whose second component is 1 of s). One uncertainty of all stands in `BRDF.uncertainty`. Azimuths count from a mark on the sample.
-//! Of readings in s and in p polarised light the mean is read, or one of them ([`Conventions::polarisation`]).
+//! Of readings in s and in p polarised light the mean is read, or one of them ([`crate::schedule::Conventions::polarisation`]).
 //!
 //! `metadata` and what `data` says beside numbers is kept in the header of our own files, and written again. Where there is none,
 //! a file that is written says of each required key that it is not known.
@@ -13,7 +13,7 @@ use super::scattered::refuse_columns;
 use super::{About, Measurement, Readings};
 use crate::error::{count, excerpt};
 use crate::schedule::names;
-use crate::schedule::{Assume, Conventions, FileError, Polarisation, Sequence, UncertaintyUnit};
+use crate::schedule::{Assume, FileError, Polarisation, Sequence, UncertaintyUnit};
 use rustc_hash::FxHashMap;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -93,11 +93,8 @@ impl State {
 
 /// True of a text of one JSON object with `metadata` and `data`.
 pub(crate) fn is_bird(text: &str) -> bool {
-    let head: String = text
-        .chars()
-        .take(1 << 10)
-        .filter(|c| !c.is_whitespace())
-        .collect();
+    let head = text.chars().take(1 << 10);
+    let head: String = head.filter(|c| !c.is_whitespace()).collect();
     let has = |key: &str| head.contains(&format!("\"{key}\":{{"));
     head.starts_with('{') && (has("metadata") || has("data"))
 }
@@ -117,30 +114,22 @@ struct Long {
 /// One sentence: no JSON, a key that is missing or has another type, arrays of different lengths, a state of polarisation that is neither
 /// s nor p, and those of [`read_measurement`] with the place in the arrays.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
-    // Those of s and of p are there.
-    let others = Conventions {
-        polarisation: None,
-        ..assume.conventions.clone()
-    };
-    refuse_columns("the BiRD format", name, &others)?;
+    let conventions = &assume.conventions;
+    refuse_columns("the BiRD format", name, conventions, Some("--polarisation"))?;
     let refuse = |message: String| FileError::whole(name, message);
     let mut file: Map<String, Value> = serde_json::from_str(text).map_err(|e| {
         let is_cut = e.is_eof();
         FileError::on_line(name, e.line(), format!("this is no JSON: {e}")).cut_if(is_cut)
     })?;
     let Some(Value::Object(mut data)) = file.remove("data") else {
-        return Err(refuse(
-            "data is missing: an object of arrays of numbers".into(),
-        ));
+        let message = "data is missing: an object of arrays of numbers";
+        return Err(refuse(message.into()));
     };
-    let long = long_form(&data, assume.conventions.polarisation).map_err(refuse)?;
-    let assume = Assume {
-        conventions: Conventions {
-            uncertainties: Some(long.unit),
-            ..others
-        },
-        ..assume.clone()
-    };
+    let long = long_form(&data, conventions.polarisation).map_err(refuse)?;
+    let mut assume = assume.clone();
+    // Those of s and of p are read already.
+    assume.conventions.polarisation = None;
+    assume.conventions.uncertainties = Some(long.unit);
     let mut readings = read_measurement(&long.text, name, &assume).map_err(|e| match e.line {
         // Rows of the table are places of the arrays.
         Some(line) => refuse(format!("reading {}: {}", line - 1, e.message)),
@@ -165,29 +154,20 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
         place.line = 0;
     }
     let metadata = file.remove("metadata").unwrap_or_default();
-    let text_of = |path: &str| {
-        metadata
-            .pointer(path)
-            .and_then(Value::as_str)
-            .map(String::from)
-    };
+    let text_of = |path: &str| Some(metadata.pointer(path)?.as_str()?.to_owned());
     readings.about.material = text_of("/sample/name");
     readings.about.instrument = text_of("/instrumentation/name");
     if metadata.pointer("/sample/properties_symmetry") == Some(&json!("isotropic")) {
-        readings
-            .notes
-            .push("the sample is called isotropic: --symmetry says so".into());
+        let note = "the sample is called isotropic: --symmetry says so";
+        readings.notes.push(note.into());
     }
     for variable in data.values_mut() {
         if let Value::Object(variable) = variable {
             variable.remove("values");
         }
     }
-    readings.unread = data
-        .remove("adhoc_variables")
-        .map(|_| "adhoc_variables".to_owned())
-        .into_iter()
-        .collect();
+    let unread = data.remove_entry("adhoc_variables");
+    readings.unread = unread.into_iter().map(|(key, _)| key).collect();
     readings.about.foreign_header = Some(json!({ "metadata": metadata, "data": data }));
     Ok(readings)
 }
@@ -209,10 +189,8 @@ fn variable<T: for<'de> Deserialize<'de>>(
     data: &Map<String, Value>,
     key: &str,
 ) -> Result<Option<T>, String> {
-    let value = data
-        .get(key)
-        .map(|value| T::deserialize(value).map_err(|e| format!("data.{key}: {e}")));
-    value.transpose()
+    let value = data.get(key).map(T::deserialize).transpose();
+    value.map_err(|e| format!("data.{key}: {e}"))
 }
 
 /// Refuses an array of another length than that of f_r.
@@ -290,24 +268,20 @@ fn long_form(
         ));
     }
     let mut text: String = columns.iter().map(|(name, _)| name.clone() + ",").collect();
-    text += if uncertainties.is_some() {
-        "value,uncertainty\n"
-    } else {
-        "value\n"
+    text += match uncertainties {
+        Some(_) => "value,uncertainty\n",
+        None => "value\n",
     };
     let mut push = |row: usize, value: Option<[f64; 2]>| {
         for (_, column) in &columns {
             let _ = write!(text, "{},", column[row]);
         }
-        if let Some([value, _]) = value {
-            let _ = write!(text, "{value}");
-        }
-        if let (Some(_), Some([_, u])) = (&uncertainties, value) {
-            let _ = write!(text, ",{u}");
-        } else if uncertainties.is_some() {
-            text.push(',');
-        }
-        text.push('\n');
+        let _ = match (value, &uncertainties) {
+            (Some([value, u]), Some(_)) => writeln!(text, "{value},{u}"),
+            (Some([value, _]), None) => writeln!(text, "{value}"),
+            (None, Some(_)) => writeln!(text, ","),
+            (None, None) => writeln!(text),
+        };
     };
     let reading = |row: usize| {
         let u = uncertainties.as_ref().map_or(0.0, |u| u[row]);
@@ -353,13 +327,11 @@ fn long_form(
         // What both share is as large in their mean. In percent it is that of the mean of the values.
         let mean = |[s, p]: [[f64; 2]; 2]| {
             let value = 0.5 * (s[0] + p[0]);
-            let u = match unit {
-                UncertaintyUnit::Percent if value != 0.0 => {
-                    0.5 * (s[0] * s[1] + p[0] * p[1]) / value
-                }
-                _ => 0.5 * (s[1] + p[1]),
+            let shared = match unit {
+                UncertaintyUnit::Percent if value != 0.0 => (s[0] * s[1] + p[0] * p[1]) / value,
+                _ => s[1] + p[1],
             };
-            [value, u]
+            [value, 0.5 * shared]
         };
         let value = match which {
             Polarisation::S => s,
@@ -369,12 +341,11 @@ fn long_form(
         single += usize::from(value.is_none());
         push(row, value);
     }
-    let note = Some(which.note());
     Ok(Long {
         text,
         single,
         unit,
-        note,
+        note: Some(which.note()),
     })
 }
 
@@ -400,12 +371,8 @@ fn states(
             )
         })
     };
-    values
-        .iter()
-        .enumerate()
-        .map(state)
-        .collect::<Result<Vec<_>, _>>()
-        .map(Some)
+    let all = values.iter().enumerate().map(state);
+    Ok(Some(all.collect::<Result<_, _>>()?))
 }
 
 /// What is required and not known.
@@ -467,10 +434,9 @@ pub fn write(
         for (c, value) in reading.iter().enumerate() {
             let azimuth = |phi: f64| phi.rem_euclid(360.0);
             let all = [i[0], azimuth(i[1]), o[0], azimuth(o[1])];
-            angles
-                .iter_mut()
-                .zip(all)
-                .for_each(|(to, angle)| to.push(angle));
+            for (to, angle) in angles.iter_mut().zip(all) {
+                to.push(angle);
+            }
             wavelengths.extend(nm.get(c));
             values.push(value.max(0.0));
             if let Some(details) = &measurement.details {

@@ -37,18 +37,11 @@ pub(super) fn derive(
     conventions: &Conventions,
 ) -> Result<Option<Quantity>, FileError> {
     // What is a value already is read, unless one polarisation is asked for.
-    let there: Vec<usize> = (0..table.columns.len())
-        .filter(|&d| {
-            [VALUE, VALUE_COS]
-                .iter()
-                .any(|family| is_of(&table.columns[d], family))
-        })
-        .collect();
-    let raw = POLARISED
-        .iter()
-        .chain(&COUNTS)
-        .filter_map(|name| table.column(name));
-    let raw: Vec<usize> = raw.collect();
+    let is_value = |column: &str| is_of(column, VALUE) || is_of(column, VALUE_COS);
+    let there = (0..table.columns.len()).filter(|&d| is_value(&table.columns[d]));
+    let there: Vec<usize> = there.collect();
+    let raw = POLARISED.iter().chain(&COUNTS);
+    let raw: Vec<usize> = raw.filter_map(|name| table.column(name)).collect();
     let both: Option<Vec<usize>> = POLARISED.iter().map(|name| table.column(name)).collect();
     let which = conventions.polarisation;
     if !there.is_empty() && (both.is_none() || which.is_none()) {
@@ -65,14 +58,9 @@ pub(super) fn derive(
         match which {
             Polarisation::Mean => table.combine(&both, VALUE, other, |v| 0.5 * (v[0] + v[1])),
             one => {
-                let [s, p] = [both[0], both[1]];
-                let [read, passed] = if one == Polarisation::S {
-                    [s, p]
-                } else {
-                    [p, s]
-                };
-                table.pass_over(passed);
-                table.combine(&[read], VALUE, other, |v| v[0]);
+                let read = usize::from(one == Polarisation::P);
+                table.pass_over(both[1 - read]);
+                table.combine(&[both[read]], VALUE, other, |v| v[0]);
             }
         }
         table.notes.push(which.note());
@@ -96,11 +84,12 @@ pub(super) fn derive(
         true => f64::NAN,
         false => (n[0] - n.get(2).copied().unwrap_or(0.0)) / n[1],
     });
-    let what = "values are (signal - dark) / reference, and f_r is that over cos theta_o";
-    table.notes.push(match conventions.quantity {
-        None => what.into(),
-        Some(_) => "values are (signal - dark) / reference".into(),
-    });
+    let over = match conventions.quantity {
+        None => ", and f_r is that over cos theta_o",
+        Some(_) => "",
+    };
+    let note = format!("values are (signal - dark) / reference{over}");
+    table.notes.push(note);
     Ok(Some(Quantity::BrdfCosine))
 }
 
@@ -253,10 +242,8 @@ impl ValueColumns {
         let wavelength = table.column(WAVELENGTH);
         if let Some(column) = wavelength {
             if values.len() != 1 || channels != Channels::Luminance {
-                let message = format!(
-                    "column {WAVELENGTH} goes with one column of values; allowed: {family}"
-                );
-                return Err(refuse(message));
+                let what = format!("column {WAVELENGTH} goes with one column of values");
+                return Err(refuse(format!("{what}; allowed: {family}")));
             }
             channels = Channels::Wavelengths(row_wavelengths(table, column)?);
         }
@@ -428,12 +415,10 @@ fn row_wavelengths(table: &Table, column: usize) -> Result<Wavelengths, FileErro
         let at = nm.partition_point(|w| *w < value);
         if nm.get(at) != Some(&value) {
             nm.insert(at, value);
-            let refused = |e| {
-                table
-                    .row_error(row, format!("{name} = {value} cannot be"))
-                    .because(e)
-            };
-            all = Some(Wavelengths::new(&nm).map_err(refused)?);
+            all = Some(Wavelengths::new(&nm).map_err(|e| {
+                let message = format!("{name} = {value} cannot be");
+                table.row_error(row, message).because(e)
+            })?);
         }
     }
     all.ok_or_else(|| FileError::whole(&table.name, "there is no row"))

@@ -16,12 +16,9 @@ pub(super) fn seem_elevations(measurement: &Measurement, at_horizon: usize) -> O
     let least = lights.fold(f64::INFINITY, f64::min);
     (least > NORMAL).then(|| {
         format!(
-            "{} 90°, where it lights nothing, and in none it is at the normal, as if angles were counted from the surface, \
-             which --elevation takes into account",
-            match at_horizon {
-                1 => "in 1 row the light is at".into(),
-                rows => format!("in {rows} rows the light is at"),
-            }
+            "in {} the light is at 90°, where it lights nothing, and in none it is at the normal, as if angles were counted \
+             from the surface, which --elevation takes into account",
+            count(at_horizon, "row")
         )
     })
 }
@@ -56,21 +53,15 @@ const SATURATED: usize = 4;
 /// other values are far from 0.
 pub(super) fn seem_no_readings(measurement: &Measurement) -> Vec<String> {
     let channels = 0..measurement.channels.count();
-    let mut doubts = channels
-        .flat_map(|c| seem_no_readings_of(measurement, c))
-        .collect::<Vec<_>>();
-    doubts.sort();
-    doubts.dedup();
-    doubts
+    let doubts = channels.flat_map(|c| seem_no_readings_of(measurement, c));
+    BTreeSet::from_iter(doubts).into_iter().collect()
 }
 
 /// Those of a channel.
 fn seem_no_readings_of(measurement: &Measurement, channel: usize) -> Vec<String> {
     let value = |i: usize| measurement.value(i).map(|v| v[channel]);
-    let read: Vec<usize> = (0..measurement.outcomes.len())
-        .filter(|i| value(*i).is_some())
-        .collect();
-    let mut values: Vec<f64> = read.iter().filter_map(|i| value(*i)).collect();
+    let poses = 0..measurement.outcomes.len();
+    let mut values: Vec<f64> = poses.clone().filter_map(value).collect();
     let mut doubts = Vec::new();
     if values.len() < FEWEST_DOUBTED {
         return doubts;
@@ -78,9 +69,9 @@ fn seem_no_readings_of(measurement: &Measurement, channel: usize) -> Vec<String>
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let middle = values.len() / 2;
     let (_, &mut median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    let equal = read.iter().filter(|i| value(**i) == Some(most));
-    let elevations = |i: &usize| {
-        let pair = &measurement.schedule.poses[*i].pair;
+    let equal = poses.filter(|i| value(*i) == Some(most));
+    let elevations = |i: usize| {
+        let pair = &measurement.schedule.poses[i].pair;
         [pair.omega_i, pair.omega_o].map(|d| d.theta().to_degrees().round() as i32)
     };
     let places: BTreeSet<[i32; 2]> = equal.clone().map(elevations).collect();
@@ -162,31 +153,5 @@ impl Negative {
             );
         }
         Some(text)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn marks_are_told_from_noise() {
-        let warning = |rows: &[[f64; 2]]| {
-            let mut negative = Negative::default();
-            for (i, row) in rows.iter().enumerate() {
-                negative.see(i + 1, || row.iter().copied());
-            }
-            negative.warning()
-        };
-        assert_eq!(warning(&[[0.0, 1.0], [-0.0, 0.0]]), None);
-        let one = warning(&[[0.0, 1.0], [-1.0, -1.0]]).unwrap();
-        assert_eq!(one, "the value of line 2 is below 0 and counts as 0");
-        let noise = warning(&[[-1e-3, 1.0], [0.0, 1.0], [-1.0, 2.0], [-1.0, -1.0]]).unwrap();
-        assert!(noise.starts_with("3 rows have values below 0") && noise.ends_with("line 1"));
-        let marks = warning(&[[0.0, 1.0], [-1.0, -1.0], [-1.0, -1.0], [-1.0, 0.5]]).unwrap();
-        assert!(
-            marks.contains("-1 in 2 of them may stand for no data"),
-            "{marks}"
-        );
     }
 }

@@ -37,7 +37,7 @@ use crate::error::{count, count_are, excerpt};
 use crate::schedule::arms::{Outside, take_incomplete, take_outside, unread_angles};
 use crate::schedule::export::{PoseRows, description};
 use crate::schedule::import::{Again, Rows, known_columns};
-use crate::schedule::table::{Cell, Column, Part, Sheet, Table, WORDS};
+use crate::schedule::table::{Cell, Column, Sheet, Table, WORDS};
 use crate::schedule::{Assume, FileError, ScheduleFormat, Sequence, Unreachable};
 use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
@@ -77,27 +77,22 @@ pub fn write_measurement(
         let value = move |row: usize| Some(measurement.value(poses[row])?[c]);
         columns.push(Column::new(name, meaning, value));
     }
-    let parts: [Part<[f64; 2]>; 3] = [
-        (
-            "standard uncertainty (k = 1) of the scatter, 1/sr",
-            |[a, _]| *a,
-        ),
-        (
-            "standard uncertainty (k = 1) readings share, 1/sr",
-            |[_, b]| *b,
-        ),
-        ("hypot of both, 1/sr", |[a, b]| a.hypot(*b)),
+    let scatter = "standard uncertainty (k = 1) of the scatter, 1/sr";
+    let shared = "standard uncertainty (k = 1) readings share, 1/sr";
+    let families: [(&str, &str, fn(f64, f64) -> f64); 3] = [
+        (TYPE_A, scatter, |a, _| a),
+        (TYPE_B, shared, |_, b| b),
+        (UNCERTAINTY, "hypot of both, 1/sr", f64::hypot),
     ];
-    let families = [TYPE_A, TYPE_B, UNCERTAINTY].into_iter().zip(parts);
     if let Some(details) = &measurement.details {
-        for (family, (meaning, of)) in families {
+        for (family, meaning, of) in families {
             for (c, name) in columns_of(family, channels).into_iter().enumerate() {
                 let uncertainty = move |row: usize| {
                     let pose = poses[row];
                     measurement.value(pose)?;
                     let at = pose * n + c;
                     // One of 0 is not known.
-                    Some(of(&[details.type_a[at], details.type_b[at]])).filter(|u| *u != 0.0)
+                    Some(of(details.type_a[at], details.type_b[at])).filter(|u| *u != 0.0)
                 };
                 columns.push(Column::new(name, meaning, uncertainty));
             }
@@ -137,15 +132,13 @@ fn half_angles(table: &Table) -> Result<[f64; 2], FileError> {
     let Some(both) = table.fact::<[f64; 2]>(HALF_ANGLES)? else {
         return Ok([0.0; 2]);
     };
-    match both.iter().all(|angle| (0.0..=WIDEST_DEG).contains(angle)) {
-        true => Ok(both),
-        false => {
-            let message = format!(
-                "{HALF_ANGLES} = {both:?}: allowed are two angles from 0 to {WIDEST_DEG}°, of source and sensor"
-            );
-            Err(table.fact_error(HALF_ANGLES, message))
-        }
+    if both.iter().all(|angle| (0.0..=WIDEST_DEG).contains(angle)) {
+        return Ok(both);
     }
+    let message = format!(
+        "{HALF_ANGLES} = {both:?}: allowed are two angles from 0 to {WIDEST_DEG}°, of source and sensor"
+    );
+    Err(table.fact_error(HALF_ANGLES, message))
 }
 
 /// The flags of a pose and the reason if it has no reading, joined by `;`.
@@ -174,10 +167,8 @@ fn parse_words(words: &str) -> Result<(Option<Outcome>, Flags), String> {
             flags = flags.with(*flag);
             continue;
         }
-        let reason = word
-            .strip_prefix(UNREACHABLE)
-            .and_then(Unreachable::of_label);
-        let found = match (word, reason) {
+        let label = word.strip_prefix(UNREACHABLE);
+        let found = match (word, label.and_then(Unreachable::of_label)) {
             (NO_DATA, _) => Outcome::NoData,
             (OCCLUDED, _) => Outcome::Unreachable(Unreachable::Occluded),
             (NOT_VISITED, _) => Outcome::NotVisited,
@@ -213,22 +204,17 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         known_columns(table, &assume.axes, &further)
     })?;
     let is_ours = is_ours(&table)?;
-    let unplaced = match is_ours {
-        true => 0,
-        false => take_incomplete(&mut table, &[WAVELENGTH]) + take_rare_wavelengths(&mut table),
-    };
-    if unplaced > 0 && table.lines.is_empty() {
-        return Err(FileError::whole(
-            name,
-            "no row has all of its angles and a wavelength",
-        ));
-    }
-    let outside = match is_ours {
-        true => Outside::default(),
-        false => take_outside(&mut table, conventions),
-    };
-    if outside.at_horizon > 0 && table.lines.is_empty() {
-        return Err(FileError::whole(name, "there is no row above the horizon"));
+    let (mut unplaced, mut outside) = (0, Outside::default());
+    if !is_ours {
+        unplaced = take_incomplete(&mut table, &[WAVELENGTH]) + take_rare_wavelengths(&mut table);
+        if unplaced > 0 && table.lines.is_empty() {
+            let message = "no row has all of its angles and a wavelength";
+            return Err(FileError::whole(name, message));
+        }
+        outside = take_outside(&mut table, conventions);
+        if outside.at_horizon > 0 && table.lines.is_empty() {
+            return Err(FileError::whole(name, "there is no row above the horizon"));
+        }
     }
     let derived = derive(&mut table, conventions)?;
     let rows = Rows::read(&table, conventions)?;
@@ -250,8 +236,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     let (schedule, order) = rows.schedule(&table, &kept, assume, MEASUREMENT_HASH)?;
     let mut pool = Pool::new(schedule.poses.len(), columns.channels.count());
     let mut negative = Negative::default();
-    let mut exact = 0;
-    let (mut incomplete, mut empty) = (0, 0);
+    let (mut incomplete, mut empty, mut exact) = (0, 0, 0);
     let stated = columns.stated(&table);
     for &(row, first) in &used {
         let pose = order[place[first]] as usize;
@@ -261,21 +246,21 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         })?;
         let pair = &rows.directions.pairs[row];
         let values = columns.read(&table, row, pair)?;
-        if values.is_none() && columns.cells(&table, row).next().is_some() {
-            if is_ours {
-                let message = "some of the values are empty or NaN; allowed: all or none";
-                return Err(table.row_error(row, message));
-            }
-            incomplete += 1;
-        } else if values.is_none() && reason.is_none() {
-            empty += columns.span(&table, row).len();
-        }
-        if values.is_some() {
-            negative.see(table.lines[row], || columns.cells(&table, row));
-        }
         let outcome = match (&values, reason) {
+            (None, _) if columns.cells(&table, row).next().is_some() => {
+                if is_ours {
+                    let message = "some of the values are empty or NaN; allowed: all or none";
+                    return Err(table.row_error(row, message));
+                }
+                incomplete += 1;
+                reason.unwrap_or(Outcome::NoData)
+            }
+            (None, Some(reason)) => reason,
+            (None, None) => {
+                empty += columns.span(&table, row).len();
+                Outcome::NoData
+            }
             (Some(_), None) => Outcome::Reading,
-            (None, reason) => reason.unwrap_or(Outcome::NoData),
             (Some(_), Some(_)) => {
                 let words = excerpt(table.words(row));
                 let message = format!("there is a value, and flags = {words:?} says there is none");
@@ -284,6 +269,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         };
         pool.see(pose, outcome, flags);
         if let Some(values) = values {
+            negative.see(table.lines[row], || columns.cells(&table, row));
             let [a, b] = columns.read_uncertainties(&table, row, pair)?;
             let states = |column: &usize| table.number(row, *column).is_some_and(|u| u > 0.0);
             exact += usize::from(!stated.iter().all(states));
@@ -308,10 +294,8 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         }
     }
     if incomplete > 0 && !pool.has_readings() {
-        return Err(FileError::whole(
-            name,
-            "no pose has a value in all channels",
-        ));
+        let message = "no pose has a value in all channels";
+        return Err(FileError::whole(name, message));
     }
     let averaged = pool.repeats() / columns.values.len();
     let detailed = columns.has_uncertainties();
@@ -333,20 +317,16 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     };
     let (measurement, folded) = measurement.merged();
     let mut notes = std::mem::take(&mut table.notes);
+    let mut ignored = table.passed_over();
     // Ours have coordinates that are called as an angle is.
-    let unread = match is_ours {
-        true => Vec::new(),
-        false => unread_angles(&table),
-    };
-    let columns: Vec<&str> = (table.passed_over().into_iter())
-        .chain(unread.iter().map(String::as_str))
-        .map(|name| match name {
-            "" => "one without a name",
-            name => name,
-        })
-        .collect();
-    if !columns.is_empty() {
-        notes.push(format!("ignored columns: {}", columns.join(", ")));
+    if !is_ours {
+        ignored.extend(unread_angles(&table));
+    }
+    for nameless in ignored.iter_mut().filter(|name| name.is_empty()) {
+        *nameless = "one without a name".into();
+    }
+    if !ignored.is_empty() {
+        notes.push(format!("ignored columns: {}", ignored.join(", ")));
     }
     let replaced = table.lines.len() - used.len();
     #[rustfmt::skip]
@@ -359,12 +339,10 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         (outside.at_horizon, "row", "with light or sensor at the horizon: passed over"),
         (outside.behind, "row", "with light or sensor behind the sample: passed over"),
     ];
-    notes.extend(counted.into_iter().filter(|(number, ..)| *number > 0).map(
-        |(number, noun, what)| match noun {
-            "pose" => format!("{} {what}", count_are(number, noun)),
-            _ => format!("{} {what}", count(number, noun)),
-        },
-    ));
+    for (number, noun, what) in counted.into_iter().filter(|(number, ..)| *number > 0) {
+        let of = if noun == "pose" { count_are } else { count };
+        notes.push(format!("{} {what}", of(number, noun)));
+    }
     // Our own files count azimuths from the sample, and say what is below their noise.
     let intact = table.fact::<String>(MEASUREMENT_HASH)?.is_some();
     let mut warnings: Vec<String> = Vec::new();

@@ -37,28 +37,26 @@ pub(crate) fn is_fred(text: &str) -> bool {
 /// One sentence with the line: a format that is not known, a row before the direction of its light, or one of another number of cells
 /// or with one that is no finite number or no reading.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
-    refuse_columns("FRED's text", name, &assume.conventions)?;
-    let azimuth = assume.conventions.azimuth.unwrap_or(Azimuth::Mirror);
-    let quantity = assume.conventions.quantity.unwrap_or(Quantity::Brdf);
+    let conventions = &assume.conventions;
+    refuse_columns("FRED's text", name, conventions, None)?;
+    let azimuth = conventions.azimuth.unwrap_or(Azimuth::Mirror);
+    let quantity = conventions.quantity.unwrap_or(Quantity::Brdf);
     let (mut unit, mut scale) = (AngleUnit::Degrees, 1.0);
     let mut rows = Rows::new(name);
     let mut light: Option<[f64; 2]> = None;
     let mut turns = false;
-    for (line, content) in (1..).zip(text.lines()).skip(1) {
-        let content = content.trim();
+    for (line, content) in (1..).zip(text.lines().map(str::trim)).skip(1) {
         if content.is_empty() || content.starts_with(['#', '!', '%']) {
             continue;
         }
         if let Some(format) = content.strip_prefix("format") {
             for word in format.split_whitespace() {
-                let scaled = word
-                    .strip_prefix("scale=")
-                    .and_then(|x| x.parse::<f64>().ok());
+                let scaled = word.strip_prefix("scale=").map(str::parse::<f64>);
                 match (word.to_ascii_lowercase().as_str(), scaled) {
                     ("angles=deg", _) => unit = AngleUnit::Degrees,
                     ("angles=rad", _) => unit = AngleUnit::Radians,
                     ("bsdf=value", _) => {}
-                    (_, Some(x)) if x.is_finite() && x > 0.0 => scale = x,
+                    (_, Some(Ok(x))) if x.is_finite() && x > 0.0 => scale = x,
                     _ => {
                         let message = format!("format {}: allowed are {ALLOWED}", excerpt(word));
                         return Err(FileError::on_line(name, line, message));
@@ -86,7 +84,7 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
             Direction::from_spherical(theta, phi).vector()
         });
         // What stands for no reading has no scale.
-        let is_mark = is_mark_number(value) || assume.conventions.no_reading == Some(value);
+        let is_mark = is_mark_number(value) || conventions.no_reading == Some(value);
         let value = if is_mark { value } else { value * scale };
         rows.push(line, directions, quantity, &[value], &[])?;
     }

@@ -143,14 +143,13 @@ impl Header {
 /// One sentence with the line: a header that lacks a line or holds an unsupported value, a row with another number of
 /// cells, or with one that is no finite number or no reading, another number of rows than promised.
 pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileError> {
-    refuse_columns("pab-opto text", name, &assume.conventions)?;
     let conventions = &assume.conventions;
+    refuse_columns("pab-opto text", name, conventions, None)?;
     let azimuth = conventions.azimuth.unwrap_or(Azimuth::Sample);
     let mut rows = Rows::new(name);
     let mut header = Header::default();
     let mut all: Option<Channels> = None;
-    for (i, line) in text.lines().enumerate() {
-        let (line, content) = (i + 1, line.trim());
+    for (line, content) in (1..).zip(text.lines().map(str::trim)) {
         if content.is_empty() {
             continue;
         }
@@ -164,14 +163,15 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
                     ..Header::default()
                 };
             }
-            if let Some(["sample_name", rest @ ..]) = self::header(content).as_deref() {
+            let words = self::header(content).unwrap_or_default();
+            if let ["sample_name", rest @ ..] = &words[..] {
                 let material = rest.join(" ");
                 let material = material.trim_matches('"');
                 rows.name_material(line, material, conventions.mixed)?;
-            } else if let Some(words) = self::header(content)
+            } else if let [key, ..] = words[..]
                 && !header.see(&words, name, line, conventions.partial)?
             {
-                rows.pass_over(words[0]);
+                rows.pass_over(key);
             }
             continue;
         }
@@ -210,14 +210,11 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
 /// has no azimuth.
 pub(crate) fn text_angles(direction: Direction) -> [f64; 2] {
     let tidy = |angle: f64| (angle.to_degrees() * TIDY).round() / TIDY;
-    let theta = tidy(direction.theta());
-    let phi = if theta == 0.0 {
-        0.0
-    } else {
-        tidy(direction.phi())
-    };
     // Without the sign of 0.
-    [theta, phi + 0.0]
+    match tidy(direction.theta()) {
+        0.0 => [0.0; 2],
+        theta => [theta, tidy(direction.phi()) + 0.0],
+    }
 }
 
 /// The poses with a reading, by the direction of the light, each in the order of the rows.
@@ -227,10 +224,10 @@ pub fn by_light(measurement: &Measurement, sequence: Sequence<'_>) -> Vec<Vec<u3
     for pose in measurement.read_poses(sequence) {
         let light = measurement.schedule.poses[pose].pair.omega_i;
         let place = places.entry(text_angles(light).map(f64::to_bits));
-        let place = *place.or_insert(lights.len());
-        if place == lights.len() {
+        let place = *place.or_insert_with(|| {
             lights.push(Vec::new());
-        }
+            lights.len() - 1
+        });
         lights[place].push(pose as u32);
     }
     lights

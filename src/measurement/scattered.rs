@@ -135,22 +135,20 @@ impl<'a> Rows<'a> {
         let rows = schedule.poses.len();
         let other = assume.conventions.no_reading;
         let found = marks_among(self.raw.iter().copied(), other);
-        let mut marks = Marks::default();
-        let seen = self.raw.iter().filter(|v| is_among(**v, &found));
-        seen.for_each(|mark| marks.see(&mark.to_string()));
-        // A row with a mark is no reading, so it counts as no 0 either.
-        let mut negative = Negative::default();
+        let (mut marks, mut negative) = (Marks::default(), Negative::default());
+        let mut outcomes = Vec::with_capacity(rows);
         let each = self.raw.chunks_exact(channels.count());
-        for (raw, place) in each.clone().zip(&self.places) {
-            if !raw.iter().any(|v| is_among(*v, &found)) {
-                negative.see(place.line, || raw.iter().copied());
+        for (raw, place) in each.zip(&self.places) {
+            let seen = raw.iter().filter(|v| is_among(**v, &found));
+            seen.clone().for_each(|mark| marks.see(&mark.to_string()));
+            // A row with a mark is no reading, so it counts as no 0 either.
+            if seen.count() > 0 {
+                outcomes.push(Outcome::NoData);
+                continue;
             }
+            outcomes.push(Outcome::Reading);
+            negative.see(place.line, || raw.iter().copied());
         }
-        let outcome = |raw: &[f64]| match raw.iter().any(|v| is_among(*v, &found)) {
-            true => Outcome::NoData,
-            false => Outcome::Reading,
-        };
-        let outcomes = each.map(outcome).collect();
         let measurement = Measurement {
             channels,
             outcomes,
@@ -171,8 +169,8 @@ impl<'a> Rows<'a> {
             ),
             (folded.dropped(), "averaged with earlier ones"),
         ];
-        let notes = counted.into_iter().filter(|(number, _)| *number > 0);
-        let notes = notes.map(|(number, what)| format!("{} {what}", count(number, "row")));
+        let notes = (counted.into_iter().filter(|(number, _)| *number > 0))
+            .map(|(number, what)| format!("{} {what}", count(number, "row")));
         let peak = retro_peak(&measurement).filter(|_| doubts_azimuths);
         let poses = measurement.schedule.poses.len();
         Ok(Readings {
@@ -201,7 +199,7 @@ pub(super) fn rgb_of(xyz: &[f64], no_reading: Option<f64>) -> Vec<f64> {
     }
 }
 
-/// Refuses the options that say what the columns of a table are, of a format whose header says it.
+/// Refuses the options that say what the columns of a table are, of a format whose header says it, but for one that is read.
 ///
 /// # Errors
 /// The first option that was given.
@@ -209,6 +207,7 @@ pub(super) fn refuse_columns(
     what: &str,
     name: &str,
     conventions: &Conventions,
+    read: Option<&str>,
 ) -> Result<(), FileError> {
     for (option, given) in [
         ("--columns", !conventions.columns.is_empty()),
@@ -217,7 +216,7 @@ pub(super) fn refuse_columns(
         ("--uncertainties", conventions.uncertainties.is_some()),
         ("--polarisation", conventions.polarisation.is_some()),
     ] {
-        if given {
+        if given && read != Some(option) {
             let message = format!("{option}: the header of {what} says what its columns are");
             return Err(FileError::whole(name, message));
         }

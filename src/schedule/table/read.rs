@@ -297,10 +297,10 @@ impl Table {
     }
 
     /// Columns that are passed over, by their names in the file.
-    pub(crate) fn passed_over(&self) -> Vec<&str> {
+    pub(crate) fn passed_over(&self) -> Vec<String> {
         let columns = self.columns.iter().zip(&self.labels);
         let over = columns.filter(|(ours, _)| ours.is_empty());
-        over.map(|(_, label)| label.as_str()).collect()
+        over.map(|(_, label)| label.clone()).collect()
     }
 
     /// Names the columns, each once and each known.
