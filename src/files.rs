@@ -25,9 +25,6 @@ pub const UNPACKED_A_BYTE: u64 = 1100;
 
 /// Checks that a compressed file of `packed` bytes can hold the `unpacked` ones that its header promises, before there
 /// is room made for them.
-///
-/// # Errors
-/// One sentence.
 pub fn may_unpack(packed: u64, unpacked: u64) -> Result<(), Unpacked> {
     let allowed = packed.saturating_mul(UNPACKED_A_BYTE).min(UNPACKED_LIMIT);
     match unpacked <= allowed {
@@ -76,10 +73,7 @@ fn refused(why: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> io::Erro
     io::Error::new(ErrorKind::InvalidInput, why)
 }
 
-/// Marks a file as an output. Until [`write_atomically`] has replaced it, [`open`] refuses it.
-///
-/// # Errors
-/// If it was read.
+/// Marks a file as an output, unless it was read. Until [`write_atomically`] has replaced it, [`open`] refuses it.
 pub(crate) fn claim(path: &Path) -> io::Result<()> {
     use_once(path, [0, 1])
 }
@@ -99,9 +93,6 @@ fn use_once(path: &Path, [other, own]: [usize; 2]) -> io::Result<()> {
 }
 
 /// Opens a file to be read: a folder, a pipe or a device (which may have no end, or no writer) is an error.
-///
-/// # Errors
-/// Whatever the file system reports, and one sentence for what is no regular file.
 pub(crate) fn open(path: &Path) -> io::Result<File> {
     open_or(path, "a file")
 }
@@ -116,10 +107,7 @@ fn open_or(path: &Path, allowed: &str) -> io::Result<File> {
     File::open(path)
 }
 
-/// Reads a file of at most `limit` bytes.
-///
-/// # Errors
-/// If it cannot be opened or read, is no file, or is longer.
+/// Reads a file of at most `limit` bytes: a longer one is an error.
 pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
@@ -148,9 +136,6 @@ pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
 
 /// [`read_text`] of a file that other programs wrote: also compressed by gzip, in the code page 1252 of Windows, and with the line ends
 /// of old Macs.
-///
-/// # Errors
-/// As [`read_text`].
 pub fn read_foreign_text(path: &Path, limit: u64) -> io::Result<String> {
     encoding::tolerant(bytes_of_text(path, limit)?, limit)
 }

@@ -75,9 +75,6 @@ pub(super) fn refuse(good: &[u8], why: &str) -> io::Error {
 }
 
 /// The text of a file, in UTF-8 or UTF-16, without a byte-order mark.
-///
-/// # Errors
-/// One sentence with the line.
 pub(super) fn strict(bytes: Vec<u8>) -> io::Result<String> {
     let mut text = match utf_16(&bytes) {
         Some(of_bytes) => {
@@ -102,9 +99,6 @@ pub(super) fn strict(bytes: Vec<u8>) -> io::Result<String> {
 
 /// The text of a file that another program wrote: gzip, and beside UTF-8 and UTF-16 the code page 1252 of Windows, with any line
 /// ends; they are of Unix or Windows afterwards.
-///
-/// # Errors
-/// One sentence with the line.
 pub(super) fn tolerant(bytes: Vec<u8>, limit: u64) -> io::Result<String> {
     let bytes = unpacked(bytes, limit)?;
     let is_utf_16 = utf_16(&bytes).is_some();

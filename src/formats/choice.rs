@@ -59,9 +59,6 @@ impl<T> Use<T> {
     }
 
     /// The format of this name.
-    ///
-    /// # Errors
-    /// [`FormatError::Unknown`].
     pub fn named(&self, name: &str) -> Result<Format, FormatError> {
         let found = self.formats().find(|f| f.name == name);
         found.ok_or_else(|| self.unknown(name))
@@ -77,17 +74,11 @@ impl<T> Use<T> {
     }
 
     /// The function of a format that was chosen, else of that of the extension of `path`.
-    ///
-    /// # Errors
-    /// [`FormatError`].
     pub fn choose(&self, chosen: Option<Format>, path: &Path) -> Result<T, FormatError> {
         self.function(&self.format(chosen, path)?)
     }
 
     /// The format that was chosen, else that of the extension of `path`.
-    ///
-    /// # Errors
-    /// [`FormatError::Name`].
     pub fn format(&self, chosen: Option<Format>, path: &Path) -> Result<Format, FormatError> {
         let said = || of_name(path).filter(|f| (self.of)(f).is_some());
         chosen.or_else(said).ok_or_else(|| FormatError::Name {
@@ -122,9 +113,6 @@ impl<T> Use<T> {
     }
 
     /// The function of a format.
-    ///
-    /// # Errors
-    /// [`FormatError::Unknown`] if it does not do this.
     pub fn function(&self, format: &Format) -> Result<T, FormatError> {
         (self.of)(format).ok_or_else(|| self.unknown(format.name))
     }
@@ -171,9 +159,6 @@ pub fn of_text(text: &str) -> Option<Format> {
 /// Names that start with a dot are left out: they are other programs' side files (`._gold.binary`
 /// on a disk that has seen a Mac), not tables. A link that leads nowhere is in the list, and an
 /// error when it is read.
-///
-/// # Errors
-/// Whatever the file system reports.
 pub fn files_in(dir: &Path, format: &Format) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(dir)? {

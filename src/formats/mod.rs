@@ -145,12 +145,9 @@ impl Format {
     pub fn leaves_out(&self, measurement: &Measurement) -> Option<String> {
         let holes = measurement.readings() < measurement.outcomes.len();
         let is_some = holes || measurement.details.is_some();
-        (!self.left_out.is_empty() && is_some).then(|| {
-            format!(
-                "{} has no place for {}; they are left out",
-                self.name, self.left_out
-            )
-        })
+        let Self { name, left_out, .. } = self;
+        let sentence = || format!("{name} has no place for {left_out}; they are left out");
+        (!left_out.is_empty() && is_some).then(sentence)
     }
 
     /// The extension of files that are written.
@@ -168,25 +165,16 @@ impl Format {
 
     /// What it holds, and whether that is read and written: a phrase each.
     pub fn holds(&self) -> Vec<String> {
+        let table = (self.table.read.is_some(), self.table.write.is_some());
+        let schedule = (self.read_schedule.is_some(), self.write_schedule.is_some());
+        let readings = (self.read_readings.is_some(), self.write_readings.is_some());
         let uses = [
-            (
-                "table of a BRDF",
-                self.table.read.is_some(),
-                self.table.write.is_some(),
-            ),
-            (
-                "schedule",
-                self.read_schedule.is_some(),
-                self.write_schedule.is_some(),
-            ),
-            (
-                "readings",
-                self.read_readings.is_some(),
-                self.write_readings.is_some(),
-            ),
-            ("environment map", self.read_environment.is_some(), false),
+            ("table of a BRDF", table),
+            ("schedule", schedule),
+            ("readings", readings),
+            ("environment map", (self.read_environment.is_some(), false)),
         ];
-        let phrase = |(what, read, written)| match (read, written) {
+        let phrase = |(what, is)| match is {
             (true, true) => Some(format!("{what} (read, written)")),
             (true, false) => Some(format!("{what} (read)")),
             (false, true) => Some(format!("{what} (written)")),

@@ -146,9 +146,6 @@ impl Readings {
 
 /// Reads a text by the function of its format. One that was cut is read up to the cut if `assume`
 /// says so; its last line is left out if it does not end, as digits may be missing from it.
-///
-/// # Errors
-/// Those of `read`.
 pub fn read_readings(
     read: ReadReadings,
     text: &str,

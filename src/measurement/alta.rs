@@ -203,9 +203,8 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
             for v in [light, view] {
                 if (v.length() - 1.0).abs() > LENGTH_SLACK {
                     let length = v.length();
-                    return Err(refuse(format!(
-                        "a direction of length {length}: allowed is 1"
-                    )));
+                    let message = format!("a direction of length {length}: allowed is 1");
+                    return Err(refuse(message));
                 }
             }
         }
@@ -222,10 +221,8 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
                 }
                 [radius] if radius >= 0.0 => radius,
                 _ => {
-                    let radius = interval[0];
-                    return Err(refuse(format!(
-                        "an interval of radius {radius}: allowed is a number from 0"
-                    )));
+                    let what = format!("an interval of radius {}", interval[0]);
+                    return Err(refuse(format!("{what}: allowed is a number from 0")));
                 }
             });
         }

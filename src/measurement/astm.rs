@@ -212,21 +212,15 @@ pub(crate) fn write(
             names.join(",")
         }
     };
-    for (key, value) in [
-        ("SAMPLE", &about.material),
-        ("INSTRUMENT", &about.instrument),
-    ] {
-        if let Some(value) = value {
-            writeln!(out, "{key} {}", printable(value))?;
-        }
+    if let Some(material) = &about.material {
+        writeln!(out, "SAMPLE {}", printable(material))?;
+    }
+    if let Some(instrument) = &about.instrument {
+        writeln!(out, "INSTRUMENT {}", printable(instrument))?;
     }
     writeln!(out, "WRITTEN_BY gonio {}", env!("CARGO_PKG_VERSION"))?;
-    writeln!(
-        out,
-        "{POINTS} {}\n{VARS} {},{bands}",
-        read.len(),
-        ANGLES.join(",")
-    )?;
+    writeln!(out, "{POINTS} {}", read.len())?;
+    writeln!(out, "{VARS} {},{bands}", ANGLES.join(","))?;
     for pose in read {
         let pair = &measurement.schedule.poses[pose].pair;
         let [i, s] = [pair.omega_i, pair.omega_o].map(|d| format!("{:e},{:e}", d.theta(), d.phi()));

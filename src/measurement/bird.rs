@@ -62,32 +62,26 @@ enum State {
     Stokes([f64; 4]),
 }
 
-/// Light that is s or p polarised, or not at all.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Polarised {
-    S,
-    P,
-    Not,
-}
-
 /// Difference from 1 or 0 that the component of a Stokes vector may have.
 const SLACK: f64 = 1e-6;
 
 impl State {
-    fn polarised(&self) -> Option<Polarised> {
-        let near = |v: &[f64; 4], s: f64| {
-            let off = [v[0] - 1.0, v[1] - s, v[2], v[3]];
-            off.iter().all(|x| x.abs() <= SLACK)
+    /// The polarisation; the mean of both stands for light that has none.
+    fn polarisation(&self) -> Option<Polarisation> {
+        let is = |name: &str, second: f64| match self {
+            Self::Name(found) => found == name,
+            Self::Stokes([a, b, c, d]) => {
+                let off = [a - 1.0, b - second, *c, *d];
+                off.iter().all(|x| x.abs() <= SLACK)
+            }
         };
-        match self {
-            Self::Name(name) if name == "s" => Some(Polarised::S),
-            Self::Name(name) if name == "p" => Some(Polarised::P),
-            Self::Name(name) if name == "u" => Some(Polarised::Not),
-            Self::Stokes(v) if near(v, 1.0) => Some(Polarised::S),
-            Self::Stokes(v) if near(v, -1.0) => Some(Polarised::P),
-            Self::Stokes(v) if near(v, 0.0) => Some(Polarised::Not),
-            _ => None,
-        }
+        let all = [
+            ("s", 1.0, Polarisation::S),
+            ("p", -1.0, Polarisation::P),
+            ("u", 0.0, Polarisation::Mean),
+        ];
+        let found = all.into_iter().find(|(name, second, _)| is(name, *second));
+        found.map(|(.., polarisation)| polarisation)
     }
 }
 
@@ -260,7 +254,7 @@ fn long_form(
     };
     let light = states(data, "polarization_i", n)?;
     if let Some(sensor) = states(data, "polarization_r", n)?
-        && let Some(at) = sensor.iter().position(|state| *state != Polarised::Not)
+        && let Some(at) = sensor.iter().position(|state| *state != Polarisation::Mean)
     {
         return Err(format!(
             "data.polarization_r, reading {}: the sensor sees one polarisation; allowed: readings of both together",
@@ -287,7 +281,8 @@ fn long_form(
         let u = uncertainties.as_ref().map_or(0.0, |u| u[row]);
         [brdf.values[row], u]
     };
-    let Some(light) = light.filter(|all| all.iter().any(|state| *state != Polarised::Not)) else {
+    let Some(light) = light.filter(|all| all.iter().any(|state| *state != Polarisation::Mean))
+    else {
         if polarisation.is_some() {
             return Err("--polarisation: there are no readings in s and p polarised light".into());
         }
@@ -303,11 +298,11 @@ fn long_form(
     let mut both: Vec<(usize, [Option<[f64; 2]>; 2])> = Vec::new();
     let mut places: FxHashMap<Vec<u64>, Vec<usize>> = FxHashMap::default();
     for (row, state) in light.iter().enumerate() {
-        if *state == Polarised::Not {
+        if *state == Polarisation::Mean {
             both.push((row, [Some(reading(row)); 2]));
             continue;
         }
-        let which = usize::from(*state == Polarised::P);
+        let which = usize::from(*state == Polarisation::P);
         let key: Vec<u64> = columns.iter().map(|(_, c)| c[row].to_bits()).collect();
         // Repeats are taken in their order.
         let known = places.entry(key).or_default();
@@ -354,13 +349,13 @@ fn states(
     data: &Map<String, Value>,
     key: &str,
     n: usize,
-) -> Result<Option<Vec<Polarised>>, String> {
+) -> Result<Option<Vec<Polarisation>>, String> {
     let Some(States { values }) = variable(data, key)? else {
         return Ok(None);
     };
     same_length(key, values.len(), n)?;
     let state = |(i, state): (usize, &State)| {
-        state.polarised().ok_or_else(|| {
+        state.polarisation().ok_or_else(|| {
             let what = match state {
                 State::Name(name) => excerpt(name).into_owned(),
                 State::Stokes(v) => format!("{v:?}"),
@@ -404,10 +399,7 @@ fn unknown_metadata(about: &About) -> Value {
     })
 }
 
-/// Writes the readings of a measurement, those below 0 as 0, which the format does not allow.
-///
-/// # Errors
-/// Of R, G and B, for which there is no place; whatever `out` reports.
+/// Writes the readings of a measurement, those below 0 as 0; of R, G and B, for which there is no place, that is an error.
 pub fn write(
     measurement: &Measurement,
     about: &About,

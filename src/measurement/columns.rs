@@ -29,9 +29,6 @@ const POLARISED: [&str; 2] = ["value_s", "value_p"];
 
 /// Puts values in place of what they are computed from: of s and p polarised light the mean, or one of them; of what a detector
 /// counts (signal − dark) / reference, which is f_r cos θ_o. Returns the quantity of the values if it is known so.
-///
-/// # Errors
-/// A part that is missing.
 pub(super) fn derive(
     table: &mut Table,
     conventions: &Conventions,

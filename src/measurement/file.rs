@@ -56,9 +56,6 @@ const NOT_VISITED: &str = "not-visited";
 const UNREACHABLE: &str = "unreachable:";
 
 /// Writes a measurement, every pose of its schedule that `sequence` names.
-///
-/// # Errors
-/// Whatever `out` reports.
 pub fn write_measurement(
     measurement: &Measurement,
     about: &About,

@@ -403,14 +403,10 @@ impl Measurement {
         };
         let mut places: Vec<usize> = schedule.poses.iter().enumerate().map(&mut place).collect();
         // Of those that are one the same stands for all, in whatever order they are.
-        for (i, at) in places
-            .iter()
-            .enumerate()
-            .filter(|(i, at)| firsts[**at] != *i)
-        {
+        for (i, &at) in places.iter().enumerate() {
             let pose = &schedule.poses[i];
-            if pose.pair.rank() < poses[*at].pair.rank() {
-                poses[*at] = *pose;
+            if firsts[at] != i && pose.pair.rank() < poses[at].pair.rank() {
+                poses[at] = *pose;
             }
         }
         let (first, standing) = repeated(&poses, &*schedule.parametrization);
@@ -431,11 +427,8 @@ impl Measurement {
         let mut pool = Pool::new(poses.len(), n);
         for (i, at) in places.into_iter().enumerate() {
             let details = self.details.as_ref();
-            pool.see(
-                at,
-                self.outcomes[i],
-                details.map_or(Flags::NONE, |d| d.flags[i]),
-            );
+            let flags = details.map_or(Flags::NONE, |d| d.flags[i]);
+            pool.see(at, self.outcomes[i], flags);
             for (c, &value) in self.value(i).into_iter().flatten().enumerate() {
                 let of = |types: &[f64]| types[i * n + c];
                 let [a, b] = details.map_or([0.0; 2], |d| [of(&d.type_a), of(&d.type_b)]);

@@ -24,10 +24,7 @@ use crate::schedule::{Pose, Schedule, Sequence, Unreachable};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::sync::Arc;
 
-/// The reading (f_r, sr⁻¹) of a value or uncertainty of a file, in which 1 sr⁻¹ is `of_one`.
-///
-/// # Errors
-/// If the reading is larger than [`LARGEST_READING`].
+/// The reading (f_r, sr⁻¹), at most [`LARGEST_READING`], of a value or uncertainty of a file, in which 1 sr⁻¹ is `of_one`.
 fn reading_of(value: f64, of_one: f64) -> Result<f64, String> {
     let reading = value / of_one;
     if reading.abs() <= LARGEST_READING {

@@ -234,10 +234,7 @@ pub fn by_light(measurement: &Measurement, sequence: Sequence<'_>) -> Vec<Vec<u3
 }
 
 /// Writes the readings of a measurement, light after light; poses without a reading, uncertainties and flags have no place in
-/// it.
-///
-/// # Errors
-/// Whatever `out` reports, and readings by wavelength.
+/// it, and readings by wavelength are an error.
 pub(crate) fn write(
     measurement: &Measurement,
     about: &About,

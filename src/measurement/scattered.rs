@@ -52,10 +52,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Takes in the name of the material of the rows that follow.
-    ///
-    /// # Errors
-    /// Another name came before, unless materials may be `mixed`.
+    /// Takes in the name of the material of the rows that follow; another one than before is an error, unless they may be `mixed`.
     pub(crate) fn name_material(
         &mut self,
         line: usize,
@@ -75,9 +72,6 @@ impl<'a> Rows<'a> {
 
     /// Adds a row: light and view, which need not be unit, a value a channel, and as many standard uncertainties that
     /// readings share, or none. A row with a direction that is not above the horizon is counted.
-    ///
-    /// # Errors
-    /// The line, and the number that is no reading.
     pub(crate) fn push(
         &mut self,
         line: usize,
@@ -111,9 +105,6 @@ impl<'a> Rows<'a> {
 
     /// The readings, each configuration once, see [`Measurement::merged`]. Where nothing `fixes_sample` the material is isotropic unless
     /// `assume` says otherwise; azimuths of the file are doubted unless `assume` says where they count from.
-    ///
-    /// # Errors
-    /// There is no row, or `assume` names no coordinates.
     pub(crate) fn readings(
         self,
         channels: Channels,
@@ -122,10 +113,8 @@ impl<'a> Rows<'a> {
         has_azimuths: bool,
     ) -> Result<Readings, FileError> {
         if self.pairs.is_empty() {
-            return Err(FileError::whole(
-                self.name,
-                "there is no row above the horizon",
-            ));
+            let message = "there is no row above the horizon";
+            return Err(FileError::whole(self.name, message));
         }
         let doubts_azimuths = has_azimuths && assume.conventions.azimuth.is_none();
         let mut assume = assume.clone();
@@ -200,9 +189,6 @@ pub(super) fn rgb_of(xyz: &[f64], no_reading: Option<f64>) -> Vec<f64> {
 }
 
 /// Refuses the options that say what the columns of a table are, of a format whose header says it, but for one that is read.
-///
-/// # Errors
-/// The first option that was given.
 pub(super) fn refuse_columns(
     what: &str,
     name: &str,
@@ -225,9 +211,6 @@ pub(super) fn refuse_columns(
 }
 
 /// The finite numbers of a row; `asks` for one of some numbers of them, the least first, as `the header asks for`.
-///
-/// # Errors
-/// The line, and the word that is no such number, or how many there are.
 pub(super) fn numbers<'t>(
     words: impl Iterator<Item = &'t str>,
     name: &str,

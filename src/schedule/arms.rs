@@ -258,13 +258,10 @@ fn pairs_of_vectors(table: &Table, [light, sensor]: [[usize; 3]; 2]) -> Result<P
             table.row_error(row, message)
         })
     };
-    let pair = |row| {
-        Ok(DirectionPair::new(
-            vector(row, light)?,
-            vector(row, sensor)?,
-        ))
-    };
-    let pairs = (0..table.lines.len()).map(pair);
+    let pairs = (0..table.lines.len()).map(|row| {
+        let (light, sensor) = (vector(row, light)?, vector(row, sensor)?);
+        Ok(DirectionPair::new(light, sensor))
+    });
     Ok(Pairs {
         pairs: pairs.collect::<Result<_, _>>()?,
         isotropic: false,

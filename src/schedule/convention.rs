@@ -364,10 +364,7 @@ impl Conventions {
         Ok((given, roles))
     }
 
-    /// Our names of these columns, with units.
-    ///
-    /// # Errors
-    /// A sentence: a name that is not there or there twice.
+    /// Our names of these columns, with units, or a sentence on a name that is not there or there twice.
     pub(crate) fn our_names(&self, labels: &[String]) -> Result<Vec<NamedColumn>, String> {
         let (given, roles) = self.given(labels)?;
         let name = |(i, label): (usize, &String)| {

@@ -56,9 +56,6 @@ impl Sequence<'_> {
 }
 
 /// Writes the poses of a schedule that a sequence names.
-///
-/// # Errors
-/// Whatever `out` reports.
 pub fn write_schedule(
     schedule: &Schedule,
     sequence: Sequence<'_>,

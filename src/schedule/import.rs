@@ -186,10 +186,8 @@ pub(crate) struct Again {
 impl Again {
     /// The error for a pose that is there twice.
     pub(crate) fn refuse(&self, table: &Table) -> FileError {
-        let (first, what) = (
-            table.lines[self.first],
-            if self.by_index { "index" } else { "pose" },
-        );
+        let first = table.lines[self.first];
+        let what = if self.by_index { "index" } else { "pose" };
         let message = format!("this {what} is that of line {first}; allowed: every {what} once");
         table.row_error(self.row, message)
     }

@@ -4,7 +4,7 @@ use super::Schedule;
 use super::points::first_of;
 use super::sample_set::{PlanError, SampleSet};
 use crate::brdf::measured::merl::MerlGrid;
-use crate::geometry::DirectionPair;
+use crate::geometry::{Direction, DirectionPair};
 use crate::parametrization::Parametrization;
 use crate::registry::{Resolved, declare};
 use crate::sampling::Random;
@@ -68,12 +68,12 @@ const E2539: [[f64; 2]; 8] = [
     [15.0, 15.0],
 ];
 
-/// Elevation and azimuth of a direction of [`RINGS`], rad.
-fn of_rings(mut number: usize) -> [f64; 2] {
+/// A direction of [`RINGS`].
+fn of_rings(mut number: usize) -> Direction {
     for (theta, azimuths) in RINGS {
         if number < azimuths {
             let phi = 360.0 * number as f64 / azimuths as f64;
-            return [theta.to_radians(), phi.to_radians()];
+            return Direction::from_spherical(theta.to_radians(), phi.to_radians());
         }
         number -= azimuths;
     }
@@ -107,9 +107,7 @@ impl Layout {
             }
             Layout::UtiaBtf => {
                 let [light, sensor] = [number / DIRECTIONS, number % DIRECTIONS].map(of_rings);
-                Some(DirectionPair::from_spherical(
-                    light[0], light[1], sensor[0], sensor[1],
-                ))
+                Some(DirectionPair::new(light, sensor))
             }
             Layout::AstmE2194 => Some(aspecular(E2194[number])),
             Layout::AstmE2539 => Some(aspecular(E2539[number])),

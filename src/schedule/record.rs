@@ -41,24 +41,21 @@ fn cell_schema((name, bounds, summary): Column<'_>) -> Value {
         _ if is_whole => ("integer", Some("uint32")),
         _ => ("number", Some("double")),
     };
-    let mut schema = Map::new();
-    let kind = match ARMS.contains(&name) {
-        true => json!(kind),
-        false => json!([kind, "null"]),
+    let mut schema = match ARMS.contains(&name) {
+        true => json!({ "type": kind }),
+        false => json!({ "type": [kind, "null"] }),
     };
-    schema.insert("type".into(), kind);
     if let Some(format) = format {
-        schema.insert("format".into(), json!(format));
+        schema["format"] = json!(format);
     }
-    schema.insert("description".into(), json!(summary));
+    schema["description"] = json!(summary);
     for &(keyword, bound) in bounds {
-        let bound = match is_whole {
+        schema[keyword] = match is_whole {
             true => json!(bound as u32),
             false => json!(bound),
         };
-        schema.insert(keyword.into(), bound);
     }
-    Value::Object(schema)
+    schema
 }
 
 /// The JSON Schema of one line of a schedule in JSON Lines: a row, or the header in front.
@@ -77,9 +74,9 @@ pub(crate) fn row_schema(title: &str, description: &str, further: &[Column<'_>])
     let cells = all.map(|column| (column.0.to_owned(), cell_schema(*column)));
     let mut properties: Map<String, Value> = cells.collect();
     let number = json!({ "type": ["number", "null"] });
-    let plain = coordinate_columns().into_iter();
-    let plain = plain.filter(|column| !column.ends_with("_deg"));
-    properties.extend(plain.map(|column| (column, number.clone())));
+    let mut plain = coordinate_columns();
+    plain.retain(|column| !column.ends_with("_deg"));
+    properties.extend(plain.into_iter().map(|column| (column, number.clone())));
     json!({
         "title": title,
         "description": description,
@@ -93,10 +90,6 @@ pub(crate) fn row_schema(title: &str, description: &str, further: &[Column<'_>])
 
 /// A row, or the header.
 pub(crate) fn line_schema(title: &str, row: Value) -> Value {
-    let mut schema = Map::new();
-    let version = "https://json-schema.org/draft/2020-12/schema";
-    schema.insert("$schema".into(), json!(version));
-    schema.insert("title".into(), json!(title));
     let header = json!({
         "type": "object",
         "description": "The first line: what the columns are, and facts about the rows.",
@@ -104,6 +97,9 @@ pub(crate) fn line_schema(title: &str, row: Value) -> Value {
         "required": ["header"],
         "additionalProperties": false,
     });
-    schema.insert("oneOf".into(), json!([header, row]));
-    Value::Object(schema)
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": title,
+        "oneOf": [header, row],
+    })
 }

@@ -36,10 +36,8 @@ pub(crate) fn as_text(path: &Path) -> Result<String, FileError> {
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("npz"))
     {
-        return as_lines(
-            &files::read(path, files::TABLE_LIMIT).map_err(failed)?,
-            &name,
-        );
+        let bytes = files::read(path, files::TABLE_LIMIT).map_err(failed)?;
+        return as_lines(&bytes, &name);
     }
     files::read_foreign_text(path, files::TABLE_LIMIT).map_err(failed)
 }

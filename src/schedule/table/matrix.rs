@@ -40,32 +40,23 @@ enum Line {
 /// What a line is.
 fn line_of(cells: &[String], comma: bool) -> Line {
     let number = |cell: &String| number(cell, comma).filter(|x| x.is_finite());
-    let filled = cells
-        .iter()
-        .rposition(|cell| !cell.is_empty())
-        .map_or(0, |i| i + 1);
-    let [first, rest @ ..] = &cells[..filled] else {
+    let last = cells.iter().rposition(|cell| !cell.is_empty());
+    let [first, rest @ ..] = &cells[..last.map_or(0, |i| i + 1)] else {
         return Line::Other;
     };
     let key =
         names::ours(first).and_then(|(named, _)| KEYS.iter().position(|k| named.starts_with(k)));
-    match (key, rest) {
-        (Some(key), [value]) => match number(value) {
-            Some(value) => Line::Key(key, first.clone(), value),
-            None => Line::Other,
-        },
-        _ => match (
-            number(first),
-            rest.iter().map(number).collect::<Option<Vec<f64>>>(),
-        ) {
-            // A word may stand in the corner.
-            (None, Some(azimuths)) if rest.len() > usize::from(!first.is_empty()) => {
-                Line::Head(azimuths)
-            }
-            (Some(theta), _) => Line::Row(theta, cells[1..].to_vec()),
-            _ if rest.is_empty() && names::ours(first).is_none() && !is_mark(first) => Line::Title,
-            _ => Line::Other,
-        },
+    if let (Some(key), [value]) = (key, rest) {
+        let line = number(value).map(|value| Line::Key(key, first.clone(), value));
+        return line.unwrap_or(Line::Other);
+    }
+    let all: Option<Vec<f64>> = rest.iter().map(number).collect();
+    match (number(first), all) {
+        // A word may stand in the corner.
+        (None, Some(all)) if rest.len() > usize::from(!first.is_empty()) => Line::Head(all),
+        (Some(theta), _) => Line::Row(theta, cells[1..].to_vec()),
+        _ if rest.is_empty() && names::ours(first).is_none() && !is_mark(first) => Line::Title,
+        _ => Line::Other,
     }
 }
 
@@ -77,8 +68,7 @@ fn lines(text: &str, separator: u8) -> impl Iterator<Item = (usize, Vec<String>)
     });
     let mut cells = Cells::new(separator);
     content.map(move |(number, line)| {
-        let found: Option<Vec<String>> =
-            cells.split(line).map(|all| all.map(String::from).collect());
+        let found = cells.split(line).map(|all| all.map(String::from).collect());
         // After a quote that is not closed nothing else can be split.
         let found = found.unwrap_or_else(|| {
             cells = Cells::new(separator);
@@ -92,12 +82,9 @@ fn lines(text: &str, separator: u8) -> impl Iterator<Item = (usize, Vec<String>)
 pub(super) fn separator(text: &str) -> Option<u8> {
     [b';', b'\t', b','].into_iter().find(|&separator| {
         let kind = |(_, cells): (usize, Vec<String>)| line_of(&cells, separator != b',');
-        let all = lines(text, separator).take(TITLES).map(kind);
-        let mut sheet = all.skip_while(|line| !matches!(line, Line::Key(..)));
-        matches!(sheet.next(), Some(Line::Key(..)))
-            && sheet
-                .take(1 + KEYS.len())
-                .any(|line| matches!(line, Line::Head(_)))
+        let mut all = lines(text, separator).take(TITLES).map(kind);
+        all.any(|line| matches!(line, Line::Key(..)))
+            && (all.take(1 + KEYS.len())).any(|line| matches!(line, Line::Head(_)))
     })
 }
 
@@ -125,9 +112,8 @@ impl Table {
                     }
                     if self.columns.is_empty() {
                         let end = unit.map_or(String::new(), |unit| format!("_{unit}"));
-                        let mut labels = [KEYS[0], KEYS[1], "theta_o", "phi_o"]
-                            .map(|n| format!("{n}{end}"))
-                            .to_vec();
+                        let angles = [KEYS[0], KEYS[1], "theta_o", "phi_o"];
+                        let mut labels = angles.map(|angle| format!("{angle}{end}")).to_vec();
                         labels.push("value".into());
                         name_columns(self, labels, line)?;
                     }

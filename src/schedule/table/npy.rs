@@ -34,10 +34,7 @@ pub(super) fn write(
     Ok(())
 }
 
-/// Shape and values of an array.
-///
-/// # Errors
-/// What is wrong with it, without its name.
+/// Shape and values of an array, or what is wrong with it, without its name.
 pub(super) fn read(content: &[u8]) -> Result<(Vec<u64>, Values), String> {
     let cut = || "it is cut".to_owned();
     let (start, rest) = content.split_at_checked(8).ok_or_else(cut)?;

@@ -100,10 +100,7 @@ impl Table {
         Ok(table)
     }
 
-    /// A fact of the header.
-    ///
-    /// # Errors
-    /// If it is of another type than it must be.
+    /// A fact of the header, or the error of one of another type.
     pub(crate) fn fact<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, FileError> {
         match self.facts.get(key) {
             None | Some(Value::Null) => Ok(None),
@@ -316,11 +313,8 @@ impl Table {
         (self.labels, self.head) = (labels, line);
         self.named = named.map_err(|message| self.error(line, message))?;
         // What is allowed may depend on what there is.
-        self.columns = self
-            .named
-            .iter()
-            .map(|column| column.name.clone())
-            .collect();
+        let columns = self.named.iter().map(|column| column.name.clone());
+        self.columns = columns.collect();
         let known = allowed(self)?;
         // There may be as many as a line has room for.
         let names: FxHashSet<&str> = known.iter().map(String::as_str).collect();
