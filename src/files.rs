@@ -25,27 +25,14 @@ pub const UNPACKED_A_BYTE: u64 = 1100;
 
 /// Checks that a compressed file of `packed` bytes can hold the `unpacked` ones that its header promises, before there
 /// is room made for them.
-pub fn may_unpack(packed: u64, unpacked: u64) -> Result<(), Unpacked> {
+pub fn may_unpack(packed: u64, unpacked: u64) -> Result<(), String> {
     let allowed = packed.saturating_mul(UNPACKED_A_BYTE).min(UNPACKED_LIMIT);
     match unpacked <= allowed {
         true => Ok(()),
-        false => Err(Unpacked {
-            packed,
-            unpacked,
-            allowed,
-        }),
+        false => Err(format!(
+            "{packed} bytes promise to hold {unpacked}; allowed: {allowed}, at most {UNPACKED_A_BYTE} for each byte and {UNPACKED_LIMIT} in all"
+        )),
     }
-}
-
-/// A compressed file that promises too much.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{packed} bytes promise to hold {unpacked}; allowed: {allowed}, at most {UNPACKED_A_BYTE} for each byte and {UNPACKED_LIMIT} in all"
-)]
-pub struct Unpacked {
-    packed: u64,
-    unpacked: u64,
-    allowed: u64,
 }
 
 /// Bytes of a text that are looked at before more are read.

@@ -2,7 +2,7 @@
 
 use super::{Format, all};
 use crate::error::{Error, excerpt, one_of};
-use crate::files;
+use crate::schedule::table::as_text;
 use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -95,16 +95,8 @@ impl<T> Use<T> {
     pub fn open(&self, path: &Path) -> Result<(String, T), Error> {
         let function = |format| self.function(&format).map_err(|e| Error::data(path, e));
         let by_name = of_file(path).filter(|f| f.recognises.is_none());
-        let as_text = by_name.and_then(|f| f.as_text);
         let by_name = by_name.map(function).transpose()?;
-        let failed = |e| Error::data(path, format!("cannot read this file: {e}"));
-        let text = match as_text {
-            Some(as_text) => {
-                let bytes = files::read(path, files::TABLE_LIMIT).map_err(failed)?;
-                as_text(&bytes, &path.display().to_string())?
-            }
-            None => files::read_foreign_text(path, files::TABLE_LIMIT).map_err(failed)?,
-        };
+        let text = as_text(path).map_err(|e| Error::data(path, e.message))?;
         let found = match by_name {
             Some(found) => found,
             None => function(of_text(&text).unwrap_or(super::CSV))?,

@@ -272,7 +272,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
             exact += usize::from(!stated.iter().all(states));
             let channels = columns.span(&table, row);
             for ((channel, value), (a, b)) in channels.zip(values).zip(a.into_iter().zip(b)) {
-                pool.add(pose, channel, value, a, b);
+                pool.add(pose, channel, [value, a, b]);
             }
         }
     }

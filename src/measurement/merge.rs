@@ -60,7 +60,7 @@ struct Mean {
 }
 
 impl Mean {
-    fn add(&mut self, value: f64, type_a: f64, type_b: f64) {
+    fn add(&mut self, [value, type_a, type_b]: [f64; 3]) {
         self.count += 1;
         if self.count == 1 {
             self.mean = value;
@@ -98,11 +98,8 @@ impl Mean {
             },
         };
         // Equal numbers that were rounded differently are equal.
-        let shown = if shown > ROUNDING * self.mean.abs() {
-            shown
-        } else {
-            0.0
-        };
+        let differ = shown > ROUNDING * self.mean.abs();
+        let shown = if differ { shown } else { 0.0 };
         shown.max(self.claimed() / n.sqrt())
     }
 
@@ -186,16 +183,9 @@ impl Pool {
         self.flags[pose] = self.flags[pose].with(flags);
     }
 
-    /// Adds a reading of one channel.
-    pub(crate) fn add(
-        &mut self,
-        pose: usize,
-        channel: usize,
-        value: f64,
-        type_a: f64,
-        type_b: f64,
-    ) {
-        self.means[pose * self.channels + channel].add(value, type_a, type_b);
+    /// Adds a reading of one channel: the value, and its uncertainties of type A and type B.
+    pub(crate) fn add(&mut self, pose: usize, channel: usize, reading: [f64; 3]) {
+        self.means[pose * self.channels + channel].add(reading);
     }
 
     /// The first channel of a configuration that was read, but not in this channel.
@@ -432,7 +422,7 @@ impl Measurement {
             for (c, &value) in self.value(i).into_iter().flatten().enumerate() {
                 let of = |types: &[f64]| types[i * n + c];
                 let [a, b] = details.map_or([0.0; 2], |d| [of(&d.type_a), of(&d.type_b)]);
-                pool.add(at, c, value, a, b);
+                pool.add(at, c, [value, a, b]);
             }
         }
         let schedule = Arc::new(Schedule {

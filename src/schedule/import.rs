@@ -22,7 +22,7 @@ use crate::error::{excerpt, in_closed, one_of};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::parametrization::{self, Axis, Parametrization, Unit, WarpSpec, warps};
 use crate::registry;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 /// Two poses closer than this are one, rad: ten million times closer than any arm moves, ten
@@ -122,25 +122,21 @@ pub(crate) fn known_columns(
     axes: &[String],
     further: &[&str],
 ) -> Result<Vec<String>, FileError> {
-    let mut columns = vec!["index".to_owned()];
-    columns.extend(ARMS.map(String::from));
-    columns.extend(further.iter().map(|&name| name.into()));
-    columns.push("block".into());
-    columns.extend(TIMES.map(String::from));
+    let plain = [&["index"], &ARMS[..], further, &["block"], &TIMES].concat();
+    let mut columns: Vec<String> = plain.into_iter().map(String::from).collect();
     let named: Option<Vec<String>> = table.fact("axes")?;
     let axes = named.unwrap_or_else(|| axes.to_vec());
     columns.extend(axes.iter().map(|name| format!("{name}_deg")));
     columns.extend(axes.iter().map(|name| format!("axis_{name}_deg")));
     columns.extend(coordinate_columns());
-    let radians = ANGLES.map(|angle| format!("{angle}_rad"));
-    columns.extend(radians);
+    columns.extend(ANGLES.map(|angle| format!("{angle}_rad")));
     columns.extend(names::VECTORS.concat().into_iter().map(String::from));
     Ok(columns)
 }
 
 /// Columns of the coordinates of every parametrization.
-pub(crate) fn coordinate_columns() -> Vec<String> {
-    let mut columns: Vec<String> = Vec::new();
+pub(crate) fn coordinate_columns() -> BTreeSet<String> {
+    let mut columns = BTreeSet::new();
     let warps = warps();
     for entry in parametrization::all() {
         for symmetry in [Symmetry::FULL, Symmetry::NONE] {
@@ -159,8 +155,6 @@ pub(crate) fn coordinate_columns() -> Vec<String> {
             }
         }
     }
-    columns.sort();
-    columns.dedup();
     columns.retain(|column| !ARMS.contains(&column.as_str()));
     columns
 }

@@ -319,7 +319,7 @@ fn columns(bytes: &[u8]) -> Result<Vec<Array>, String> {
         }
         let size = file.size();
         total = total.saturating_add(size);
-        may_unpack(bytes.len() as u64, total).map_err(|e| e.to_string())?;
+        may_unpack(bytes.len() as u64, total)?;
         // Every number takes eight bytes in the end.
         let most = UNPACKED_LIMIT / 8;
         if total > most {
