@@ -238,11 +238,9 @@ impl Field {
 /// The error of more poses than a planner chooses at most.
 pub(super) fn admit(kind: &'static str, budget: usize, most: usize) -> Result<(), PlanError> {
     match budget > most {
-        true => Err(PlanError::TooMany {
-            budget,
-            sample_set: kind,
-            allowed: most,
-        }),
+        true => Err(PlanError::Refused(format!(
+            "budget = {budget}: {kind} chooses at most {most} poses; allowed: fewer"
+        ))),
         false => Ok(()),
     }
 }

@@ -226,10 +226,8 @@ impl Greedy {
     }
 
     fn unknown(&self, e: &ReconstructError) -> PlanError {
-        PlanError::Unknown {
-            sample_set: self.rule.name(),
-            reason: e.to_string(),
-        }
+        let kind = self.rule.name();
+        PlanError::Refused(format!("{kind} cannot learn from these readings: {e}"))
     }
 
     /// What is known of a material by its readings. Poses that gave none count as if they had been read as
@@ -255,8 +253,9 @@ impl Greedy {
         let candidates = process.places(&pairs);
         let share = self.aim.weight;
         let truth = match self.rule {
-            Rule::Oracle => Some(task.truth.ok_or(PlanError::NoTruth {
-                sample_set: self.rule.name(),
+            Rule::Oracle => Some(task.truth.ok_or_else(|| {
+                let what = "knows the material that it measures; allowed: in studies, which do";
+                PlanError::Refused(format!("{} {what}", self.rule.name()))
             })?),
             _ => None,
         };

@@ -15,29 +15,10 @@ pub struct Use<T> {
     pub of: fn(&Format) -> Option<T>,
 }
 
-/// Why a file has no format for a use.
+/// Why a file has no format for a use, one sentence.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FormatError {
-    /// No extension determines it.
-    #[error("no format of {what} is known by this name; allowed: {allowed}, or --format")]
-    Name {
-        /// The use.
-        what: &'static str,
-        /// Extensions that say so.
-        allowed: String,
-    },
-    /// `--format` names one that does not do this.
-    #[error("{found:?} is no format of {what}; allowed: {allowed}")]
-    Unknown {
-        /// The use.
-        what: &'static str,
-        /// The name that was given, or its start.
-        found: String,
-        /// Names of formats.
-        allowed: String,
-    },
-}
+#[error("{0}")]
+pub struct FormatError(String);
 
 impl<T> Use<T> {
     /// A use and who does it.
@@ -66,11 +47,11 @@ impl<T> Use<T> {
 
     /// The error of a name of no such format.
     fn unknown(&self, name: &str) -> FormatError {
-        FormatError::Unknown {
-            what: self.what,
-            found: excerpt(name).into_owned(),
-            allowed: one_of(name, self.formats().map(|f| f.name)),
-        }
+        let (found, what) = (excerpt(name), self.what);
+        let allowed = one_of(name, self.formats().map(|f| f.name));
+        FormatError(format!(
+            "{found:?} is no format of {what}; allowed: {allowed}"
+        ))
     }
 
     /// The function of a format that was chosen, else of that of the extension of `path`.
@@ -81,9 +62,11 @@ impl<T> Use<T> {
     /// The format that was chosen, else that of the extension of `path`.
     pub fn format(&self, chosen: Option<Format>, path: &Path) -> Result<Format, FormatError> {
         let said = || of_name(path).filter(|f| (self.of)(f).is_some());
-        chosen.or_else(said).ok_or_else(|| FormatError::Name {
-            what: self.what,
-            allowed: self.extensions("."),
+        chosen.or_else(said).ok_or_else(|| {
+            let (what, allowed) = (self.what, self.extensions("."));
+            FormatError(format!(
+                "no format of {what} is known by this name; allowed: {allowed}, or --format"
+            ))
         })
     }
 

@@ -13,7 +13,6 @@ const TURN: f64 = 360.001;
 /// Largest polar angle of the horizon, degrees: a quarter turn, and what its printed digits may add.
 const QUARTER: f64 = 90.001;
 
-/// A column of angles.
 struct Angles {
     column: usize,
     unit: AngleUnit,

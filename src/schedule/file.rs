@@ -37,7 +37,6 @@ keys! {
 impl FileSet {
     const KIND: &str = "file";
 
-    /// The registry entry.
     pub(super) const ENTRY: Entry<dyn SampleSet> = Entry {
         kind: Self::KIND,
         summary: "the poses of a file, `file = \"poses.csv\"`, in its order, at most as many as the budget; also schedule_hash, columns, angles, elevation, azimuth",

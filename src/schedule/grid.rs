@@ -84,7 +84,6 @@ declare! {
 }
 
 impl Grid {
-    /// The ratio, if it is numbers.
     fn numbers(&self) -> Option<&[f64]> {
         match &self.ratio {
             Some(Ratio::Numbers(numbers)) => Some(numbers),
@@ -92,7 +91,6 @@ impl Grid {
         }
     }
 
-    /// The lattice axes of a shape.
     fn axes(&self, axes: &[Axis], shape: &[usize]) -> Vec<LatticeAxis> {
         let centring = |i: usize, axis: &Axis| match &self.centring {
             Some(list) => list[i],
@@ -339,7 +337,6 @@ fn default_centring(axis: &Axis) -> Centring {
     }
 }
 
-/// Checks a ratio against the axes.
 fn check_ratio(ratio: Option<&[f64]>, axes: &[Axis]) -> Result<(), ParameterError> {
     let Some(ratio) = ratio else { return Ok(()) };
     if ratio.len() == axes.len() && ratio.iter().all(|r| (1e-3..=1e3).contains(r)) {
@@ -349,7 +346,6 @@ fn check_ratio(ratio: Option<&[f64]>, axes: &[Axis]) -> Result<(), ParameterErro
     Err(ParameterError::new("ratio", format!("{ratio:?}"), allowed))
 }
 
-/// The axes' symbols, for messages.
 fn symbols(axes: &[Axis]) -> String {
     let symbols: Vec<_> = axes.iter().map(|a| a.symbol).collect();
     symbols.join(", ")

@@ -169,7 +169,6 @@ pub(crate) struct Rows {
 
 /// A row whose pose was in an earlier row.
 pub(crate) struct Again {
-    /// The row.
     pub row: usize,
     /// The first row of that pose.
     pub first: usize,

@@ -102,7 +102,6 @@ impl Lattice {
     }
 }
 
-/// Node number of integer indices along lattice axes.
 fn node(axes: &[LatticeAxis], index: &[i64]) -> Option<usize> {
     let mut node = 0;
     for (axis, &i) in axes.iter().zip(index) {
@@ -130,7 +129,6 @@ pub(super) fn node_at(axes: &[LatticeAxis], coords: &Coords, same: f64) -> Optio
     node(axes, &index[..axes.len()])
 }
 
-/// Coordinates at integer indices along lattice axes.
 pub(super) fn coords(axes: &[LatticeAxis], index: &[i64]) -> Coords {
     let mut c = [0.0; 4];
     for ((c, axis), &i) in c.iter_mut().zip(axes).zip(index) {

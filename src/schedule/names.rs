@@ -57,7 +57,6 @@ pub(crate) fn in_nm(unit: &str) -> Option<f64> {
     found.map(|(_, factor)| *factor)
 }
 
-/// True of a unit.
 pub(crate) fn is_unit(text: &str) -> bool {
     unit_of(text).is_some()
 }

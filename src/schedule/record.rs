@@ -9,7 +9,6 @@ use serde_json::{Map, Value, json};
 /// that [hold whole numbers](WHOLE) or [words](WORDS) are those of all tables, the others hold numbers.
 pub(crate) type Column<'a> = (&'a str, Bounds, &'a str);
 
-/// Keywords of a schema and their values.
 pub(crate) type Bounds = &'static [(&'static str, f64)];
 
 /// Numbers that are not negative.
@@ -33,7 +32,6 @@ pub(crate) const COLUMNS: [Column<'static>; 10] = [
     (TIMES[3], POSITIVE, "From the start to the middle of the exposures, s."),
 ];
 
-/// The schema of the cells of a column.
 fn cell_schema((name, bounds, summary): Column<'_>) -> Value {
     let is_whole = WHOLE.contains(&name);
     let (kind, format) = match name {
@@ -88,7 +86,6 @@ pub(crate) fn row_schema(title: &str, description: &str, further: &[Column<'_>])
     })
 }
 
-/// A row, or the header.
 pub(crate) fn line_schema(title: &str, row: Value) -> Value {
     let header = json!({
         "type": "object",

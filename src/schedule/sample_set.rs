@@ -67,16 +67,6 @@ pub enum PlanError {
     /// A key is outside its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// More poses than it chooses.
-    #[error("budget = {budget}: {sample_set} chooses at most {allowed} poses; allowed: fewer")]
-    TooMany {
-        /// The budget.
-        budget: usize,
-        /// The sample set.
-        sample_set: &'static str,
-        /// Poses that it chooses, at most.
-        allowed: usize,
-    },
     /// No pose to choose from.
     #[error(
         "{sample_set} finds no pose that the instrument can take and has not refused; allowed: another instrument"
@@ -85,32 +75,9 @@ pub enum PlanError {
         /// The sample set.
         sample_set: &'static str,
     },
-    /// Readings that a sample set cannot learn from.
-    #[error("{sample_set} cannot learn from these readings: {reason}")]
-    Unknown {
-        /// The sample set.
-        sample_set: &'static str,
-        /// The reason.
-        reason: String,
-    },
-    /// A sample set that has to know the material.
-    #[error("{sample_set} knows the material that it measures; allowed: in studies, which do")]
-    NoTruth {
-        /// The sample set.
-        sample_set: &'static str,
-    },
-    /// No configuration within the budget is physical.
-    #[error(
-        "budget = {budget}: no {sample_set} of at most that many configurations in {parametrization} coordinates has one above the horizon; allowed: a larger budget"
-    )]
-    Empty {
-        /// The budget.
-        budget: usize,
-        /// The sample set.
-        sample_set: &'static str,
-        /// The parametrization.
-        parametrization: &'static str,
-    },
+    /// Whatever else a sample set cannot do, one sentence.
+    #[error("{0}")]
+    Refused(String),
 }
 
 impl Schedule {
@@ -123,11 +90,10 @@ impl Schedule {
         unphysical_share: f64,
     ) -> Result<Self, PlanError> {
         if poses.is_empty() {
-            return Err(PlanError::Empty {
-                budget,
-                sample_set: kind,
-                parametrization: parametrization.name(),
-            });
+            return Err(PlanError::Refused(format!(
+                "budget = {budget}: no {kind} of at most that many configurations in {} coordinates has one above the horizon; allowed: a larger budget",
+                parametrization.name()
+            )));
         }
         let form = Arc::clone(parametrization);
         Ok(Self::new(form, kind, poses, unphysical_share))

@@ -172,7 +172,6 @@ impl Shapes {
         }
     }
 
-    /// Number of nodes of a shape.
     fn nodes(&mut self, number: usize) -> f64 {
         self.get(number).iter().map(|&n| n as f64).product()
     }
@@ -186,7 +185,6 @@ impl Shapes {
         number
     }
 
-    /// Shape `number`, nodes per axis.
     fn get(&mut self, number: usize) -> &[usize] {
         while self.list.len() <= number {
             let last = &self.list[self.list.len() - 1];

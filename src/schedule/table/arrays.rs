@@ -32,7 +32,6 @@ const LONGEST_NAME: usize = 200;
 /// Distance up to which vectors are those of the angles: single precision.
 const SAME: f64 = 1e-6;
 
-/// Writes one array.
 fn put(
     zip: &mut ZipWriter<Cursor<Vec<u8>>>,
     name: &str,

@@ -7,7 +7,6 @@ use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde_json::{Map, Value};
 use std::fmt::{self, Formatter};
 
-/// The key of the first line.
 const HEADER: &str = "header";
 
 impl Table {

@@ -33,11 +33,9 @@ enum Line {
     Row(f64, Vec<String>),
     /// A text in the first cell alone, which is neither a name of ours nor a mark.
     Title,
-    /// Anything else.
     Other,
 }
 
-/// What a line is.
 fn line_of(cells: &[String], comma: bool) -> Line {
     let number = |cell: &String| number(cell, comma).filter(|x| x.is_finite());
     let last = cells.iter().rposition(|cell| !cell.is_empty());

@@ -22,7 +22,6 @@ const NAMED: usize = 7;
 /// A table that was read. Cells are numbers but for one column of words.
 #[derive(Debug, Default)]
 pub(crate) struct Table {
-    /// The file, for messages.
     pub name: String,
     /// Our names of the columns, in the order of the file; none of one that is passed over.
     pub columns: Vec<String>,
@@ -30,7 +29,6 @@ pub(crate) struct Table {
     pub labels: Vec<String>,
     /// The line that names them.
     pub head: usize,
-    /// Line of each row.
     pub lines: Vec<usize>,
     pub(super) facts: Map<String, Value>,
     pub(super) fact_lines: Vec<(String, usize)>,
@@ -143,13 +141,11 @@ impl Table {
         unread
     }
 
-    /// An error about a fact.
     pub(crate) fn fact_error(&self, key: &str, message: impl Into<String>) -> FileError {
         let line = self.fact_lines.iter().find(|(k, _)| k == key);
         FileError::on_line(&self.name, line.map_or(1, |(_, line)| *line), message)
     }
 
-    /// An error about a row.
     pub(crate) fn row_error(&self, row: usize, message: impl Into<String>) -> FileError {
         FileError::on_line(&self.name, self.lines[row], message)
     }
@@ -159,7 +155,6 @@ impl Table {
         excerpt(&self.labels[column])
     }
 
-    /// Position of a column.
     pub(crate) fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|c| c == name)
     }
@@ -170,7 +165,6 @@ impl Table {
         (!value.is_nan()).then_some(value)
     }
 
-    /// Empties a cell of numbers.
     pub(crate) fn clear(&mut self, row: usize, column: usize) {
         self.numbers[row * self.columns.len() + column] = f64::NAN;
     }
@@ -180,7 +174,6 @@ impl Table {
         self.words.get(row).map_or("", String::as_str)
     }
 
-    /// Passes a column over.
     pub(crate) fn pass_over(&mut self, column: usize) {
         self.columns[column].clear();
     }
@@ -221,7 +214,6 @@ impl Table {
         }
     }
 
-    /// Keeps the rows of which this is true.
     pub(crate) fn retain(&mut self, keep: impl Fn(&Self, usize) -> bool) {
         let kept = (0..self.lines.len()).filter(|&row| keep(self, row));
         let kept: Vec<usize> = kept.collect();
@@ -234,7 +226,6 @@ impl Table {
         self.lines = kept.iter().map(|&row| self.lines[row]).collect();
     }
 
-    /// The hash of the rows.
     pub(crate) fn hash(&self) -> String {
         let mut hash = RowHash::new(self.labels.iter().map(String::as_str));
         for row in 0..self.lines.len() {

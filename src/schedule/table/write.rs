@@ -6,9 +6,7 @@ use std::io::{self, Write};
 
 /// One cell of a row.
 pub(crate) enum Cell {
-    /// No value.
     Empty,
-    /// A number.
     Number(f64),
     /// Words; nothing that a CSV would have to quote.
     Words(String),
@@ -58,14 +56,11 @@ pub(crate) struct Sheet<'a> {
     pub about: Vec<String>,
     /// Facts for programs, by key.
     pub facts: Map<String, Value>,
-    /// The columns.
     pub columns: Vec<Column<'a>>,
-    /// Number of rows.
     pub rows: usize,
 }
 
 impl Sheet<'_> {
-    /// The hash of the rows.
     pub(crate) fn hash(&self) -> String {
         let mut hash = RowHash::new(self.columns.iter().map(|column| column.name.as_str()));
         for row in 0..self.rows {
