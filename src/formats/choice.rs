@@ -100,7 +100,6 @@ pub fn of_name(path: &Path) -> Option<Format> {
     all.find(|f| f.extensions.contains(&extension.as_str()))
 }
 
-/// Bytes of a file that are looked at.
 const HEAD: u64 = 4096;
 
 /// The format of a file: what its first bytes say, else of a text what is in it, else its extension. `None` of text that nothing

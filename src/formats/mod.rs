@@ -28,6 +28,9 @@ use std::path::PathBuf;
 /// Isotropic tables over half/difference angles, of the MERL database.
 pub const MERL: Format = Format::of_tables(&merl::FORMAT);
 
+/// The bytes of a file, and its name in messages.
+pub(crate) type AsText = fn(&[u8], &str) -> Result<String, FileError>;
+
 /// Text, its name in messages, and what is taken for granted.
 pub(crate) type ReadSchedule = fn(&str, &str, &Assume) -> Result<ScheduleFile, FileError>;
 
@@ -84,8 +87,8 @@ pub struct Format {
     /// Whether a text is of this format. Text has names of every sort, or comes through a pipe; a
     /// format without this is recognised by its extension alone.
     pub recognises: Option<fn(&str) -> bool>,
-    /// Of a binary format of poses or readings: the equivalent text of bytes, and of the name of the file in messages.
-    pub as_text: Option<fn(&[u8], &str) -> Result<String, FileError>>,
+    /// Of a binary format of poses or readings: the equivalent text.
+    pub as_text: Option<AsText>,
     /// Tables of BRDFs.
     pub table: FileFormat,
     /// Reads a schedule.

@@ -13,7 +13,6 @@ fn without_last_line(text: &str) -> (&str, usize) {
     (&text[..end], text.lines().count())
 }
 
-/// Says how many rows were read.
 fn were_read(rows: usize) -> String {
     let verb = if rows == 1 { "was" } else { "were" };
     format!("{} {verb} read", count(rows, "row"))

@@ -92,7 +92,6 @@ const UNKNOWN_OUTPUT: &str = "UNKNOWN_OUTPUT";
 /// What is not known by wavelength.
 const RGB_COLOR: &str = "RGB_COLOR";
 
-/// The line that names wavelengths.
 const WAVELENGTHS: &str = "WAVELENGTHS_NM";
 
 /// A direction from its angles.
@@ -249,7 +248,6 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
 /// Keys of the header that are read.
 const KEYS: [&str; 6] = ["FORMAT", "DIM", "PARAM_IN", "PARAM_OUT", "VS", WAVELENGTHS];
 
-/// The values of `#WAVELENGTHS_NM`.
 fn wavelengths(words: &[&str], name: &str, line: usize) -> Result<Wavelengths, FileError> {
     let refuse = |message: String| FileError::on_line(name, line, message);
     let number = |word: &&str| {
@@ -369,7 +367,6 @@ impl Header {
         })
     }
 
-    /// The numbers of a row.
     fn row(&self, content: &str, name: &str, line: usize) -> Result<Vec<f64>, FileError> {
         let n = self.channels.count();
         let bare = self.input.1 + n;

@@ -54,16 +54,13 @@ pub(crate) fn is_astm(text: &str) -> bool {
     header.any(|line| after(line, VARS).is_some_and(has_angle))
 }
 
-/// The columns.
 struct Columns {
     /// Where the angles are; the azimuth of the light may be missing.
     angles: [Option<usize>; 4],
-    /// Where the values are.
     values: Vec<usize>,
     channels: Channels,
     /// Whether three values are X, Y, Z.
     is_xyz: bool,
-    /// All of them.
     count: usize,
 }
 
@@ -77,17 +74,15 @@ impl Columns {
                 return Err(refuse(format!("{VARS} lacks {angle}")));
             }
         }
-        let is_angle = |name: &str| ["theta", "phi"].iter().any(|of| name.starts_with(of));
-        let more = (0..names.len()).find(|at| is_angle(names[*at]) && !angles.contains(&Some(*at)));
-        if let Some(at) = more {
-            let (more, all) = (excerpt(names[at]), ANGLES.join(", "));
-            return Err(refuse(format!(
-                "{VARS} names the angle {more}: allowed are {all}, each once"
-            )));
-        }
         let is_value = |at: &usize| !angles.contains(&Some(*at));
         let values: Vec<usize> = (0..names.len()).filter(is_value).collect();
         let bands: Vec<&str> = values.iter().map(|at| names[*at]).collect();
+        let is_angle = |name: &&&str| ["theta", "phi"].iter().any(|of| name.starts_with(of));
+        if let Some(more) = bands.iter().find(is_angle) {
+            let what = format!("{VARS} names the angle {}", excerpt(more));
+            let all = ANGLES.join(", ");
+            return Err(refuse(format!("{what}: allowed are {all}, each once")));
+        }
         let nm = |band: &&str| band.strip_suffix(NM)?.trim().parse::<f64>().ok();
         let nm: Option<Vec<f64>> = bands.iter().map(nm).collect();
         let channels = match (&bands[..], nm) {
@@ -108,7 +103,7 @@ impl Columns {
         };
         Ok(Self {
             angles,
-            is_xyz: bands.first() == Some(&"X") && bands.len() == 3,
+            is_xyz: bands == ["X", "Y", "Z"],
             values,
             channels,
             count: names.len(),
@@ -135,23 +130,23 @@ pub fn read(text: &str, name: &str, assume: &Assume) -> Result<Readings, FileErr
             let message = format!("the line {VARS} is missing, which names the columns");
             return Err(FileError::whole(name, message).cut_if(true));
         };
-        if let Some((key, value)) = content.split_once(char::is_whitespace) {
-            let value = value.trim().trim_matches('"');
-            match key {
-                "SAMPLE" | "SAMPLE_NAME" => rows.name_material(line, value, conventions.mixed)?,
-                "INSTRUMENT" | "SYSTEM_NAME" => rows.about.instrument = Some(value.into()),
-                VARS | POINTS | "WRITTEN_BY" => {}
-                key => rows.pass_over(key),
+        let Some((key, value)) = content.split_once(char::is_whitespace) else {
+            continue;
+        };
+        let value = value.trim();
+        let unquoted = value.trim_matches('"');
+        match key {
+            "SAMPLE" | "SAMPLE_NAME" => rows.name_material(line, unquoted, conventions.mixed)?,
+            "INSTRUMENT" | "SYSTEM_NAME" => rows.about.instrument = Some(unquoted.into()),
+            "WRITTEN_BY" => {}
+            POINTS => {
+                points = Some(value.parse::<usize>().map_err(|_| {
+                    let message = format!("{POINTS} {}: allowed is a whole number", excerpt(value));
+                    FileError::on_line(name, line, message)
+                })?);
             }
-        }
-        if let Some(number) = after(content, POINTS) {
-            points = Some(number.parse::<usize>().map_err(|_| {
-                let message = format!("{POINTS} {}: allowed is a whole number", excerpt(number));
-                FileError::on_line(name, line, message)
-            })?);
-        }
-        if let Some(names) = after(content, VARS) {
-            break Columns::read(names, name, line)?;
+            VARS => break Columns::read(value, name, line)?,
+            key => rows.pass_over(key),
         }
     };
     let fixes_sample = columns.angles[1].is_some();

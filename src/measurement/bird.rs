@@ -20,10 +20,8 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-/// Where the schema is.
 const SCHEMA: &str = "https://raw.githubusercontent.com/BiRD-project/BiRD_view/master/BRDF_JSON_schema/brdf_json_schema_v1.0.json";
 
-/// Units of f_r.
 const OF_SR: [&str; 2] = ["1/sr", "sr^-1"];
 
 /// Angles there and their names here.
@@ -49,7 +47,6 @@ struct Uncertainty {
     unit: String,
 }
 
-/// States of polarisation.
 #[derive(Deserialize)]
 struct States {
     values: Vec<State>,
@@ -344,7 +341,6 @@ fn long_form(
     })
 }
 
-/// The states of polarisation under a key.
 fn states(
     data: &Map<String, Value>,
     key: &str,

@@ -156,7 +156,6 @@ pub(super) struct ValueColumns {
     /// The column with the channel of a row; without it a row has all of them.
     wavelength: Option<usize>,
     quantity: Quantity,
-    /// The unit of uncertainties.
     unit: UncertaintyUnit,
     /// Standard deviations that they are.
     coverage_factor: f64,

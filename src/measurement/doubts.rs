@@ -57,7 +57,6 @@ pub(super) fn seem_no_readings(measurement: &Measurement) -> Vec<String> {
     BTreeSet::from_iter(doubts).into_iter().collect()
 }
 
-/// Those of a channel.
 fn seem_no_readings_of(measurement: &Measurement, channel: usize) -> Vec<String> {
     let value = |i: usize| measurement.value(i).map(|v| v[channel]);
     let poses = 0..measurement.outcomes.len();
@@ -114,7 +113,6 @@ const MARK: f64 = -1.0;
 /// Rows with values below 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Negative {
-    /// How many there are.
     pub rows: usize,
     /// Line of the first of them, from 1; 0 if there is none.
     pub first: usize,

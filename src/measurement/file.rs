@@ -44,7 +44,6 @@ use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::sync::Arc;
 
-/// The fact that holds the hash of the rows.
 const MEASUREMENT_HASH: &str = "measurement_hash";
 
 /// The column that numbers the tries at a pose.
@@ -76,7 +75,8 @@ pub fn write_measurement(
     }
     let scatter = "standard uncertainty (k = 1) of the scatter, 1/sr";
     let shared = "standard uncertainty (k = 1) readings share, 1/sr";
-    let families: [(&str, &str, fn(f64, f64) -> f64); 3] = [
+    type Of = fn(f64, f64) -> f64;
+    let families: [(&str, &str, Of); 3] = [
         (TYPE_A, scatter, |a, _| a),
         (TYPE_B, shared, |_, b| b),
         (UNCERTAINTY, "hypot of both, 1/sr", f64::hypot),

@@ -195,12 +195,10 @@ impl Pool {
         means.iter().position(|m| read && m.count == 0)
     }
 
-    /// Takes a configuration for one without a reading.
     pub(crate) fn lose(&mut self, pose: usize) {
         self.outcomes[pose] = Some(Outcome::NoData);
     }
 
-    /// True if some configuration has a reading.
     pub(crate) fn has_readings(&self) -> bool {
         self.outcomes.contains(&Some(Outcome::Reading))
     }

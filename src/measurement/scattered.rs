@@ -17,7 +17,6 @@ use std::sync::Arc;
 /// Rows of a table while it is read.
 #[derive(Default)]
 pub(super) struct Rows<'a> {
-    /// The file, in messages.
     name: &'a str,
     pairs: Vec<DirectionPair>,
     values: Vec<f64>,

@@ -114,7 +114,7 @@ pub(crate) fn take_outside(table: &mut Table, conventions: &Conventions) -> Outs
         polar.each_ref().map(|angles| {
             let angles = angles.as_ref()?;
             let degrees = angles.unit.degrees(table.number(row, angles.column)?);
-            Some(conventions.from_normal(degrees).abs())
+            Some(conventions.theta(degrees).abs())
         })
     };
     let rows = table.lines.len();
@@ -181,7 +181,7 @@ fn pairs_of_angles(table: &Table, conventions: &Conventions) -> Result<Pairs, Fi
     let mut signed = 0;
     for row in 0..table.lines.len() {
         let polar = |angles: &Angles| {
-            let good = |degrees| is_above(conventions.from_normal(degrees).abs());
+            let good = |degrees| is_above(conventions.theta(degrees).abs());
             let allowed = match conventions.elevation {
                 true => ["(0, 180): above the horizon", "(0, pi): above the horizon"],
                 false => [
@@ -190,7 +190,7 @@ fn pairs_of_angles(table: &Table, conventions: &Conventions) -> Result<Pairs, Fi
                 ],
             };
             let degrees = angles.degrees(table, row, good, allowed)?;
-            Ok::<_, FileError>(conventions.from_normal(degrees).to_radians())
+            Ok::<_, FileError>(conventions.theta(degrees).to_radians())
         };
         let turn = |angles: &Angles| {
             let good = |degrees: f64| degrees.abs() <= TURN;

@@ -148,7 +148,6 @@ choices! {
 }
 
 impl Polarisation {
-    /// The sentence about what is read.
     pub(crate) fn note(self) -> String {
         let what = match self {
             Self::Mean => "the mean of s and p polarised light (--polarisation s or p)",
@@ -259,7 +258,6 @@ impl Unsaid {
         }
     }
 
-    /// The sentence about a column without a unit.
     pub(crate) fn refuse(self, label: &str) -> String {
         let allowed = match self {
             Self::Angle => format!(
@@ -300,7 +298,7 @@ type Given = (FxHashMap<usize, String>, FxHashSet<String>);
 
 impl Conventions {
     /// A polar angle (degrees) counted from the normal.
-    pub(super) fn from_normal(&self, degrees: f64) -> f64 {
+    pub(super) fn theta(&self, degrees: f64) -> f64 {
         match self.elevation {
             true => 90.0 - degrees,
             false => degrees,

@@ -20,7 +20,6 @@ use crate::parametrization::{Axis, Unit};
 use serde_json::{Map, Value, json};
 use std::io::{self, Write};
 
-/// The fact that holds the hash of a schedule's rows.
 pub(crate) const SCHEDULE_HASH: &str = "schedule_hash";
 
 /// The poses of a file, and the order of its rows.
@@ -97,21 +96,9 @@ pub(crate) fn description(schedule: &Schedule, what: &str) -> Vec<String> {
     ]
 }
 
-/// The columns of the two arms.
 pub(crate) const ARMS: [&str; 4] = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"];
 
-/// The columns of time.
 pub(crate) const TIMES: [&str; 4] = ["move_seconds", "exposure_seconds", "seconds", "at_seconds"];
-
-/// The column of an instrument's axis. Where its name is that of a coordinate, the column says so.
-fn axis_column(name: &str, taken: &[String]) -> String {
-    let column = format!("{name}_deg");
-    if taken.contains(&column) {
-        format!("axis_{column}")
-    } else {
-        column
-    }
-}
 
 /// The axes with a column of their own: spherical coordinates are the angles of the arms.
 pub(crate) fn coordinate_axes(axes: &[Axis]) -> impl Iterator<Item = (usize, &Axis)> {
@@ -140,7 +127,6 @@ impl<'a> PoseRows<'a> {
         }
     }
 
-    /// The columns.
     pub(crate) fn columns(&self) -> Vec<Column<'_>> {
         let pose = |row: usize| &self.schedule.poses[self.poses[row]];
         let number = "number of the pose in its schedule, from 0";
@@ -178,7 +164,12 @@ impl<'a> PoseRows<'a> {
         for (k, name) in itinerary.axes.iter().enumerate() {
             let meaning = format!("position of the axis {name}, degrees");
             let position = move |row| Some(visit(row)?.positions[k].to_degrees());
-            columns.push(Column::new(axis_column(name, &taken), meaning, position));
+            let mut column = format!("{name}_deg");
+            // Its name may be that of a coordinate.
+            if taken.contains(&column) {
+                column.insert_str(0, "axis_");
+            }
+            columns.push(Column::new(column, meaning, position));
         }
         let times: [Part<Visit>; 4] = [
             ("travel from the row before, and settling", |v| {

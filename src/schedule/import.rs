@@ -206,9 +206,8 @@ impl Rows {
         let index = index.transpose()?;
         let mut rows = Self { directions, index };
         // Others count rows anew from sheet to sheet.
-        let falls = |index: &Vec<u64>| index.windows(2).any(|pair| pair[1] < pair[0]);
-        let starts_anew = !table.is_ours() && rows.index.as_ref().is_some_and(falls);
-        if starts_anew && rows.again().any(|again| again.by_index) {
+        let starts_anew = rows.index.as_ref().is_some_and(|index| !index.is_sorted());
+        if starts_anew && !table.is_ours() && rows.again().any(|again| again.by_index) {
             rows.index = None;
         }
         Ok(rows)
@@ -227,8 +226,8 @@ impl Rows {
                 }
             }
         }
-        let rows = first.into_iter().zip(by_index).enumerate();
-        rows.map(|(row, (first, by_index))| Again {
+        let rows = (0..).zip(first).zip(by_index);
+        rows.map(|((row, first), by_index)| Again {
             row,
             first,
             by_index,

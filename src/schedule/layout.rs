@@ -10,7 +10,6 @@ use crate::registry::{Resolved, declare};
 use crate::sampling::Random;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
-use std::iter;
 use std::sync::Arc;
 
 /// A layout of poses.
@@ -68,16 +67,14 @@ const E2539: [[f64; 2]; 8] = [
     [15.0, 15.0],
 ];
 
-/// A direction of [`RINGS`].
-fn of_rings(mut number: usize) -> Direction {
-    for (theta, azimuths) in RINGS {
-        if number < azimuths {
-            let phi = 360.0 * number as f64 / azimuths as f64;
-            return Direction::from_spherical(theta.to_radians(), phi.to_radians());
-        }
-        number -= azimuths;
-    }
-    unreachable!("there are {DIRECTIONS} directions")
+/// The directions of [`RINGS`].
+fn directions() -> impl Iterator<Item = Direction> {
+    RINGS
+        .into_iter()
+        .flat_map(|(theta, azimuths): (f64, usize)| {
+            let phi = move |k: usize| (360.0 * k as f64 / azimuths as f64).to_radians();
+            (0..azimuths).map(move |k| Direction::from_spherical(theta.to_radians(), phi(k)))
+        })
 }
 
 /// A pose in the plane of the light, the sensor so far from the mirror direction towards the normal, degrees.
@@ -106,7 +103,8 @@ impl Layout {
                 MerlGrid::RECIPROCAL.pair([number / (d * p), number / p % d, number % p])
             }
             Layout::UtiaBtf => {
-                let [light, sensor] = [number / DIRECTIONS, number % DIRECTIONS].map(of_rings);
+                let light = directions().nth(number / DIRECTIONS)?;
+                let sensor = directions().nth(number % DIRECTIONS)?;
                 Some(DirectionPair::new(light, sensor))
             }
             Layout::AstmE2194 => Some(aspecular(E2194[number])),
@@ -134,22 +132,14 @@ impl SampleSet for LayoutSet {
     ) -> Result<Schedule, PlanError> {
         let mut numbers: Vec<u32> = (0..self.of.len() as u32).collect();
         let mut random = Random::new(seed).stream(0);
-        let is_part = budget < numbers.len();
-        let mut next = 0;
-        let pairs = iter::from_fn(|| {
-            while next < numbers.len() {
-                if is_part {
-                    // A step of the shuffle of Fisher and Yates.
-                    let left = numbers.len() - next;
-                    numbers.swap(next, next + (random.next() * left as f64) as usize);
-                }
-                next += 1;
-                let pose = self.of.pose(numbers[next - 1] as usize);
-                if pose.is_some() {
-                    return pose;
-                }
+        let all = numbers.len();
+        let pairs = (0..all).filter_map(|next| {
+            if budget < all {
+                // A step of the shuffle of Fisher and Yates.
+                let left = all - next;
+                numbers.swap(next, next + (random.next() * left as f64) as usize);
             }
-            None
+            self.of.pose(numbers[next] as usize)
         });
         first_of(parametrization, budget, Self::KIND, pairs)
     }

@@ -151,19 +151,17 @@ impl RowHash {
         Self(hasher)
     }
 
-    fn number(&mut self, value: f64) {
-        self.0.update(b"n");
-        self.0.update(&value.to_bits().to_le_bytes());
-    }
-
-    fn words(&mut self, text: &str) {
-        self.0.update(b"w");
-        self.0.update(&(text.len() as u64).to_le_bytes());
-        self.0.update(text.as_bytes());
-    }
-
-    fn empty(&mut self) {
-        self.0.update(b"e");
+    fn add(&mut self, cell: &Cell) {
+        let hasher = &mut self.0;
+        match cell {
+            Cell::Empty => hasher.update(b"e"),
+            Cell::Number(value) => hasher.update(b"n").update(&value.to_bits().to_le_bytes()),
+            Cell::Words(text) => {
+                let length = text.len() as u64;
+                hasher.update(b"w").update(&length.to_le_bytes());
+                hasher.update(text.as_bytes())
+            }
+        };
     }
 
     fn finish(&self) -> String {

@@ -52,27 +52,30 @@ fn doubles(values: &[f64]) -> impl Iterator<Item = [u8; 8]> {
     values.iter().map(|v| v.to_le_bytes())
 }
 
-/// The type of the longest of some texts, and the bytes of each.
-fn texts<T: AsRef<str>>(texts: &[T]) -> (String, impl Iterator<Item = Vec<u8>>) {
-    let longest = texts.iter().map(|text| text.as_ref().chars().count()).max();
+/// Writes an array of texts, as wide as the longest.
+fn put_texts(
+    zip: &mut ZipWriter<Cursor<Vec<u8>>>,
+    name: &str,
+    shape: &[u64],
+    texts: &[String],
+) -> io::Result<()> {
     // NumPy has no text of length 0.
-    let longest = longest.unwrap_or(0).max(1);
-    let bytes = texts.iter().map(move |text| {
-        let chars = text.as_ref().chars();
-        let mut bytes: Vec<u8> = chars.flat_map(|c| u32::from(c).to_le_bytes()).collect();
+    let lengths = texts.iter().map(|text| text.chars().count());
+    let longest = lengths.fold(1, usize::max);
+    let bytes = texts.iter().map(|text| {
+        let bytes = text.chars().flat_map(|c| u32::from(c).to_le_bytes());
+        let mut bytes: Vec<u8> = bytes.collect();
         bytes.resize(4 * longest, 0);
         bytes
     });
-    (format!("<U{longest}"), bytes)
+    put(zip, name, &format!("<U{longest}"), shape, bytes)
 }
 
 impl Sheet<'_> {
     /// Writes the table as an archive.
     pub(super) fn write_arrays(&self, out: &mut dyn Write) -> io::Result<()> {
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        let header = self.header().to_string();
-        let (descr, bytes) = texts(std::slice::from_ref(&header));
-        put(&mut zip, HEADER, &descr, &[], bytes)?;
+        put_texts(&mut zip, HEADER, &[], &[self.header().to_string()])?;
         let rows = self.rows as u64;
         let numbers = |column: &Column<'_>| -> Vec<f64> {
             let number = |row| match (column.cell)(row) {
@@ -89,8 +92,7 @@ impl Sheet<'_> {
                     Cell::Empty | Cell::Number(_) => String::new(),
                 };
                 let words: Vec<String> = (0..self.rows).map(word).collect();
-                let (descr, bytes) = texts(&words);
-                put(&mut zip, name, &descr, &[rows], bytes)?;
+                put_texts(&mut zip, name, &[rows], &words)?;
                 continue;
             }
             let found = numbers(column);

@@ -8,7 +8,7 @@ use super::super::convention::{Conventions, NamedColumn, Unsaid};
 use super::super::names;
 use super::cells::Cells;
 use super::head::{self, Head};
-use super::{FileError, RowHash, ScheduleFormat, WORDS, matrix};
+use super::{Cell, FileError, RowHash, ScheduleFormat, WORDS, matrix};
 use crate::brdf::marks::{Marks, is_among, is_mark, marks_among};
 use crate::error::{count, excerpt, meant};
 use rustc_hash::FxHashSet;
@@ -230,11 +230,10 @@ impl Table {
         let mut hash = RowHash::new(self.labels.iter().map(String::as_str));
         for row in 0..self.lines.len() {
             for (d, name) in self.columns.iter().enumerate() {
-                match (name.as_str(), self.number(row, d)) {
-                    (WORDS, _) => hash.words(self.words(row)),
-                    (_, Some(value)) => hash.number(value),
-                    (_, None) => hash.empty(),
-                }
+                hash.add(&match name.as_str() {
+                    WORDS => Cell::Words(self.words(row).into()),
+                    _ => self.number(row, d).into(),
+                });
             }
         }
         hash.finish()

@@ -65,11 +65,7 @@ impl Sheet<'_> {
         let mut hash = RowHash::new(self.columns.iter().map(|column| column.name.as_str()));
         for row in 0..self.rows {
             for column in &self.columns {
-                match (column.cell)(row) {
-                    Cell::Empty => hash.empty(),
-                    Cell::Number(value) => hash.number(value),
-                    Cell::Words(text) => hash.words(&text),
-                }
+                hash.add(&(column.cell)(row));
             }
         }
         hash.finish()
