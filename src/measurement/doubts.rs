@@ -122,15 +122,15 @@ pub struct Negative {
 
 impl Negative {
     /// Looks at the values of a row as they are in the file.
-    pub(super) fn see<I: Iterator<Item = f64>>(&mut self, line: usize, values: impl Fn() -> I) {
-        if !values().any(|v| v < 0.0) {
+    pub(super) fn see(&mut self, line: usize, mut values: impl Iterator<Item = f64> + Clone) {
+        if !values.clone().any(|v| v < 0.0) {
             return;
         }
         self.rows += 1;
         if self.first == 0 {
             self.first = line;
         }
-        self.marks += usize::from(values().all(|v| v == MARK));
+        self.marks += usize::from(values.all(|v| v == MARK));
     }
 
     /// The sentence that warns of them; `None` if there is none.

@@ -266,7 +266,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         };
         pool.see(pose, outcome, flags);
         if let Some(values) = values {
-            negative.see(table.lines[row], || columns.cells(&table, row));
+            negative.see(table.lines[row], columns.cells(&table, row));
             let [a, b] = columns.read_uncertainties(&table, row, pair)?;
             let states = |column: &usize| table.number(row, *column).is_some_and(|u| u > 0.0);
             exact += usize::from(!stated.iter().all(states));

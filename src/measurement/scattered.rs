@@ -135,7 +135,7 @@ impl<'a> Rows<'a> {
                 continue;
             }
             outcomes.push(Outcome::Reading);
-            negative.see(place.line, || raw.iter().copied());
+            negative.see(place.line, raw.iter().copied());
         }
         let measurement = Measurement {
             channels,

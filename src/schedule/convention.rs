@@ -35,19 +35,19 @@ pub(crate) fn listed<T>(all: &[Choice<T>]) -> String {
     names.join(", ")
 }
 
-/// Declares an enum of the values of an option, each with its name in files and on the command line and with what it means.
+/// Declares an enum of the values of an option, each with its name in files and on the command line and with what it means, which is its doc.
 macro_rules! choices {
     (
         $(#[$about:meta])*
         pub enum $Type:ident {
-            $($(#[$attribute:meta])* $Variant:ident = $name:literal: $meaning:literal,)+
+            $($Variant:ident = $name:literal: $meaning:literal,)+
         }
     ) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
         pub enum $Type {
             $(
-                $(#[$attribute])*
+                #[doc = $meaning]
                 #[serde(rename = $name)]
                 $Variant,
             )+
@@ -64,9 +64,7 @@ macro_rules! choices {
 choices! {
     /// Unit of angles. A column that ends in `_` and the name of a unit is in it.
     pub enum AngleUnit {
-        /// Degrees.
         Degrees = "deg": "degrees",
-        /// Radians.
         Radians = "rad": "radians",
     }
 }
@@ -85,14 +83,10 @@ choices! {
     /// Where azimuths are counted from. Counted about the normal, between directions that point away
     /// from the sample, the mirror direction is 180° from the light.
     pub enum Azimuth {
-        /// Both from an axis of the sample.
         Sample = "sample":
             "both from an axis of the sample: equal ones are retro, 180° apart is mirror",
-        /// The sensor's from the light's.
         Light = "light": "the sensor's from the light's: 0 is retro, 180° mirror",
-        /// The sensor's from that of the mirror direction.
         Mirror = "mirror": "the sensor's from the mirror direction's: 0 is mirror, 180° retro",
-        /// Both from an axis of the sample, the light's where it goes to.
         Propagation = "propagation":
             "both from an axis of the sample, the light's is where it goes to: equal ones are mirror",
     }
@@ -115,11 +109,8 @@ impl Azimuth {
 choices! {
     /// The unit of the uncertainties of a file.
     pub enum UncertaintyUnit {
-        /// That of the values.
         Value = "value": "in the unit of the values",
-        /// A share of the value.
         Relative = "relative": "a share of the value: .02 is two percent",
-        /// A hundred times that.
         Percent = "percent": "percent of the value",
     }
 }
@@ -138,11 +129,8 @@ impl UncertaintyUnit {
 choices! {
     /// Which values of a file that has those of s and of p polarised light are read.
     pub enum Polarisation {
-        /// The mean of both.
         Mean = "mean": "the mean of both, as for light that is not polarised",
-        /// That of light polarised across the plane of incidence.
         S = "s": "across the plane of incidence",
-        /// That of light polarised in the plane of incidence.
         P = "p": "in the plane of incidence",
     }
 }
@@ -161,18 +149,13 @@ impl Polarisation {
 choices! {
     /// What a value of a file is.
     pub enum Quantity {
-        /// f_r, sr⁻¹.
         Brdf = "brdf": "f_r, 1/sr, without any cosine",
-        /// f_r cos theta_o, sr⁻¹.
         BrdfCosine = "brdf-cosine":
             "f_r cos theta_o, 1/sr: the cosine of the sensor (ALTA's INV_STERADIAN_COSINE_FACTOR, \
              the cosine-corrected BRDF of scatterometers)",
-        /// f_r cos theta_i, sr⁻¹.
         BrdfCosineLight = "brdf-cosine-light":
             "f_r cos theta_i, 1/sr: the cosine of the light (our columns value_cos)",
-        /// π f_r.
         ReflectanceFactor = "reflectance-factor": "pi f_r: 1 is a perfect matte white",
-        /// 100 π f_r.
         Percent = "percent": "100 pi f_r: percent of a perfect matte white",
     }
 }

@@ -121,10 +121,9 @@ impl Table {
             return;
         }
         self.facts.retain(|key, _| is_in(SHARED, key));
-        let lines = std::mem::take(&mut self.fact_lines).into_iter();
-        let (read, others) = lines.partition(|(key, _)| self.facts.contains_key(key));
-        self.fact_lines = read;
-        self.others.extend::<Vec<_>>(others);
+        let is_other = |(key, _): &mut (String, usize)| !self.facts.contains_key(key);
+        let others = self.fact_lines.extract_if(.., is_other);
+        self.others.extend(others);
     }
 
     /// Header content that is not read: keys, and the number of other comments.
