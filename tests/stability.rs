@@ -136,7 +136,7 @@ fn walked(family: &str, keep: impl Fn(usize, &Check) -> bool) -> Vec<Finding> {
         .iter()
         .find(|f| f.name == family)
         .expect("a family");
-    let all = family.checks(Extent::Short).into_iter().enumerate();
+    let all = (family.checks)(Extent::Short).into_iter().enumerate();
     let checks: Vec<_> = all.filter(|(i, c)| keep(*i, c)).map(|(_, c)| c).collect();
     let stop = Arc::new(AtomicBool::new(false));
     stability::run(vec![(family.name, checks)], &stop, &|| ())
@@ -148,7 +148,7 @@ const OWN: [&str; 3] = ["by-arc-cosine", "lopsided", "undefined"];
 fn every_law_holds(level: Level) {
     // The registries are of the whole process: the other test may have joined its members.
     let is_asked = |i: usize, check: &Check| {
-        let own = OWN.iter().any(|own| check.member().starts_with(own));
+        let own = OWN.iter().any(|own| check.member.starts_with(own));
         !own && i.is_multiple_of(level.of(7, 1))
     };
     for family in stability::all() {
@@ -182,7 +182,7 @@ fn what_is_unstable_is_found() {
     })
     .unwrap();
     let broken = |family: &str, member: &str| -> Vec<&'static str> {
-        let found = walked(family, |_, c| c.member().starts_with(member));
+        let found = walked(family, |_, c| c.member.starts_with(member));
         assert!(!found.is_empty(), "{member} was not walked");
         let broken = found.into_iter().filter(|f| f.verdict == Verdict::Broken);
         broken.map(|f| f.law).collect()
@@ -200,7 +200,7 @@ fn what_is_unstable_is_found() {
 #[test]
 fn laws_after_an_interruption_are_said_to_be_left() {
     let family = &stability::all()[0];
-    let checks = family.checks(Extent::Short);
+    let checks = (family.checks)(Extent::Short);
     let count = checks.len();
     let stop = Arc::new(AtomicBool::new(true));
     let found = stability::run(vec![(family.name, checks)], &stop, &|| ());

@@ -52,7 +52,7 @@ impl Stability {
         let wanted =
             |f: &&Family| self.families.is_empty() || self.families.iter().any(|n| n == f.name);
         let families = all.iter().filter(wanted);
-        let families: Vec<_> = families.map(|f| (f.name, f.checks(extent))).collect();
+        let families: Vec<_> = families.map(|f| (f.name, (f.checks)(extent))).collect();
         let laws: usize = families.iter().map(|(_, checks)| checks.len()).sum();
         let progress = Progress::with_work(laws as u64, "");
         let stop = stop_flag("");

@@ -78,13 +78,15 @@ pub(super) fn pairs() -> Vec<Case> {
     }
     // Components negated: h or k along an axis to the last bit.
     let v = Direction::from_spherical(0.7, 0.4).vector();
-    let bits = |name: &str, o: DVec3| Case {
+    let to_the_last_bit = [
+        ("mirror to the last bit", DVec3::new(-1.0, -1.0, 1.0)),
+        ("retro to the last bit", DVec3::ONE),
+        ("mirrored in t", DVec3::new(1.0, -1.0, 1.0)),
+    ];
+    cases.extend(to_the_last_bit.map(|(name, signs)| Case {
         name: name.into(),
-        pair: DirectionPair::from_unit([v, o]),
-    };
-    cases.push(bits("mirror to the last bit", DVec3::new(-v.x, -v.y, v.z)));
-    cases.push(bits("retro to the last bit", v));
-    cases.push(bits("mirrored in t", DVec3::new(v.x, -v.y, v.z)));
+        pair: DirectionPair::from_unit([v, v * signs]),
+    }));
     cases
 }
 
@@ -105,12 +107,14 @@ pub(super) const SYMMETRIES: [(&str, Symmetry); 4] = [
 
 /// Every parametrization, plain and with each example of each warp on each axis that can have it.
 pub(super) fn forms(symmetry: Symmetry) -> Vec<(String, Arc<dyn Parametrization>)> {
+    let warps = examples(parametrization::warps());
+    let warps: Vec<WarpSpec> = warps.map(|example| *example.member).collect();
     let mut forms = Vec::new();
     for entry in parametrization::all() {
         let plain = entry.form(symmetry);
         let axes = plain.axes().to_vec();
         forms.push((entry.kind.to_owned(), plain));
-        for warp in warps() {
+        for &warp in &warps {
             for axis in &axes {
                 let alone = Warps::from([(axis.symbol.to_owned(), warp)]);
                 if let Ok(form) = entry.warped(symmetry, &alone) {
@@ -120,12 +124,6 @@ pub(super) fn forms(symmetry: Symmetry) -> Vec<(String, Arc<dyn Parametrization>
         }
     }
     forms
-}
-
-/// Every example of every warp.
-fn warps() -> Vec<WarpSpec> {
-    let examples = examples(parametrization::warps());
-    examples.map(|example| *example.member).collect()
 }
 
 /// A member of a registry.
@@ -159,22 +157,13 @@ pub(super) fn half_difference(symmetry: Symmetry) -> Arc<dyn Parametrization> {
     Arc::new(Form::<HalfDifference>::new(symmetry))
 }
 
-/// Pairs as a schedule.
-pub(super) fn schedule(
-    name: &str,
-    form: &Arc<dyn Parametrization>,
-    pairs: impl IntoIterator<Item = DirectionPair>,
-) -> Schedule {
-    Schedule {
-        sample_set: name.into(),
-        ..Schedule::of_pairs(Arc::clone(form), pairs)
-    }
-}
-
 /// Cases as a schedule in half/difference coordinates.
 pub(super) fn schedule_of(cases: &[Case], symmetry: Symmetry) -> Arc<Schedule> {
     let pairs = cases.iter().map(|case| case.pair);
-    Arc::new(schedule("extremes", &half_difference(symmetry), pairs))
+    Arc::new(Schedule {
+        sample_set: "extremes".into(),
+        ..Schedule::of_pairs(half_difference(symmetry), pairs)
+    })
 }
 
 /// A material of the registry in luminance, from its keys. A text that cannot be read is our own mistake, and a check

@@ -1,13 +1,13 @@
 //! Estimators of moments, at every view elevation, on slices with closed forms and on ever narrower lobes.
 
-use super::cases;
-use super::{Check, Extent, Family, Finding, Law, ROUNDING};
+use super::models::ALPHAS;
+use super::{Check, Extent, Family, Finding, Law, ROUNDING, cases};
 use crate::brdf::Brdf;
 use crate::brdf::testing::made;
 use crate::geometry::Symmetry;
 use crate::moments::{self, Channel, Component, Estimator, Order, PeakResolving, Slice};
 use crate::parametrization::view_centered_angles;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 use std::sync::Arc;
 
 pub(super) const FAMILY: Family = Family {
@@ -32,17 +32,15 @@ const VIEWS: [f64; 7] = [0.0, 1e-9, 30.0, 60.0, 85.0, 89.999, 90.0 - 1e-10];
 /// ∫ exp(−t²/(2 width²)) over [−π/2, π/2] of t + centre, and ∫ t exp(…) there.
 fn truncated(centre: f64, width: f64) -> [f64; 2] {
     let [a, b] = [-FRAC_PI_2 - centre, FRAC_PI_2 - centre].map(|t| t / width);
-    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let [x, y] = [a, b].map(|t| t * FRAC_1_SQRT_2);
     let share = match (a > 0.0, b < 0.0) {
-        (true, _) => libm::erfc(a * half) - libm::erfc(b * half),
-        (_, true) => libm::erfc(-b * half) - libm::erfc(-a * half),
-        _ => libm::erf(b * half) - libm::erf(a * half),
+        (true, _) => libm::erfc(x) - libm::erfc(y),
+        (_, true) => libm::erfc(-y) - libm::erfc(-x),
+        _ => libm::erf(y) - libm::erf(x),
     };
     let bell = |t: f64| (-0.5 * t * t).exp();
-    [
-        width * (FRAC_PI_2).sqrt() * share,
-        width * width * (bell(a) - bell(b)),
-    ]
+    let first = width * width * (bell(a) - bell(b));
+    [width * FRAC_PI_2.sqrt() * share, first]
 }
 
 fn checks(extent: Extent) -> Vec<Check> {
@@ -50,10 +48,8 @@ fn checks(extent: Extent) -> Vec<Check> {
     for example in cases::examples(moments::all()) {
         let by: Arc<dyn Estimator> = Arc::from(example.member);
         let name = by.label();
-        let law = match name.starts_with("peak") {
-            true => STATED,
-            false => RANDOM,
-        };
+        let is_bounded = name.starts_with("peak");
+        let law = if is_bounded { STATED } else { RANDOM };
         for width in extent.subset(vec![1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6], 3) {
             for base in [0.0, 1e-12] {
                 let by = Arc::clone(&by);
@@ -63,17 +59,15 @@ fn checks(extent: Extent) -> Vec<Check> {
                 }));
             }
         }
-        let alphas = vec!["1.0", "0.1", "1e-2", "1e-3", "1e-4", "1e-5", "1e-6"];
-        for alpha in extent.subset(alphas, 3) {
+        for alpha in extent.subset(ALPHAS[1..].to_vec(), 3) {
             let by = Arc::clone(&by);
             let member = format!("{name}, ggx {alpha}");
             checks.push(Check::new(&*member, FINITE, move |watch| {
                 finite(&*by, alpha, extent, watch);
             }));
-            if name.starts_with("peak") {
-                checks.push(Check::new(member, LOBES, move |watch| {
-                    lobes(alpha, extent, watch)
-                }));
+            if is_bounded {
+                let run = move |watch: &mut Finding| lobes(alpha, extent, watch);
+                checks.push(Check::new(member, LOBES, run));
             }
         }
     }

@@ -2,11 +2,12 @@
 
 use super::cases::{Case, pairs_above, schedule_of};
 use super::{Check, Extent, Family, Finding, Law, ROUNDING};
+use crate::brdf::Channels;
 use crate::formats;
 use crate::geometry::{Symmetry, distance};
 use crate::measurement::{About, Measurement, Outcome};
 use crate::numeric::GRAZING_COS;
-use crate::schedule::{Assume, Schedule, Sequence};
+use crate::schedule::{Assume, Pose, Schedule, Sequence};
 
 pub(super) const FAMILY: Family = Family {
     name: "files",
@@ -43,7 +44,7 @@ fn measured(cases: &[Case]) -> Measurement {
     let poses = cases.len();
     Measurement {
         schedule: schedule_of(cases, Symmetry::NONE),
-        channels: crate::brdf::Channels::Luminance,
+        channels: Channels::Luminance,
         values: (0..poses).map(value).collect(),
         outcomes: vec![Outcome::Reading; poses],
         details: None,
@@ -52,32 +53,39 @@ fn measured(cases: &[Case]) -> Measurement {
     }
 }
 
+/// What spoils a text: each of the first is replaced by the second.
+const SPOILT: [(&str, &str); 6] = [
+    ("1", "NaN"),
+    ("1", "inf"),
+    ("1", "-1e400"),
+    (",", ";"),
+    ("\n", "\r\n"),
+    ("e", ""),
+];
+
 fn checks(extent: Extent) -> Vec<Check> {
     let mut checks = Vec::new();
     for format in formats::all() {
+        let name = format.name;
         if let (Some(write), Some(read)) = (format.write_schedule, format.read_schedule) {
-            let text = move |schedule: &Schedule| {
+            let back = move |schedule: &Schedule| {
                 let mut bytes = Vec::new();
                 write(schedule, Sequence::Generated, &mut bytes).ok()?;
-                format.text_of(bytes)
+                let text = format.text_of(bytes)?;
+                Some(read(&text, "poses", &Assume::default()).ok()?.schedule)
             };
-            checks.push(Check::new(
-                format!("{}, poses", format.name),
-                POSES,
-                move |watch| {
-                    let cases = cases(extent, APART[0]);
-                    let back = text(&schedule_of(&cases, Symmetry::NONE))
-                        .and_then(|t| read(&t, "poses", &Assume::default()).ok());
-                    watch.spent(cases.len());
-                    let back = back.map_or(Vec::new(), |file| file.schedule.poses);
-                    for (k, case) in cases.iter().enumerate() {
-                        let off = back.get(k).map_or(f64::INFINITY, |pose| {
-                            distance(&pose.pair, &case.pair, Symmetry::NONE)
-                        });
-                        watch.see(off, ROUNDING, &case.name);
-                    }
-                },
-            ));
+            let run = move |watch: &mut Finding| {
+                let cases = cases(extent, APART[0]);
+                let back = back(&schedule_of(&cases, Symmetry::NONE));
+                let back = back.map_or(Vec::new(), |schedule| schedule.poses);
+                watch.spent(cases.len());
+                for (k, Case { name, pair }) in cases.iter().enumerate() {
+                    let off = |pose: &Pose| distance(&pose.pair, pair, Symmetry::NONE);
+                    let off = back.get(k).map_or(f64::INFINITY, off);
+                    watch.see(off, ROUNDING, name);
+                }
+            };
+            checks.push(Check::new(format!("{name}, poses"), POSES, run));
         }
         if let (Some(write), Some(read)) = (format.write_readings, format.read_readings) {
             let text = move |measured: &Measurement| {
@@ -85,51 +93,35 @@ fn checks(extent: Extent) -> Vec<Check> {
                 write(measured, &About::default(), Sequence::Generated, &mut bytes).ok()?;
                 format.text_of(bytes)
             };
-            checks.push(Check::new(
-                format!("{}, readings", format.name),
-                READINGS,
-                move |watch| {
-                    let measured = measured(&cases(extent, APART[1]));
-                    let back = text(&measured).map(|t| read(&t, "readings", &Assume::default()));
-                    watch.spent(measured.values.len());
-                    let back = match back {
-                        Some(Ok(back)) => back.measurement.values,
-                        _ => Vec::new(),
-                    };
-                    for (k, want) in measured.values.iter().enumerate() {
-                        let off = back.get(k).map_or(f64::INFINITY, |v| (v - want).abs());
-                        watch.see(
-                            off,
-                            ROUNDING * want.max(f64::MIN_POSITIVE),
-                            &format_args!("{want:e}"),
-                        );
-                    }
-                },
-            ));
-            checks.push(Check::new(
-                format!("{}, spoilt", format.name),
-                OTHERS,
-                move |watch| {
-                    let cases = extent.subset(cases(Extent::Short, APART[0]), 9);
-                    let Some(whole) = text(&measured(&cases)) else {
-                        return;
-                    };
-                    let ends = (0..=whole.len()).filter(|&end| whole.is_char_boundary(end));
-                    for end in extent.subset(ends.collect(), 17) {
-                        spoilt(&whole[..end], read, watch);
-                    }
-                    for (old, new) in [
-                        ("1", "NaN"),
-                        ("1", "inf"),
-                        ("1", "-1e400"),
-                        (",", ";"),
-                        ("\n", "\r\n"),
-                        ("e", ""),
-                    ] {
-                        spoilt(&whole.replace(old, new), read, watch);
-                    }
-                },
-            ));
+            let run = move |watch: &mut Finding| {
+                let measured = measured(&cases(extent, APART[1]));
+                let back = text(&measured).map(|t| read(&t, "readings", &Assume::default()));
+                let back = match back {
+                    Some(Ok(back)) => back.measurement.values,
+                    _ => Vec::new(),
+                };
+                watch.spent(measured.values.len());
+                for (k, want) in measured.values.iter().enumerate() {
+                    let off = back.get(k).map_or(f64::INFINITY, |v| (v - want).abs());
+                    let conditioning = ROUNDING * want.max(f64::MIN_POSITIVE);
+                    watch.see(off, conditioning, &format_args!("{want:e}"));
+                }
+            };
+            checks.push(Check::new(format!("{name}, readings"), READINGS, run));
+            let run = move |watch: &mut Finding| {
+                let cases = extent.subset(cases(Extent::Short, APART[0]), 9);
+                let Some(whole) = text(&measured(&cases)) else {
+                    return;
+                };
+                let ends = (0..=whole.len()).filter(|&end| whole.is_char_boundary(end));
+                for end in extent.subset(ends.collect(), 17) {
+                    spoilt(&whole[..end], read, watch);
+                }
+                for (old, new) in SPOILT {
+                    spoilt(&whole.replace(old, new), read, watch);
+                }
+            };
+            checks.push(Check::new(format!("{name}, spoilt"), OTHERS, run));
         }
     }
     checks

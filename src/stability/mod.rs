@@ -23,7 +23,6 @@ pub use models::extremes;
 use crate::registry::named;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -58,7 +57,8 @@ pub struct Family {
     pub name: &'static str,
     /// What is checked of it, a phrase.
     pub summary: &'static str,
-    checks: fn(Extent) -> Vec<Check>,
+    /// The checks of its members.
+    pub checks: fn(Extent) -> Vec<Check>,
 }
 
 /// Every family.
@@ -76,16 +76,10 @@ pub fn all() -> Vec<Family> {
     ]
 }
 
-impl Family {
-    /// The checks of its members.
-    pub fn checks(&self, extent: Extent) -> Vec<Check> {
-        (self.checks)(extent)
-    }
-}
-
 /// A law of a member, to be checked at many cases.
 pub struct Check {
-    member: String,
+    /// Name of the member of a registry that is checked.
+    pub member: String,
     law: Law,
     run: Box<dyn Fn(&mut Finding) + Send + Sync>,
 }
@@ -147,13 +141,7 @@ impl Check {
         })
     }
 
-    /// Name of the member of a registry that is checked.
-    pub fn member(&self) -> &str {
-        &self.member
-    }
-
-    /// Runs the check.
-    pub(crate) fn run(&self, family: &'static str) -> Finding {
+    fn run(&self, family: &'static str) -> Finding {
         let start = Instant::now();
         let mut found = self.begun(family);
         (self.run)(&mut found);
@@ -165,7 +153,7 @@ impl Check {
         found
     }
 
-    /// What is found before the first case.
+    /// The finding before the first case.
     fn begun(&self, family: &'static str) -> Finding {
         Finding {
             family,
@@ -186,32 +174,34 @@ impl Check {
     }
 }
 
-/// Runs the checks of families on all cores, until `stop` is set: a finding of each in their order, as soon as that is known; of
-/// those that have not ended [`Verdict::Interrupted`]. `done` is called for each that has.
+/// Runs the checks of families on all cores, until `stop` is set: a finding of each in their order; of those that have not
+/// ended [`Verdict::Interrupted`]. `done` is called for each that has.
 pub fn run(
     families: Vec<(&'static str, Vec<Check>)>,
     stop: &Arc<AtomicBool>,
     done: &dyn Fn(),
 ) -> Vec<Finding> {
-    let families = Arc::new(families);
+    let begun = |(name, checks): &(&'static str, Vec<Check>)| -> Vec<Finding> {
+        checks.iter().map(|check| check.begun(name)).collect()
+    };
+    let mut found: Vec<Vec<Finding>> = families.iter().map(begun).collect();
     let (ended, ends) = mpsc::channel();
-    let (work, stopped) = (Arc::clone(&families), Arc::clone(stop));
+    let stopped = Arc::clone(stop);
     let walk = std::thread::spawn(move || {
-        for (f, (name, checks)) in work.iter().enumerate() {
+        for (f, (name, checks)) in families.iter().enumerate() {
             let run = |(i, check): (usize, &Check)| {
                 if !stopped.load(Ordering::SeqCst) {
                     // The receiver is gone after a stop.
-                    let _ = ended.send(([f, i], check.run(name)));
+                    let _ = ended.send((f, i, check.run(name)));
                 }
             };
             checks.par_iter().enumerate().for_each(run);
         }
     });
-    let mut found = BTreeMap::new();
     while !stop.load(Ordering::SeqCst) {
         match ends.recv_timeout(LOOK) {
-            Ok((at, finding)) => {
-                found.insert(at, finding);
+            Ok((f, i, finding)) => {
+                found[f][i] = finding;
                 done();
             }
             Err(RecvTimeoutError::Timeout) => {}
@@ -223,15 +213,7 @@ pub fn run(
     {
         std::panic::resume_unwind(panic);
     }
-    let mut all = Vec::new();
-    for (f, (name, checks)) in families.iter().enumerate() {
-        let of = |(i, check): (usize, &Check)| {
-            let found = found.remove(&[f, i]);
-            found.unwrap_or_else(|| check.begun(name))
-        };
-        all.extend(checks.iter().enumerate().map(of));
-    }
-    all
+    found.concat()
 }
 
 /// Time between two looks at whether a walk shall stop.

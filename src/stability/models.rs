@@ -20,24 +20,16 @@ const VALUES: Law = Law::bounded("value of a pair", "relative", 16.0);
 const SYMMETRIES: Law = Law::bounded("declared symmetries", "relative", 32.0);
 const ENERGY: Law = Law::bounded("albedo beyond 1 where none is declared", "albedo", 1.0);
 
+/// Roughness from flat lobes to those of a micro-radian.
+pub(super) const ALPHAS: [&str; 8] = ["10.0", "1.0", "0.1", "1e-2", "1e-3", "1e-4", "1e-5", "1e-6"];
+
 /// Parameters at the ends of their ranges, as configs write them: lobes of a micro-radian, flat ones, and values that
 /// only just are finite.
 pub fn extremes() -> Vec<String> {
     let mut texts = Vec::new();
     for kind in ["ggx", "beckmann", "ward"] {
-        for alpha in [
-            "10.0",
-            "1.0",
-            "0.1",
-            "1e-2",
-            "1e-3",
-            "1e-4",
-            "1e-5",
-            "1e-6",
-            "[1e-6, 10.0]",
-        ] {
-            texts.push(format!("kind = \"{kind}\"\nalpha = {alpha}"));
-        }
+        let alphas = ALPHAS.into_iter().chain(["[1e-6, 10.0]"]);
+        texts.extend(alphas.map(|alpha| format!("kind = \"{kind}\"\nalpha = {alpha}")));
     }
     for exponent in ["0.0", "1.0", "1e3", "1e6"] {
         texts.push(format!("kind = \"phong\"\nexponent = {exponent}"));
@@ -203,10 +195,7 @@ fn energy(Model { brdf, .. }: &Model, extent: Extent, watch: &mut Finding) {
     for theta in extent.subset(elevations.to_vec(), 3) {
         let albedo = laws::directional_albedo(&**brdf, Direction::from_spherical(theta, 0.3));
         let beyond = (albedo.max() - 1.0).max(0.0);
-        watch.see(
-            beyond,
-            albedo.error + 8.0 * ROUNDING,
-            &format_args!("{theta} rad"),
-        );
+        let conditioning = albedo.error + 8.0 * ROUNDING;
+        watch.see(beyond, conditioning, &format_args!("{theta} rad"));
     }
 }

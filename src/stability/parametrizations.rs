@@ -5,7 +5,7 @@ use super::charts::{self, CHARTS, Pair};
 use super::{Check, Extent, Family, Finding, Law, ROUNDING, Test};
 use crate::geometry::{DirectionPair, Symmetry, distance};
 use crate::numeric::exact::Exact;
-use crate::parametrization::{self, AxisKind, Coords, Parametrization};
+use crate::parametrization::{self, Axis, AxisKind, Coords, Parametrization};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -99,9 +99,9 @@ fn coordinates(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mu
             "orthographic" => (charts::components(&pair), charts::nudged_components),
             _ => (charts::exactly(&pair), charts::nudged),
         };
-        let want = exactly(chart, form.symmetry(), &at);
-        let nudged = (0..6).filter_map(|d| nudge(&pair, d));
-        let nudged = nudged.map(|p| exactly(chart, form.symmetry(), &p));
+        let exactly = |pair: &Pair| exactly(chart, form.symmetry(), pair);
+        let want = exactly(&at);
+        let nudged = (0..6).filter_map(|d| Some(exactly(&nudge(&pair, d)?)));
         let nudged: Vec<_> = nudged.collect();
         let flat = pair.vectors().map(|v| v.truncate().length());
         let component = ROUNDING * flat[0].max(flat[1]);
@@ -175,8 +175,7 @@ fn directions(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut
         let (Some(got), Some(want)) = (&got, &want) else {
             continue;
         };
-        let got = got.vectors().map(|v| v.to_array().map(Exact::from));
-        let error = charts::angle(&got, want);
+        let error = charts::angle(&charts::components(got), want);
         let moved = nudged(&exact).filter_map(|n| Some(charts::angle(&of(&n)?, want)));
         watch.see(error, moved.sum::<f64>() + ROUNDING, &name);
     }
@@ -194,9 +193,8 @@ fn jacobian(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut F
         let got = form.jacobian(&coords);
         watch.spent(1);
         // On the edge of the domain a rounding may be all of it.
-        let moved =
-            nudged(&exact).map(|n| of(&n).map_or(f64::INFINITY, |j| (j.to_f64() - want).abs()));
-        let moved: f64 = moved.sum();
+        let off = |n| of(&n).map_or(f64::INFINITY, |j| (j.to_f64() - want).abs());
+        let moved: f64 = nudged(&exact).map(off).sum();
         // Where a rounding changes half of it there is no number to agree on.
         let conditioning = match moved / want + ROUNDING {
             large if large > 0.5 => f64::INFINITY,
@@ -209,20 +207,18 @@ fn jacobian(Checked { form, chart, .. }: &Checked, extent: Extent, watch: &mut F
 /// What so many roundings of its coordinates move a pair by, rad.
 fn moved(form: &dyn Parametrization, pair: &DirectionPair, watch: &mut Finding) -> f64 {
     let coords = form.forward(pair);
-    let mut sum = 0.0;
-    for d in 0..form.axes().len() {
+    watch.spent(2 * form.axes().len());
+    let along = |d: usize| {
         // As many as a handful of operations make: one may be lost in a sum beside a root that it would open.
-        let there = [1.0, -1.0].map(|sign| {
+        let far = [1.0, -1.0].map(|sign| {
             let mut there = coords;
             there[d] *= 1.0 + sign * 8.0 * ROUNDING;
-            form.inverse(&there)
+            let there = form.inverse(&there);
+            there.map_or(0.0, |there| distance(&there, pair, form.symmetry()))
         });
-        watch.spent(2);
-        let there = there.iter().flatten();
-        let far = there.map(|p| distance(p, pair, form.symmetry()));
-        sum += far.fold(0.0, f64::max);
-    }
-    sum
+        f64::max(far[0], far[1])
+    };
+    (0..form.axes().len()).map(along).sum()
 }
 
 /// A warp bends the coordinates of a plain form: their conditioning is its own too.
@@ -244,30 +240,21 @@ fn there_and_back(Checked { form, plain, .. }: &Checked, extent: Extent, watch: 
 
 fn outside(Checked { form, .. }: &Checked, _: Extent, watch: &mut Finding) {
     let axes = form.axes();
-    let mut middle = [0.0; 4];
-    for (c, axis) in middle.iter_mut().zip(axes) {
-        *c = axis.range[0] + 0.3 * axis.length();
-    }
+    let inside = |axis: &Axis| axis.range[0] + 0.3 * axis.length();
+    let middle = std::array::from_fn(|d| axes.get(d).map_or(0.0, inside));
     // Whatever is refused below is refused for one coordinate alone.
     watch.holds(form.inverse(&middle).is_some(), &"all coordinates inside");
-    let mut see = |d: usize, value: f64| {
-        let mut coords = middle;
-        coords[d] = value;
-        let found: Option<DirectionPair> = form.inverse(&coords);
-        watch.spent(1);
-        watch.holds(
-            found.is_none(),
-            &format_args!("{} = {value}", axes[d].symbol),
-        );
-    };
     for (d, axis) in axes.iter().enumerate() {
-        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            see(d, value);
-        }
+        let mut values = vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
         if axis.kind == AxisKind::Radial {
-            for value in [-1e-3, axis.range[1] * 1.001, 1e300, -1e300] {
-                see(d, value);
-            }
+            values.extend([-1e-3, axis.range[1] * 1.001, 1e300, -1e300]);
+        }
+        for value in values {
+            let mut coords = middle;
+            coords[d] = value;
+            let is_refused = form.inverse(&coords).is_none();
+            watch.spent(1);
+            watch.holds(is_refused, &format_args!("{} = {value}", axis.symbol));
         }
     }
 }

@@ -18,9 +18,8 @@ const POSES: Law =
 
 fn checks(extent: Extent) -> Vec<Check> {
     let check = |example: Example<dyn Planner>| {
-        Check::new(example.name, POSES, move |watch| {
-            plans(&*example.member, extent, watch)
-        })
+        let plans = move |watch: &mut Finding| plans(&*example.member, extent, watch);
+        Check::new(example.name, POSES, plans)
     };
     examples(acquisition::all()).map(check).collect()
 }
@@ -56,10 +55,8 @@ fn plan(planner: &dyn Planner, brdf: &dyn Brdf, budget: usize, what: &str, watch
     watch.holds(!poses.is_empty() && poses.len() <= budget, &at);
     for (k, pose) in poses.iter().enumerate() {
         let mut earlier = poses[..k].iter();
-        let new = !earlier.any(|p| distance(&p.pair, &pose.pair, symmetry) < 1e-9);
-        watch.holds(
-            new && pose.pair.is_above_horizon(),
-            &format_args!("{at}, pose {k}"),
-        );
+        let is_new = !earlier.any(|p| distance(&p.pair, &pose.pair, symmetry) < 1e-9);
+        let holds = is_new && pose.pair.is_above_horizon();
+        watch.holds(holds, &format_args!("{at}, pose {k}"));
     }
 }

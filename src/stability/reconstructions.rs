@@ -10,6 +10,7 @@ use crate::instrument::{Ideal, Instrument};
 use crate::parametrization::{self, Parametrization};
 use crate::reconstruct::{self, EPSILON, Reconstruct};
 use crate::schedule::{Grid, SampleSet, Schedule, SobolSet};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 pub(super) const FAMILY: Family = Family {
@@ -39,12 +40,8 @@ const MATERIALS: [Material; 7] = [
     ("constant 1", Some(1.0), |_| Some(1.0)),
     ("constant 1e12", Some(1e12), |_| Some(1e12)),
     ("bright at the mirror", None, |pair| {
-        let h = pair.half();
-        Some(if h.truncate().length() < 0.02 {
-            1e12
-        } else {
-            1e-30
-        })
+        let is_near = pair.half().truncate().length() < 0.02;
+        Some(if is_near { 1e12 } else { 1e-30 })
     }),
     ("steps of 42 decades", None, |pair| {
         let steep = (40.0 * pair.omega_i.cos_theta()) as i32 % 3;
@@ -61,45 +58,39 @@ const LAYOUTS: [&str; 5] = ["grid", "points", "sheets", "line", "mirror"];
 fn schedule(layout: &str, form: &Arc<dyn Parametrization>, budget: usize) -> Option<Schedule> {
     let pair = |[ti, pi, to, po]: [f64; 4]| DirectionPair::from_spherical(ti, pi, to, po);
     let share = |k: usize| (k as f64 + 0.5) / budget as f64;
-    let pairs: Vec<DirectionPair> = match layout {
-        "grid" => return Grid::default().plan(form, budget, 1).ok(),
-        "points" => return SobolSet {}.plan(form, budget, 1).ok(),
-        "sheets" => (0..budget)
-            .map(|k| {
-                let turn = 2.4 * k as f64;
-                pair([[0.1, 0.6, 1.1][k % 3], 0.0, 1.4 * share(k).sqrt(), turn])
-            })
-            .collect(),
-        "line" => (0..budget)
-            .map(|k| pair([0.6, 0.0, 1.5 * share(k), std::f64::consts::PI]))
-            .collect(),
+    let pairs = (0..budget).map(|k| match layout {
+        "sheets" => {
+            let turn = 2.4 * k as f64;
+            pair([[0.1, 0.6, 1.1][k % 3], 0.0, 1.4 * share(k).sqrt(), turn])
+        }
+        "line" => pair([0.6, 0.0, 1.5 * share(k), PI]),
         // All within a micro-radian of one mirror pair.
-        _ => (0..budget)
-            .map(|k| pair([0.6, 0.0, 0.6 + 1e-6 * share(k), std::f64::consts::PI]))
-            .collect(),
-    };
-    Some(cases::schedule(layout, form, pairs))
+        _ => pair([0.6, 0.0, 0.6 + 1e-6 * share(k), PI]),
+    });
+    match layout {
+        "grid" => Grid::default().plan(form, budget, 1).ok(),
+        "points" => SobolSet {}.plan(form, budget, 1).ok(),
+        _ => Some(Schedule::of_pairs(Arc::clone(form), pairs)),
+    }
 }
 
 fn checks(extent: Extent) -> Vec<Check> {
+    let tests: [Test<dyn Reconstruct>; 2] = [
+        (FINITE, |method, extent, watch| {
+            reconstruct(method, false, extent, watch);
+        }),
+        (CONSTANT, |method, extent, watch| {
+            reconstruct(method, true, extent, watch);
+        }),
+    ];
     let checks = examples(reconstruct::all()).flat_map(|example| {
         // A fit has the constants of its model, and a prior those of its materials.
         let has_constants = ["components", "fit"].contains(&example.kind);
-        let tests: &[Test<dyn Reconstruct>] = match example.member.prior() {
-            None if !has_constants => &[(FINITE, any), (CONSTANT, constant)],
-            _ => &[(FINITE, any)],
-        };
+        let is_free = !has_constants && example.member.prior().is_none();
+        let tests = &tests[..1 + usize::from(is_free)];
         Check::each(example.name, example.member, extent, tests)
     });
     checks.collect()
-}
-
-fn any(method: &dyn Reconstruct, extent: Extent, watch: &mut Finding) {
-    reconstruct(method, false, extent, watch);
-}
-
-fn constant(method: &dyn Reconstruct, extent: Extent, watch: &mut Finding) {
-    reconstruct(method, true, extent, watch);
 }
 
 fn reconstruct(method: &dyn Reconstruct, is_constant: bool, extent: Extent, watch: &mut Finding) {
@@ -111,15 +102,12 @@ fn reconstruct(method: &dyn Reconstruct, is_constant: bool, extent: Extent, watc
     let entries = parametrization::all();
     let kinds = entries.iter().filter(|e| kinds.contains(&e.kind));
     let forms: Vec<_> = kinds.map(|e| (e.kind, e.form(Symmetry::FULL))).collect();
+    let fits = |layout: &&str| method.needs_grid() == (*layout == "grid");
+    let materials = MATERIALS.into_iter();
     let mut combinations = Vec::new();
-    for material in MATERIALS {
+    for material in materials.filter(|(_, constant, _)| !is_constant || constant.is_some()) {
         for form in &forms {
-            for layout in LAYOUTS {
-                if (is_constant && material.1.is_none())
-                    || method.needs_grid() != (layout == "grid")
-                {
-                    continue;
-                }
+            for layout in LAYOUTS.into_iter().filter(fits) {
                 for budget in [1, 2, 3, 60, 400] {
                     combinations.push((material, form, layout, budget));
                 }

@@ -79,24 +79,25 @@ const CONTENTS: [Content; 5] = [
     }),
 ];
 
+/// Values that are none; a negative one is one of MERL's alone.
+const EMPTY: [(&str, f64); 3] = [
+    ("negative", -1.0),
+    ("NaN", f64::NAN),
+    ("infinite", f64::INFINITY),
+];
+
 fn checks(extent: Extent) -> Vec<Check> {
     let mut checks = vec![
-        Check::new("merl nearest", CELL, move |watch| {
-            right_cell(extent, watch);
-        }),
+        Check::new("merl nearest", CELL, move |watch| right_cell(extent, watch)),
         Check::new("utia", LINEAR, move |watch| linear(extent, watch)),
         Check::new("merl, empty", MISSING, |watch| {
-            for (what, value) in [
-                ("negative", -1.0),
-                ("NaN", f64::NAN),
-                ("infinite", f64::INFINITY),
-            ] {
+            for (what, value) in EMPTY {
                 watch.holds(merl(|_| value).is_none(), &what);
             }
         }),
         Check::new("utia, empty", MISSING, |watch| {
-            for (what, value) in [("NaN", f64::NAN), ("infinite", f64::INFINITY)] {
-                watch.holds(utia(|_| value).is_none(), &what);
+            for (what, value) in &EMPTY[1..] {
+                watch.holds(utia(|_| *value).is_none(), what);
             }
         }),
     ];
@@ -130,17 +131,12 @@ fn index(pair: &charts::Pair) -> [Exact; 3] {
     let [theta_h, theta_d, phi_d] = charts::relative("half-difference", pair);
     let degree = Exact::pi() / &180.0.into();
     let right = Exact::pi() / &2.0.into();
-    let turn = Exact::from(180.0);
-    let phi = phi_d / &degree;
-    let phi = match phi < 0.0.into() {
-        true => phi + &turn,
-        false => phi,
+    let phi = match phi_d / &degree {
+        phi if phi < 0.0.into() => phi + &180.0.into(),
+        phi => phi,
     };
-    [
-        (theta_h / &right).sqrt() * &90.0.into(),
-        theta_d / &degree,
-        phi,
-    ]
+    let theta_h = (theta_h / &right).sqrt() * &90.0.into();
+    [theta_h, theta_d / &degree, phi]
 }
 
 /// A table whose cells hold their own numbers.
@@ -152,16 +148,13 @@ fn right_cell(extent: Extent, watch: &mut Finding) {
     let dims = table.grid().dims();
     let mut cases: Vec<Case> = extent.subset(pairs(), 3);
     // Middles and edges of cells, those of the peak first.
-    let mut axis = vec![0.0, 0.2, 0.5, 1.0, 1.5, 7.3, 44.0, 44.5, 88.9];
-    axis = extent.subset(axis, 2);
+    let axis = vec![0.0, 0.2, 0.5, 1.0, 1.5, 7.3, 44.0, 44.5, 88.9];
+    let axis = extent.subset(axis, 2);
     for &h in &axis {
         for &d in &axis {
             for phi in [0.0, 0.5, 90.0, 90.5, 179.5] {
-                let coords = [
-                    FRAC_PI_2 * (h / 90.0) * (h / 90.0),
-                    d * PI / 180.0,
-                    phi * PI / 180.0,
-                ];
+                let theta_h = FRAC_PI_2 * (h / 90.0) * (h / 90.0);
+                let coords = [theta_h, d * PI / 180.0, phi * PI / 180.0];
                 let absolute = charts::lift("half-difference", coords.map(Exact::from));
                 let Some(pair) = charts::inverse("half-difference", &absolute) else {
                     continue;
@@ -182,11 +175,8 @@ fn right_cell(extent: Extent, watch: &mut Finding) {
             continue;
         };
         let number = (value - 1.0).round() as usize;
-        let cell = [
-            number / dims[2] / dims[1],
-            number / dims[2] % dims[1],
-            number % dims[2],
-        ];
+        let (row, last) = (number / dims[2], number % dims[2]);
+        let cell = [row / dims[1], row % dims[1], last];
         let at = index(&charts::exactly(&pair));
         let nudged = (0..6).filter_map(|d| charts::nudged(&pair, d));
         let nudged: Vec<_> = nudged.map(|p| index(&p)).collect();
@@ -201,12 +191,14 @@ fn right_cell(extent: Extent, watch: &mut Finding) {
                 _ if cell[d] + 1 == dims[d] => (low - x).max(0.0),
                 _ => gap(low),
             };
-            let round = |a: f64| match d {
-                2 => a.min((a - turn).abs()),
-                _ => a,
-            };
-            let moved = nudged.iter();
-            let moved = moved.map(|n| round((n[d].clone() - &at[d]).abs().to_f64()));
+            let moved = nudged.iter().map(|n| {
+                let moved = (n[d].clone() - &at[d]).abs().to_f64();
+                if d == 2 {
+                    moved.min((moved - turn).abs())
+                } else {
+                    moved
+                }
+            });
             let conditioning = moved.sum::<f64>() + ROUNDING * x + EDGE / CELL.allowed;
             watch.see(off, conditioning, &format_args!("axis {d}, {name}"));
         }
