@@ -9,7 +9,7 @@ mod figures;
 mod identities;
 mod materials;
 
-use super::{Distortion, LATTICE, Scale, View, Weight};
+use super::{Distortion, LATTICE, Scale, SliceDistortion, View, Weight};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, TestFunctionSpec};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::metrics::{Measure, MetricsSpec, test_pairs};
@@ -115,6 +115,12 @@ impl Claim {
         let finding = why.into();
         Self { finding, ..self }
     }
+
+    /// The claim as one that was measured on a BRDF.
+    fn on(self, brdf: &str) -> Self {
+        let material = Some(brdf.into());
+        Self { material, ..self }
+    }
 }
 
 /// Tolerance of identities that are exact on paper: square roots near the horizon keep 1e-8.
@@ -146,12 +152,10 @@ fn form(name: &str, folded: bool) -> Arc<dyn Parametrization> {
         reciprocal: folded,
         bilateral: folded,
     };
-    let entry = parametrization::find(name);
     // A constant of this module names it.
-    match entry {
-        Some(entry) => entry.form(symmetry),
-        None => unreachable!("{name} is no parametrization"),
-    }
+    let entry = parametrization::find(name);
+    let entry = entry.unwrap_or_else(|| unreachable!("{name} is no parametrization"));
+    entry.form(symmetry)
 }
 
 /// The test functions, and pairs to try identities on.
@@ -168,19 +172,18 @@ const G: usize = 2;
 impl Bench {
     fn new() -> Result<Self, BuildError> {
         let build = |spec: TestFunctionSpec| spec.build(Channels::Luminance);
-        let [f, s, g] = [
+        let (f, s, g) = (
             TestFunctionSpec::F,
             TestFunctionSpec::S,
             TestFunctionSpec::G,
-        ]
-        .map(build);
+        );
         let spec = MetricsSpec {
             pairs: 20_000,
             mask_deg: 90.0,
             ..MetricsSpec::default()
         };
         Ok(Self {
-            functions: [f?, s?, g?],
+            functions: [build(f)?, build(s)?, build(g)?],
             pairs: test_pairs(Measure::Cosine, &spec)?,
         })
     }
@@ -199,7 +202,7 @@ impl Bench {
 pub fn on_test_functions() -> Result<Vec<Claim>, BuildError> {
     let bench = Bench::new()?;
     let mut claims = figures::claims(&bench);
-    claims.extend(identities::claims(&bench)?);
+    claims.extend(identities::claims(&bench));
     Ok(claims)
 }
 
@@ -223,28 +226,21 @@ fn of_charts<T>(found: &[Distortion; 3], of: impl Fn(&Distortion) -> Option<T>) 
     Some([of(a)?, of(b)?, of(c)?])
 }
 
-fn smallest(values: &[f64]) -> f64 {
-    values.iter().copied().fold(f64::INFINITY, f64::min)
-}
-
 fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Numbers of each slice, named after it.
 fn per_slice(name: &str, distortion: &Distortion, values: &[f64]) -> Vec<(String, f64)> {
-    let slices = distortion.slices.iter().zip(values);
-    slices
-        .map(|(slice, value)| (format!("{name}_{:.0}deg", slice.phi.to_degrees()), *value))
-        .collect()
+    let key = |slice: &SliceDistortion| format!("{name}_{:.0}deg", slice.phi.to_degrees());
+    let keys = distortion.slices.iter().map(key);
+    keys.zip(values.iter().copied()).collect()
 }
 
 /// Numbers of each chart the paper compares, named after it.
 fn per_chart(name: &str, values: [f64; 3]) -> Vec<(String, f64)> {
-    let charts = COMPARED.iter().zip(values);
-    charts
-        .map(|(chart, value)| (format!("{name}_{chart}"), value))
-        .collect()
+    let keys = COMPARED.map(|chart| format!("{name}_{chart}"));
+    keys.into_iter().zip(values).collect()
 }
 
 /// The middles of 64 × 64 equal cells of a unit square.
@@ -253,9 +249,10 @@ fn lattice() -> impl Iterator<Item = [f64; 2]> {
     nodes.map(|node| node.map(|i| (i as f64 + 0.5) / LATTICE as f64))
 }
 
-/// The percentages of the charts that the paper compares.
-fn percentages(shares: [f64; 3]) -> String {
-    shares.map(percent).join(", ")
+/// Several percentages, e.g. of the charts that the paper compares.
+fn percentages(shares: &[f64]) -> String {
+    let each: Vec<String> = shares.iter().map(|share| percent(*share)).collect();
+    each.join(", ")
 }
 
 /// "12.3 %".

@@ -14,12 +14,8 @@ use std::sync::Arc;
 pub(crate) fn coordinates(symmetry: Symmetry) -> Vec<Coordinates> {
     let mut all = Vec::new();
     for entry in parametrization::all() {
-        let first = entry
-            .axes(symmetry)
-            .first()
-            .map(|axis| axis.symbol.to_owned());
-        let root = first.map(|axis| (axis, WarpSpec::SquareRoot));
-        for warp in [Warps::new(), root.into_iter().collect()] {
+        let first = entry.axes(symmetry)[0].symbol.to_owned();
+        for warp in [Warps::new(), Warps::from([(first, WarpSpec::SquareRoot)])] {
             // An axis that is not radial has no root.
             if entry.warped(symmetry, &warp).is_ok() {
                 let kind = entry.kind.to_owned();
@@ -61,17 +57,14 @@ impl CrossValidation<'_> {
         ];
         // Readings without noise are all the same to it.
         let uncertain = noise(self.measurement).is_some_and(|u| u.iter().any(|&u| u > 0.0));
-        for noise in [false, true].into_iter().take(1 + usize::from(uncertain)) {
+        let both = [false, true];
+        for &noise in &both[..1 + usize::from(uncertain)] {
             if matches!(self.left(), Left::Sheets { .. }) && symmetry.isotropic {
-                all.push(Arc::new(Sheets {
-                    noise,
-                    ..Sheets::default()
-                }));
+                let rest = Sheets::default();
+                all.push(Arc::new(Sheets { noise, ..rest }));
             }
-            scattered.push(Arc::new(ThinPlate {
-                noise,
-                ..ThinPlate::default()
-            }));
+            let rest = ThinPlate::default();
+            scattered.push(Arc::new(ThinPlate { noise, ..rest }));
         }
         if self.measurement.readings() <= KRIGED {
             all.push(Arc::new(Kriging::default()));
@@ -114,9 +107,10 @@ impl CrossValidation<'_> {
             let best = scores.ranked_by()?;
             Some(best.value? + best.standard_error?)
         });
+        let label = Kriging::default().label();
         let kriging = ranked
             .iter()
-            .position(|(method, _)| method.label() == Kriging::default().label());
+            .position(|(method, _)| method.label() == label);
         if let (Some(best), Some(at)) = (best, kriging)
             && place(&ranked[at]) <= best
         {

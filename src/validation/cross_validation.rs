@@ -4,7 +4,7 @@ use super::left_out::{Groups, Left};
 use super::{Estimate, ReferenceReadings, Scores, ValidationError};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
-use crate::metrics::{Measure, Values};
+use crate::metrics::Measure;
 use crate::reconstruct::{
     Readings, Reconstruct, ReconstructError, Replicated, Suspect, noise, suspects, values_at,
 };
@@ -95,28 +95,20 @@ impl<'a> CrossValidation<'a> {
         methods: &[Arc<dyn Reconstruct>],
         done: impl Fn() + Sync,
     ) -> Vec<Result<Scores, ReconstructError>> {
-        let groups = self.groups.count;
-        let parts: Vec<Part> = (0..groups).map(|group| self.part(group)).collect();
-        let tasks: Vec<_> = methods
-            .iter()
-            .flat_map(|method| parts.iter().map(move |part| (method, part)))
-            .collect();
-        let predicted: Vec<_> = tasks
-            .into_par_iter()
-            .map(|(method, part)| {
+        let parts: Vec<Part> = (0..self.groups.count).map(|g| self.part(g)).collect();
+        let score = |method: &Arc<dyn Reconstruct>| {
+            let predict = |part: &Part| {
                 let predicted = self.predict(&**method, part);
                 done();
                 predicted
-            })
-            .collect();
-        predicted
-            .chunks(groups)
-            .map(|of_groups| {
-                let of_groups = of_groups.iter().cloned().collect::<Result<Vec<_>, _>>()?;
-                let predicted = Values::from(self.in_order_of_judges(&of_groups));
-                Ok(self.jury.errors(&predicted))
-            })
-            .collect()
+            };
+            // Of all groups, that of several errors the first is given.
+            let predicted: Vec<Result<_, _>> = parts.par_iter().map(predict).collect();
+            let predicted = predicted.into_iter().collect::<Result<Vec<_>, _>>()?;
+            let predicted = self.in_order_of_judges(&predicted);
+            Ok(self.jury.errors(&predicted.into()))
+        };
+        methods.par_iter().map(score).collect()
     }
 
     /// The share of the readings left out that a method predicts within k = 2, per [`Measure::USUAL`], by the
@@ -137,13 +129,11 @@ impl<'a> CrossValidation<'a> {
                 None => return Ok(None),
             }
         }
-        let predicted = self.in_order_of_judges(&predicted);
-        if predicted.iter().all(|p| p.type_a == 0.0) {
-            return Ok(None);
-        }
-        let values: Vec<f64> = predicted.iter().map(|p| p.value).collect();
-        let uncertainty: Vec<f64> = predicted.iter().map(|p| p.type_a).collect();
-        Ok(Some(self.jury.within(&values.into(), &uncertainty)))
+        let predicted = self.in_order_of_judges(&predicted).into_iter();
+        let (values, uncertainty): (Vec<_>, Vec<_>) =
+            predicted.map(|p| (p.value, p.type_a)).unzip();
+        let is_known = uncertainty.iter().any(|u| *u != 0.0);
+        Ok(is_known.then(|| self.jury.within(&values.into(), &uncertainty)))
     }
 
     /// What was predicted of each group, as one list in the order of the jury.

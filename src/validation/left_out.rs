@@ -117,19 +117,16 @@ impl Groups {
             of_sensor,
         };
         let sheets = count.min(MOST);
-        let rounds = (0..PARTS).flat_map(|turn| (0..sheets).map(move |s| (s, (s + turn) % PARTS)));
-        let group = |(s, part)| InSheets {
-            sheet: Some(s),
-            part,
+        let group = |n: usize| InSheets {
+            sheet: Some(n % sheets),
+            part: (n % sheets + n / sheets) % PARTS,
         };
-        let groups: Vec<InSheets> = rounds.map(group).take(MOST).collect();
+        let groups: Vec<InSheets> = (0..MOST.min(PARTS * sheets)).map(group).collect();
+        let group_of = |at: &InSheets| groups.iter().position(|group| group == at);
         Self {
             left,
             count: groups.len(),
-            of: at
-                .iter()
-                .map(|at| groups.iter().position(|group| group == at))
-                .collect(),
+            of: at.iter().map(group_of).collect(),
             place,
             sheets: Some((groups, at)),
         }
@@ -196,17 +193,13 @@ fn places(form: &dyn Parametrization, pairs: &[DirectionPair]) -> Vec<usize> {
 fn by_sheets(pairs: &[DirectionPair]) -> Option<(usize, bool, Vec<InSheets>)> {
     let Still { of_sensor, sheets } = still(pairs)?;
     // As if it were the light that stood still.
-    let pairs = pairs
-        .iter()
-        .map(|p| if of_sensor { p.swapped() } else { *p });
-    let pairs: Vec<DirectionPair> = pairs.collect();
-    let mut at: Vec<InSheets> = directions(&pairs)
-        .into_iter()
-        .map(|direction| InSheets {
-            sheet: None,
-            part: (hashed([direction as u64]) % PARTS as u64) as usize,
-        })
-        .collect();
+    let as_of_light = |p: &DirectionPair| if of_sensor { p.swapped() } else { *p };
+    let pairs: Vec<DirectionPair> = pairs.iter().map(as_of_light).collect();
+    let in_no_sheet = |direction: usize| InSheets {
+        sheet: None,
+        part: (hashed([direction as u64]) % PARTS as u64) as usize,
+    };
+    let mut at: Vec<InSheets> = directions(&pairs).into_iter().map(in_no_sheet).collect();
     for (n, sheet) in sheets.iter().enumerate() {
         for &i in sheet {
             at[i].sheet = Some(n % MOST);

@@ -104,26 +104,23 @@ impl Reconstruction {
         let coverage = cover.coverages(&counted.collect::<Vec<_>>());
         let uncertainty = replicated.map(|r| r.uncertainties(&first.pairs));
         let column = |at: usize| {
-            let weights = &first.weights[at];
-            let tally = &compared.tally;
+            let (weights, tally) = (&first.weights[at], &compared.tally);
             let (errors, standard) = (tally.errors(at), tally.standard_errors(at));
-            let both = Errors::QUANTITIES.iter();
-            let both = both.map(|(_, of)| Estimate::new(of(&errors), of(&standard)));
+            let both = Errors::QUANTITIES.map(|(_, of)| Estimate::new(of(&errors), of(&standard)));
             let uncovered = Uncovered::among(&coverage, weights, f);
             let shares = Uncovered::QUANTITIES.iter().map(|(_, of)| of(&uncovered));
-            let within = uncertainty
-                .as_ref()
-                .map(|u| metrics::share_within(|i| weights[i], f, g, u));
-            let shares = shares.chain(within);
-            both.chain(shares.map(|share| Estimate::new(share, None)))
-                .collect()
+            let within = |u: &Vec<f64>| metrics::share_within(|i| weights[i], f, g, u);
+            let shares = shares.chain(uncertainty.as_ref().map(within));
+            let shares = shares.map(|share| Estimate::new(share, None));
+            both.into_iter().chain(shares).collect()
         };
-        let errors = Errors::QUANTITIES.iter().map(|(quantity, _)| quantity);
-        let shares = Uncovered::QUANTITIES.iter().map(|(quantity, _)| quantity);
-        let within = replicated.map(|_| &WITHIN);
-        let quantities = errors.chain(shares).chain(within);
+        let errors = Errors::QUANTITIES.iter().map(|(quantity, _)| quantity.name);
+        let shares = Uncovered::QUANTITIES
+            .iter()
+            .map(|(quantity, _)| quantity.name);
+        let within = replicated.map(|_| WITHIN.name);
         Ok(Against {
-            names: quantities.map(|quantity| quantity.name).collect(),
+            names: errors.chain(shares).chain(within).collect(),
             columns: (0..set.measures.len()).map(column).collect(),
         })
     }
@@ -137,14 +134,12 @@ pub fn expected(known: &dyn Predictive) -> Option<Expected> {
 
 /// Light at 0°, 30° and 60°, and sensors every 5° of elevation and 15° of azimuth.
 fn around() -> Vec<DirectionPair> {
-    let sensors =
-        (0..18).flat_map(|k| (0..24).map(move |l| [5.0 * f64::from(k), 15.0 * f64::from(l)]));
-    let of_light = |light: f64| {
-        let pair = move |sensor: [f64; 2]| {
-            let [theta, phi] = sensor.map(f64::to_radians);
-            DirectionPair::from_spherical(light.to_radians(), 0.0, theta, phi)
-        };
-        sensors.clone().map(pair)
+    let sensors = (0..18).flat_map(|k| (0..24).map(move |l| [5 * k, 15 * l]));
+    let lights = [0, 30, 60].into_iter();
+    let all = lights.flat_map(|light| sensors.clone().map(move |[theta, phi]| [light, theta, phi]));
+    let pair = |degrees: [i32; 3]| {
+        let [light, theta, phi] = degrees.map(|angle| f64::from(angle).to_radians());
+        DirectionPair::from_spherical(light, 0.0, theta, phi)
     };
-    [0.0, 30.0, 60.0].into_iter().flat_map(of_light).collect()
+    all.map(pair).collect()
 }

@@ -64,9 +64,8 @@ impl ReferenceReadings {
     /// # Errors
     /// If there are fewer than two, at different places.
     pub fn new(measurement: &Measurement) -> Result<Self, ValidationError> {
-        let all: Vec<usize> = (0..measurement.outcomes.len())
-            .filter(|&i| measurement.value(i).is_some())
-            .collect();
+        let poses = 0..measurement.outcomes.len();
+        let all: Vec<usize> = poses.filter(|&i| measurement.value(i).is_some()).collect();
         let groups = Groups::new(measurement, &all, Some(false))?;
         let judges = groups.judges(&all);
         Self::from_poses(measurement, &judges, groups.count, false)
@@ -80,23 +79,19 @@ impl ReferenceReadings {
         groups: usize,
         share: bool,
     ) -> Result<Self, ValidationError> {
-        let poses: Vec<usize> = judges.iter().map(|&(pose, _)| pose).collect();
+        let (poses, group): (Vec<usize>, Vec<usize>) = judges.iter().copied().unzip();
+        let pair = |&i: &usize| measurement.schedule.poses[i].pair;
         let luminance = |&i: &usize| {
             let value = measurement.value(i);
             value.map_or(0.0, |v| measurement.channels.luminance(v).max(0.0))
         };
+        let uncertainty = |&i: &usize| uncertainty(measurement, i, share);
         Ok(Self {
-            pairs: poses
-                .iter()
-                .map(|&i| measurement.schedule.poses[i].pair)
-                .collect(),
+            pairs: poses.iter().map(pair).collect(),
             truth: poses.iter().map(luminance).collect::<Vec<_>>().into(),
-            uncertainty: poses
-                .iter()
-                .map(|&i| uncertainty(measurement, i, share))
-                .collect(),
+            uncertainty: poses.iter().map(uncertainty).collect(),
             weights: weights(measurement, &poses)?,
-            group: judges.iter().map(|&(_, group)| group).collect(),
+            group,
             groups,
         })
     }
@@ -149,8 +144,7 @@ impl ReferenceReadings {
             let whole = of(weights);
             let without: Vec<_> = (0..self.groups).map(without).collect();
             std::array::from_fn(|q| {
-                let of_groups: Option<Vec<f64>> =
-                    without.iter().map(|numbers| numbers[q]).collect();
+                let of_groups: Option<Vec<f64>> = without.iter().map(|all| all[q]).collect();
                 Estimate::new(whole[q], of_groups.and_then(|values| jackknife(&values)))
             })
         })
@@ -199,14 +193,14 @@ fn weights(
         pairs: PAIRS,
         ..MetricsSpec::default()
     };
-    let mut weights = [(); Measure::USUAL.len()].map(|()| vec![0.0; poses.len()]);
-    for (measure, weights) in Measure::USUAL.into_iter().zip(&mut weights) {
+    Ok(Measure::USUAL.map(|measure| {
         let Ok(pairs) = test_pairs(measure, &spec) else {
             unreachable!("the default pairs of a measure");
         };
+        let mut weights = vec![0.0; poses.len()];
         for n in values_at(&*nearest, &pairs) {
             weights[n as usize] += 1.0;
         }
-    }
-    Ok(weights)
+        weights
+    }))
 }

@@ -2,14 +2,14 @@
 
 use super::{Bench, COMPARED, Claim, EXACT, G, form, largest, lattice, per_chart, percent, stated};
 use crate::analysis::{Averaging, reduced};
-use crate::brdf::{Brdf, BuildError};
+use crate::brdf::Brdf;
 use crate::geometry::DirectionPair;
 use crate::metrics::{self, Values};
 use crate::numeric::{extent, wrap_angle};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-pub(super) fn claims(bench: &Bench) -> Result<Vec<Claim>, BuildError> {
-    Ok(vec![
+pub(super) fn claims(bench: &Bench) -> [Claim; 9] {
+    [
         equal_at_90(),
         reciprocity(bench),
         length_of_k(bench),
@@ -18,8 +18,8 @@ pub(super) fn claims(bench: &Bench) -> Result<Vec<Claim>, BuildError> {
         theta_k(bench),
         phi_k(bench),
         slices(),
-        projection(bench),
-    ])
+        projections(&*bench.functions[G], &bench.pairs).on("test-g"),
+    ]
 }
 
 fn equal_at_90() -> Claim {
@@ -27,12 +27,7 @@ fn equal_at_90() -> Claim {
     let miss = largest(lattice().filter_map(|[x, y]| {
         let pair = hybrid.inverse(&[x, y, FRAC_PI_2, 0.0])?;
         let [h, k, delta, _] = orthographic.forward(&pair);
-        Some(
-            (h - x)
-                .abs()
-                .max((k - y).abs())
-                .max((delta - FRAC_PI_2).abs()),
-        )
+        Some(largest([h - x, k - y, delta - FRAC_PI_2].map(f64::abs)))
     }));
     stated("orthographic-is-hybrid-at-90").exact(miss)
 }
@@ -118,24 +113,21 @@ fn theta_k(bench: &Bench) -> Claim {
 
 fn phi_k(bench: &Bench) -> Claim {
     let [half, _, hybrid] = COMPARED.map(|name| form(name, false));
-    let mut off: Vec<f64> = bench
-        .pairs
-        .iter()
-        .map(|pair| wrap_angle(hybrid.forward(pair)[2] - half.forward(pair)[2]).abs())
-        .collect();
+    let off =
+        |pair: &DirectionPair| wrap_angle(hybrid.forward(pair)[2] - half.forward(pair)[2]).abs();
+    let mut off: Vec<f64> = bench.pairs.iter().map(off).collect();
     off.sort_by(f64::total_cmp);
-    let (median, most) = (off[off.len() / 2], off[off.len() - 1]);
-    stated("phi-k-is-a-sum")
-    .found(
+    let most = off[off.len() - 1];
+    let [median_deg, most_deg] = [off[off.len() / 2], most].map(f64::to_degrees);
+    stated("phi-k-is-a-sum").found(
         &[most < EXACT],
         vec![
-            ("median_difference_deg".into(), median.to_degrees()),
-            ("largest_difference_deg".into(), most.to_degrees()),
+            ("median_difference_deg".into(), median_deg),
+            ("largest_difference_deg".into(), most_deg),
         ],
         format!(
-            "off by {:.1}° in the median, {:.0}° at most of these; towards 90° for grazing half vectors",
-            median.to_degrees(),
-            most.to_degrees()
+            "off by {median_deg:.1}° in the median, {most_deg:.0}° at most of these; towards 90° \
+             for grazing half vectors"
         ),
     )
 }
@@ -152,24 +144,15 @@ fn slices() -> Claim {
     };
     let angles: [f64; 4] = [0.0, 30.0, 60.0, 90.0];
     let spreads = angles.map(|a| spread(a.to_radians()));
-    let numbers = angles.iter().zip(spreads);
-    let numbers = numbers.map(|(a, s)| (format!("spread_of_phi_d_at_{a}deg_deg"), s));
+    let keys = angles.map(|a| format!("spread_of_phi_d_at_{a}deg_deg"));
     stated("slices-correspond").found(
         &spreads.map(|s| s < 1e-4),
-        numbers.collect(),
+        keys.into_iter().zip(spreads).collect(),
         format!(
             "at 0° and 90°; phi_d spreads over {:.1}° at 30° and {:.1}° at 60°",
             spreads[1], spreads[2]
         ),
     )
-}
-
-fn projection(bench: &Bench) -> Claim {
-    let claim = projections(&*bench.functions[G], &bench.pairs);
-    Claim {
-        material: Some("test-g".into()),
-        ..claim
-    }
 }
 
 /// Two-dimensional approximations of one BRDF in both coordinates.
@@ -180,27 +163,30 @@ pub(super) fn projections(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Claim {
     let of = |averaging: Averaging| {
         let [a, b] = [0, 1].map(|i| reduced(brdf, &*forms[i], averaging, pairs));
         let error = |from: &Values, to: &Values| metrics::compare(pairs, from, to).nrmse;
-        Some((error(&truth, &a)?, error(&truth, &b)?, error(&a, &b)?))
+        Some([error(&truth, &a)?, error(&truth, &b)?, error(&a, &b)?])
     };
     let [Some(uniform), Some(solid), Some(cosine)] = Averaging::ALL.map(of) else {
         return stated.undefined("the BRDF is black, so that there is no norm to normalise by");
     };
-    let mut numbers = Vec::new();
-    for (averaging, (half, hybrid, apart)) in Averaging::ALL.iter().zip([uniform, solid, cosine]) {
-        let name = averaging.name();
-        numbers.push((format!("nrmse_{name}_half-difference"), half));
-        numbers.push((format!("nrmse_{name}_hybrid"), hybrid));
-        numbers.push((format!("nrmse_{name}_between"), apart));
-    }
+    let all = [uniform, solid, cosine];
+    let numbers = Averaging::ALL
+        .iter()
+        .zip(all)
+        .flat_map(|(averaging, errors)| {
+            let of = ["half-difference", "hybrid", "between"];
+            of.map(|of| format!("nrmse_{}_{of}", averaging.name()))
+                .into_iter()
+                .zip(errors)
+        });
     // Two quadratures of a measured table, linear between nodes, agree to some 1e-4.
-    let same = |(half, hybrid, apart): (f64, f64, f64)| apart < 1e-3 + 0.01 * half.max(hybrid);
+    let same = |[half, hybrid, apart]: [f64; 3]| apart < 1e-3 + 0.01 * half.max(hybrid);
     stated.found(
-        &[uniform, solid, cosine].map(same),
-        numbers,
+        &all.map(same),
+        numbers.collect(),
         format!(
             "over equal steps errors are {:.4} and {:.4} and the two differ by {:.4}; over solid \
              angle both err by {:.4} and differ by {:.1e}",
-            uniform.0, uniform.1, uniform.2, solid.0, solid.2
+            uniform[0], uniform[1], uniform[2], solid[0], solid[2]
         ),
     )
 }

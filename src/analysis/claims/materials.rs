@@ -42,11 +42,7 @@ pub fn on_material(name: &str, brdf: &dyn Brdf) -> Result<Vec<Claim>, BuildError
         aligns_best(&pictures, &solid),
         projections(brdf, &pairs),
     ];
-    let named = claims.into_iter().map(|claim| Claim {
-        material: Some(name.into()),
-        ..claim
-    });
-    Ok(named.collect())
+    Ok(claims.map(|claim| claim.on(name)).into())
 }
 
 fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
@@ -64,17 +60,14 @@ fn like_s(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
         let mut slices = slices[i].iter().zip(&slices[0]);
         slices.all(|(s, half)| above(*s, &[*half]))
     };
+    let more_by_solid = above(by_solid[1].min(by_solid[2]), &by_solid[..1]);
     stated.found(
-        &[
-            more(1),
-            more(2),
-            above(by_solid[1].min(by_solid[2]), &by_solid[..1]),
-        ],
+        &[more(1), more(2), more_by_solid],
         numbers,
         format!(
             "half/difference, orthographic, hybrid: the first axis explains {}; by solid angle {}",
-            percentages(overall),
-            percentages(by_solid)
+            percentages(&overall),
+            percentages(&by_solid)
         ),
     )
 }
@@ -92,7 +85,7 @@ fn corner_stable(corner: &[Distortion; 3]) -> Claim {
         per_chart("corner_changes_with_azimuth", change),
         format!(
             "half/difference, orthographic, hybrid: {} changes with the azimuth",
-            percentages(change)
+            percentages(&change)
         ),
     )
 }
@@ -106,12 +99,11 @@ fn typical_slices(pictures: &[Distortion; 3]) -> Claim {
     let (Some(half), Some(orthographic)) = (deviations(0), deviations(1)) else {
         return stated.undefined(CONSTANT);
     };
-    let mut numbers = per_slice("deviation_half-difference", &pictures[0], &half);
-    numbers.extend(per_slice(
-        "deviation_orthographic",
-        &pictures[1],
-        &orthographic,
-    ));
+    let of = |chart: usize, values: &[f64]| {
+        let name = format!("deviation_{}", COMPARED[chart]);
+        per_slice(&name, &pictures[chart], values)
+    };
+    let numbers = [of(0, &half), of(1, &orthographic)].concat();
     let most = |values: &[f64], at: usize| {
         let mut others = values.iter().enumerate().filter(|(i, _)| *i != at);
         others.all(|(_, v)| above(values[at], &[*v]))
@@ -131,30 +123,33 @@ fn typical_slices(pictures: &[Distortion; 3]) -> Claim {
 
 fn least_change(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
     let stated = stated("hybrid-changes-least");
-    let names = [
-        "changes_with_azimuth",
-        "changes_with_azimuth_by_solid_angle",
-    ];
     let least = |v: [f64; 3]| below(v[2], &v[..2]);
-    in_both(stated, [pictures, solid], names, changes, least)
+    in_both(
+        stated,
+        [pictures, solid],
+        "changes_with_azimuth",
+        changes,
+        least,
+    )
 }
 
 /// A claim of one number of each chart, in equal steps of the coordinates and by solid angle; `holds` of the numbers of all charts.
 fn in_both(
     stated: Claim,
     found: [&[Distortion; 3]; 2],
-    names: [&str; 2],
+    name: &str,
     of: impl Fn(&Distortion) -> Option<f64>,
     holds: impl Fn([f64; 3]) -> bool,
 ) -> Claim {
     let [Some(steps), Some(solid)] = found.map(|found| of_charts(found, &of)) else {
         return stated.undefined(CONSTANT);
     };
-    let numbers = [per_chart(names[0], steps), per_chart(names[1], solid)].concat();
+    let by_solid = name.to_owned() + BY_SOLID_ANGLE;
+    let numbers = [per_chart(name, steps), per_chart(&by_solid, solid)].concat();
     let finding = format!(
         "half/difference, orthographic, hybrid: {}; by solid angle {}",
-        percentages(steps),
-        percentages(solid)
+        percentages(&steps),
+        percentages(&solid)
     );
     stated.found(&[holds(steps), holds(solid)], numbers, finding)
 }
@@ -163,13 +158,16 @@ fn aligns_best(pictures: &[Distortion; 3], solid: &[Distortion; 3]) -> Claim {
     let stated = stated(ALIGNS_BEST);
     let sum = |d: &Distortion| Some(d.shares?.additive);
     let most = |v: [f64; 3]| above(v[2], &v[..2]);
-    in_both(stated, [pictures, solid], SHARES_OF_A_SUM, sum, most)
+    in_both(stated, [pictures, solid], SHARE_OF_A_SUM, sum, most)
 }
 
 const ALIGNS_BEST: &str = "hybrid-aligns-best";
 
-/// Names of the shares of a sum, before that of a chart.
-const SHARES_OF_A_SUM: [&str; 2] = ["share_of_a_sum", "share_of_a_sum_by_solid_angle"];
+/// Name of the share of a sum, before that of a chart.
+const SHARE_OF_A_SUM: &str = "share_of_a_sum";
+
+/// What follows the name of a number that is by solid angle.
+const BY_SOLID_ANGLE: &str = "_by_solid_angle";
 
 /// The claim on common materials, measured on all that claims were measured on; `None` of fewer than two.
 pub fn on_materials(claims: &[Claim]) -> Option<Claim> {
@@ -179,15 +177,12 @@ pub fn on_materials(claims: &[Claim]) -> Option<Claim> {
         .collect();
     let stated = stated("hybrid-aligns-best-of-all");
     let (mut cases, mut numbers, mut findings) = (Vec::new(), Vec::new(), Vec::new());
-    for (name, weight) in SHARES_OF_A_SUM
-        .into_iter()
-        .zip(["in equal steps", "by solid angle"])
-        .rev()
-    {
+    for (end, weight) in [(BY_SOLID_ANGLE, "by solid angle"), ("", "in equal steps")] {
+        let name = SHARE_OF_A_SUM.to_owned() + end;
         let shares: Vec<[f64; 3]> = all
             .iter()
             .filter_map(|claim| {
-                let named = per_chart(name, [0.0; 3]).into_iter();
+                let named = per_chart(&name, [0.0; 3]).into_iter();
                 let of = |key: String| Some(claim.numbers.iter().find(|(n, _)| *n == key)?.1);
                 let shares: Option<Vec<f64>> = named.map(|(key, _)| of(key)).collect();
                 shares?.try_into().ok()
@@ -198,7 +193,7 @@ pub fn on_materials(claims: &[Claim]) -> Option<Claim> {
         let means = [mean(0), mean(1), mean(2)];
         let more = |chart: usize| shares.iter().filter(|s| s[2] > s[chart]).count();
         cases.extend([0, 1].map(|chart| above(means[2], &[means[chart]])));
-        numbers.extend(per_chart(name, means));
+        numbers.extend(per_chart(&name, means));
         let [half, orthographic, hybrid] = means.map(percent);
         findings.push(format!(
             "{weight} {hybrid} against {half} in half/difference (more on {}) and {orthographic} in orthographic \
