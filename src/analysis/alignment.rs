@@ -20,7 +20,7 @@
 
 use crate::brdf::Brdf;
 use crate::geometry::{DirectionPair, Symmetry};
-use crate::metrics::{self, Values};
+use crate::metrics;
 use crate::parametrization::{Form, HalfDifference, Parametrization};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -74,20 +74,17 @@ pub struct Alignment {
 /// The alignment of a BRDF; `None` if there is no lobe at theta_h = 0 in at least five slices: a
 /// diffuse material, a rim, or a lobe too wide to be seen whole.
 pub fn alignment(brdf: &dyn Brdf) -> Option<Alignment> {
-    let slices: Vec<Slice<'_>> = (0..SLICES)
-        .into_par_iter()
+    let slices = (0..SLICES).into_par_iter();
+    let slices: Vec<Slice<'_>> = slices
         .map(|i| Slice::new(brdf, i as f64 * STEP_DEG))
         .collect();
     let averages = slices.iter().flat_map(|s| &s.averages);
     let floor = averages.map(|(_, g)| *g).fold(f64::INFINITY, f64::min);
-    let points: Vec<[f64; 2]> = slices
-        .par_iter()
-        .filter_map(|slice| {
-            let width = slice.half_width(floor)?;
-            Some([slice.theta_d.cos().ln(), width.sin().ln()])
-        })
-        .collect();
-    line(&points)
+    let points = slices.par_iter().filter_map(|slice| {
+        let width = slice.half_width(floor)?;
+        Some([slice.theta_d.cos().ln(), width.sin().ln()])
+    });
+    line(&points.collect::<Vec<_>>())
 }
 
 /// The least-squares line of ln sin(width) over ln cos(theta_d).
@@ -161,9 +158,8 @@ impl<'a> Slice<'a> {
             }
         });
         let pairs: Vec<DirectionPair> = coords.filter_map(|c| self.form.inverse(&c)).collect();
-        let Values { luminance, missing } = metrics::evaluate(self.brdf, &pairs);
-        let mut missing = missing.into_iter().chain(std::iter::repeat(false));
-        let found = luminance.iter().filter(|_| missing.next() == Some(false));
+        let values = metrics::evaluate(self.brdf, &pairs);
+        let found = (0..pairs.len()).filter_map(|i| values.get(i));
         let (sum, count) = found.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
         (2 * count > turns * PHI_D).then(|| sum / count as f64)
     }

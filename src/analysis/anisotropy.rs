@@ -16,7 +16,6 @@ use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::numeric::wrap_angle;
 use crate::parametrization::{Parametrization, ParametrizationSpec};
 use crate::registry::Entry;
-use glam::DVec3;
 use nalgebra::Matrix3x4;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -55,24 +54,16 @@ pub fn anisotropy(
 ) -> Option<Anisotropy> {
     // Derivatives must not see the folds, lengths are those of the folded axes.
     let open = entry.form(Symmetry::NONE.with_isotropy(true));
-    let lengths: Vec<f64> = entry
-        .axes(Symmetry::FULL)
-        .iter()
-        .map(|a| a.length())
-        .collect();
-    let lengths = [lengths[0], lengths[1], lengths[2]];
-    let found: Vec<Option<(f64, f64)>> = pairs
-        .par_iter()
-        .map(|pair| {
-            let [long, middle, short] = stretches(&*open, lengths, pair)?;
-            let turn = pair.omega_i.sin_theta().hypot(pair.omega_o.sin_theta());
-            let volume = open.jacobian(&open.forward(pair)) * lengths.iter().product::<f64>();
-            let error = (long * middle * short * turn / volume - 1.0).abs();
-            Some((long / short, error))
-        })
-        .collect();
-    let (mut conditions, mut errors): (Vec<f64>, Vec<f64>) =
-        found.iter().flatten().copied().unzip();
+    let axes = entry.axes(Symmetry::FULL);
+    let lengths = [0, 1, 2].map(|i| axes[i].length());
+    let found = pairs.par_iter().filter_map(|pair| {
+        let [long, middle, short] = stretches(&*open, lengths, pair)?;
+        let turn = pair.omega_i.sin_theta().hypot(pair.omega_o.sin_theta());
+        let volume = open.jacobian(&open.forward(pair)) * lengths.iter().product::<f64>();
+        let error = (long * middle * short * turn / volume - 1.0).abs();
+        Some((long / short, error))
+    });
+    let (mut conditions, mut errors): (Vec<f64>, Vec<f64>) = found.unzip();
     conditions.sort_by(f64::total_cmp);
     errors.sort_by(f64::total_cmp);
     (!conditions.is_empty()).then(|| Anisotropy {
@@ -93,34 +84,26 @@ pub fn stretches(
     lengths: [f64; 3],
     pair: &DirectionPair,
 ) -> Option<[f64; 3]> {
-    let tangents = |d: Direction| {
-        let v = d.vector();
-        let (a, b) = v.any_orthonormal_pair();
-        [a, b]
-    };
-    let (i, o) = (pair.omega_i, pair.omega_o);
-    let step = |d: Direction, by: DVec3| {
-        let moved = Direction::try_new(d.vector() + by)?;
+    let step = |d: Direction, tangent: usize, by: f64| {
+        let (a, b) = d.vector().any_orthonormal_pair();
+        let moved = Direction::try_new(d.vector() + by * [a, b][tangent])?;
         (moved.cos_theta() > 0.0).then_some(moved)
     };
+    let (i, o) = (pair.omega_i, pair.omega_o);
     let mut matrix = Matrix3x4::zeros();
     for column in 0..4 {
         let moved = |by: f64| {
             Some(match column {
-                0 | 1 => DirectionPair::new(step(i, by * tangents(i)[column])?, o),
-                _ => DirectionPair::new(i, step(o, by * tangents(o)[column - 2])?),
+                0 | 1 => DirectionPair::new(step(i, column, by)?, o),
+                _ => DirectionPair::new(i, step(o, column - 2, by)?),
             })
         };
         let ahead = open.forward(&moved(STEP)?);
         let behind = open.forward(&moved(-STEP)?);
+        let mut differences = [0, 1, 2].map(|row| ahead[row] - behind[row]);
+        differences[2] = wrap_angle(differences[2]);
         for row in 0..3 {
-            let difference = ahead[row] - behind[row];
-            let difference = if row == 2 {
-                wrap_angle(difference)
-            } else {
-                difference
-            };
-            matrix[(row, column)] = difference / (2.0 * STEP * lengths[row]);
+            matrix[(row, column)] = differences[row] / (2.0 * STEP * lengths[row]);
         }
     }
     let mut values = matrix.singular_values();

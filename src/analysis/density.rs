@@ -37,9 +37,7 @@ pub struct Density {
 
 /// True if both directions are above the horizon and at most `elevation` (rad) from the normal.
 pub fn is_within(pair: &DirectionPair, elevation: f64) -> bool {
-    let least = elevation.cos();
-    let both = [pair.omega_i, pair.omega_o];
-    pair.is_above_horizon() && both.iter().all(|d| d.cos_theta() >= least)
+    pair.is_above_horizon() && pair.least_cosine() >= elevation.cos()
 }
 
 impl Density {
@@ -97,9 +95,10 @@ impl Density {
     /// [`log`](Self::log) at its own uniform points: poses that follow it have as much in the mean.
     pub(crate) fn of_own(&self) -> Vec<f64> {
         let own = (0..POINTS).filter_map(|i| self.point(i)).take(OWN);
-        let own: Vec<DirectionPair> = own.map(|(pair, _)| pair).collect();
-        let logs = own.par_iter().filter_map(|pair| self.log(pair));
-        logs.collect()
+        let own: Vec<_> = own.collect();
+        own.par_iter()
+            .filter_map(|(pair, _)| self.log(pair))
+            .collect()
     }
 }
 

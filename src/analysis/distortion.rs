@@ -165,11 +165,8 @@ impl<'a> View<'a> {
         form: &'a dyn Parametrization,
         weight: Weight,
     ) -> Self {
-        assert_eq!(
-            form.axes().len(),
-            3,
-            "slices are those of an isotropic form"
-        );
+        let axes = form.axes().len();
+        assert_eq!(axes, 3, "slices are those of an isotropic form");
         Self {
             brdf,
             scale,
@@ -239,14 +236,13 @@ impl<'a> View<'a> {
             for i in 0..LATTICE {
                 for j in 0..LATTICE {
                     let coords: Coords = [at(0, i), at(1, j), phi, 0.0];
-                    // On the horizon itself a BRDF is 0 by convention, which is no isoline.
-                    let pair = self.form.inverse(&coords).filter(|pair| {
-                        pair.omega_i.cos_theta() > GRAZING_COS
-                            && pair.omega_o.cos_theta() > GRAZING_COS
-                    });
                     let weight = self.weight(&coords);
-                    if let Some(pair) = pair.filter(|_| weight.is_finite()) {
-                        places.push(([slice, i, j], weight));
+                    // On the horizon itself a BRDF is 0 by convention, which is no isoline.
+                    if let Some(pair) = self.form.inverse(&coords)
+                        && pair.least_cosine() > GRAZING_COS
+                        && weight.is_finite()
+                    {
+                        places.push(((slice * LATTICE + i) * LATTICE + j, weight));
                         pairs.push(pair);
                     }
                 }
@@ -254,9 +250,8 @@ impl<'a> View<'a> {
         }
         let values: Values = metrics::evaluate(self.brdf, &pairs);
         let mut nodes = vec![None; azimuths.len() * LATTICE * LATTICE];
-        for (index, ([slice, i, j], weight)) in places.into_iter().enumerate() {
-            let value = values.get(index).map(|f| (weight, self.scale.apply(f)));
-            nodes[(slice * LATTICE + i) * LATTICE + j] = value;
+        for (index, (place, weight)) in places.into_iter().enumerate() {
+            nodes[place] = values.get(index).map(|f| (weight, self.scale.apply(f)));
         }
         Block { nodes }
     }
@@ -267,10 +262,9 @@ impl<'a> View<'a> {
         loop {
             let sets = (0..SETS).map(|set| self.energies(azimuth, set, points));
             let found = Gradient(sets.collect());
-            let known = found
-                .shares()
-                .is_none_or(|shares| shares.iter().all(|(_, error)| *error <= ENOUGH));
-            if known || points >= POINTS[1] {
+            let shares = found.shares();
+            let is_known = shares.is_none_or(|all| all.iter().all(|(_, error)| *error <= ENOUGH));
+            if is_known || points >= POINTS[1] {
                 return found;
             }
             points *= 4;
@@ -307,15 +301,9 @@ impl<'a> View<'a> {
         let values = metrics::evaluate(self.brdf, &pairs);
         let (mut energy, mut total) = ([0.0; N], 0.0);
         for (point, weight) in weights.into_iter().enumerate() {
-            let value = |side: usize| {
-                values
-                    .get(2 * N * point + side)
-                    .map(|f| self.scale.apply(f))
-            };
-            let slopes: Option<Vec<f64>> = (0..N)
-                .map(|axis| Some((value(2 * axis + 1)? - value(2 * axis)?) / (2.0 * STEP)))
-                .collect();
-            if let Some(slopes) = slopes {
+            let value = |side| Some(self.scale.apply(values.get(2 * N * point + side)?));
+            let slope = |axis| Some((value(2 * axis + 1)? - value(2 * axis)?) / (2.0 * STEP));
+            if let Some(slopes) = (0..N).map(slope).collect::<Option<Vec<f64>>>() {
                 for (energy, slope) in energy.iter_mut().zip(slopes) {
                     *energy += weight * slope * slope;
                 }
@@ -336,9 +324,7 @@ impl Block {
     fn typical(&self) -> Vec<Option<f64>> {
         let place = |place: usize| {
             let slices = self.nodes.iter().skip(place).step_by(LATTICE * LATTICE);
-            let (w, s) = slices
-                .flatten()
-                .fold((0.0, 0.0), |(w, s), (x, v)| (w + x, s + x * v));
+            let (w, s) = weight_and_sum(slices.flatten());
             (w > 0.0).then(|| s / w)
         };
         (0..LATTICE * LATTICE).map(place).collect()
@@ -348,8 +334,8 @@ impl Block {
     fn mean_square(&self, of: impl Fn(usize, f64) -> Option<f64>) -> f64 {
         let (mut square, mut total) = (0.0, 0.0);
         for (index, node) in self.nodes.iter().enumerate() {
-            if let Some((w, d)) =
-                node.and_then(|(w, v)| Some((w, of(index % (LATTICE * LATTICE), v)?)))
+            if let Some((w, v)) = node
+                && let Some(d) = of(index % (LATTICE * LATTICE), *v)
             {
                 square += w * d * d;
                 total += w;
@@ -361,8 +347,7 @@ impl Block {
     /// Variance of the values; `None` if it is rounding.
     fn variance(&self) -> Option<f64> {
         self.shares()?;
-        let nodes = self.nodes.iter().flatten();
-        let (w, s) = nodes.fold((0.0, 0.0), |(w, s), (x, v)| (w + x, s + x * v));
+        let (w, s) = weight_and_sum(self.nodes.iter().flatten());
         Some(self.mean_square(|_, v| Some(v - s / w)))
     }
 
@@ -378,13 +363,17 @@ impl Block {
     fn shares(&self) -> Option<Shares> {
         let cells = self.nodes.iter().enumerate().filter_map(|(index, node)| {
             let (weight, value) = (*node)?;
-            let place = [index / LATTICE % LATTICE, index % LATTICE];
             Some(Cell {
-                place,
+                place: [index / LATTICE % LATTICE, index % LATTICE],
                 weight,
                 value,
             })
         });
         Shares::of([LATTICE; 2], &cells.collect::<Vec<_>>())
     }
+}
+
+/// Weight of some nodes, and their weighted sum.
+fn weight_and_sum<'a>(nodes: impl Iterator<Item = &'a (f64, f64)>) -> (f64, f64) {
+    nodes.fold((0.0, 0.0), |(w, s), (x, v)| (w + x, s + x * v))
 }

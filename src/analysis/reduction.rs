@@ -61,26 +61,24 @@ pub fn reduced(
     let rule = gauss_legendre(NODES);
     let mut reduced = Values::default();
     for pairs in pairs.chunks(CHUNK) {
-        let fibres: Vec<Fibre> = pairs
-            .par_iter()
-            .map(|pair| Fibre::through(form, &axes[2], averaging, pair, &rule))
-            .collect();
+        let through = |pair| Fibre::through(form, &axes[2], averaging, pair, &rule);
+        let fibres: Vec<Fibre> = pairs.par_iter().map(through).collect();
         let nodes: Vec<DirectionPair> = fibres.iter().flat_map(|f| &f.nodes).copied().collect();
         let values = metrics::evaluate(brdf, &nodes);
-        let mut first = 0;
+        let mut next = 0..nodes.len();
         let mut slab = Values::default();
         for fibre in &fibres {
             let (mut sum, mut total) = (0.0, 0.0);
-            for (i, weight) in fibre.weights.iter().enumerate() {
-                if let Some(value) = values.get(first + i) {
+            for (weight, i) in fibre.weights.iter().zip(&mut next) {
+                if let Some(value) = values.get(i) {
                     sum += weight * value;
                     total += weight;
                 }
             }
-            first += fibre.nodes.len();
-            slab.missing.push(!(total > 0.0));
+            let is_there = total > 0.0;
+            slab.missing.push(!is_there);
             slab.luminance
-                .push(if total > 0.0 { sum / total } else { 0.0 });
+                .push(if is_there { sum / total } else { 0.0 });
         }
         if !slab.missing.contains(&true) {
             slab.missing.clear();
@@ -108,36 +106,25 @@ impl Fibre {
         let at = |phi: f64| -> Coords { [x, y, phi, 0.0] };
         let physical = |phi: f64| form.inverse(&at(phi)).is_some();
         let [lo, hi] = azimuth.range.map(|end| last(own, end, physical));
-        let mut fibre = Self {
-            nodes: Vec::with_capacity(rule.len()),
-            weights: Vec::with_capacity(rule.len()),
-        };
-        for (t, w) in rule {
-            let phi = 0.5 * (lo + hi) + 0.5 * (hi - lo) * t;
+        let node = |(t, w): &(f64, f64)| {
+            let coords = at(0.5 * (lo + hi) + 0.5 * (hi - lo) * t);
             // Rounding may put a node of a short piece below the horizon.
-            let Some(node) = form.inverse(&at(phi)) else {
-                continue;
-            };
+            let node = form.inverse(&coords)?;
             let measure = match averaging {
                 Averaging::Uniform => 1.0,
-                Averaging::SolidAngle => form.jacobian(&at(phi)),
+                Averaging::SolidAngle => form.jacobian(&coords),
                 Averaging::Cosine => {
-                    form.jacobian(&at(phi)) * node.omega_i.cos_theta() * node.omega_o.cos_theta()
+                    form.jacobian(&coords) * node.omega_i.cos_theta() * node.omega_o.cos_theta()
                 }
             };
-            if measure.is_finite() {
-                fibre.nodes.push(node);
-                fibre.weights.push(w * measure);
-            }
-        }
+            measure.is_finite().then_some((node, w * measure))
+        };
+        let (mut nodes, mut weights): (Vec<_>, Vec<f64>) = rule.iter().filter_map(node).unzip();
         // A pole, where the Jacobian vanishes and every azimuth is one configuration.
-        if !(fibre.weights.iter().sum::<f64>() > 0.0) {
-            fibre = Self {
-                nodes: vec![*pair],
-                weights: vec![1.0],
-            };
+        if !(weights.iter().sum::<f64>() > 0.0) {
+            (nodes, weights) = (vec![*pair], vec![1.0]);
         }
-        fibre
+        Self { nodes, weights }
     }
 }
 

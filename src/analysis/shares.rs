@@ -84,14 +84,11 @@ impl Sums {
     /// domain in several parts: the equations are singular, and the shortest solution is taken.
     fn additive(&self) -> f64 {
         let [rows, columns] = self.nodes;
-        let [across, along] = [&self.lines[0], &self.lines[1]];
+        let [across, along] = &self.lines;
         let weight = |i: usize, j: usize| self.places[i * columns + j][0];
-        let mut matrix = DMatrix::zeros(columns, columns);
-        let mut right = DVector::zeros(columns);
-        for j in 0..columns {
-            matrix[(j, j)] = along[j][0];
-            right[j] = along[j][1];
-        }
+        let mut right = DVector::from_iterator(columns, along.iter().map(|[_, sum]| *sum));
+        let weights = DVector::from_iterator(columns, along.iter().map(|[weight, _]| *weight));
+        let mut matrix = DMatrix::from_diagonal(&weights);
         for i in (0..rows).filter(|&i| across[i][0] > 0.0) {
             for j in (0..columns).filter(|&j| weight(i, j) > 0.0) {
                 let share = weight(i, j) / across[i][0];

@@ -67,21 +67,16 @@ impl Estimate {
         Self { value, error }
     }
 
-    /// Larger errors, relative to the number, mean that it is not resolved.
-    const RESOLVED: f64 = 0.1;
-
     /// False if the error exceeds a tenth of the number.
     pub fn resolved(&self) -> bool {
-        self.error <= Self::RESOLVED * self.value.abs()
+        self.error <= 0.1 * self.value.abs()
     }
 
     /// This estimate over another, independent one, as a share: at most 1.
     fn share_of(&self, all: &Estimate) -> Estimate {
         let value = self.value / all.value;
-        Estimate::new(
-            value.min(1.0),
-            (self.error / all.value).hypot(value * all.error / all.value),
-        )
+        let error = (self.error / all.value).hypot(value * all.error / all.value);
+        Estimate::new(value.min(1.0), error)
     }
 }
 
@@ -176,42 +171,36 @@ impl Subset {
     /// # Ok::<(), gonio::error::ParameterError>(())
     /// ```
     pub fn read(form: Arc<dyn Parametrization>, text: &str) -> Result<Self, ParameterError> {
-        let axes = form.axes().to_vec();
-        assert_eq!(axes.len(), 3, "subsets are those of an isotropic form");
-        let mut ranges = [0, 1, 2].map(|i| axes[i].range);
+        let mut subset = Self::whole(form);
+        let axes = subset.form.axes();
         let mut named = [false; 3];
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let (symbol, range) = part.split_once('=').ok_or_else(|| {
-                ParameterError::new(
-                    "box",
-                    format!("{part:?}"),
-                    "axis=low..high, separated by commas, e.g. k=0.5..0.7",
-                )
-            })?;
+            let Some((symbol, range)) = part.split_once('=') else {
+                let allowed = "axis=low..high, separated by commas, e.g. k=0.5..0.7";
+                return Err(ParameterError::new("box", format!("{part:?}"), allowed));
+            };
             let symbol = symbol.trim();
             let Some(i) = axes.iter().position(|a| a.symbol == symbol) else {
                 let symbols = one_of(symbol, axes.iter().map(|a| a.symbol));
-                let allowed = format!("an axis of {}: {symbols}", form.name());
+                let allowed = format!("an axis of {}: {symbols}", subset.form.name());
                 return Err(ParameterError::new("box", format!("{symbol:?}"), allowed));
             };
             if std::mem::replace(&mut named[i], true) {
                 return Err(ParameterError::new("box", part, "each axis once"));
             }
-            ranges[i] = read_range(&axes[i], range.trim())?;
+            subset.ranges[i] = read_range(&axes[i], range.trim())?;
         }
-        Ok(Self::new(form, ranges))
+        Ok(subset)
     }
 
-    /// The box of `ranges` in a 3-D form.
+    /// All coordinates of a form.
     ///
     /// # Panics
     /// If the form has four axes.
-    pub(crate) fn new(form: Arc<dyn Parametrization>, ranges: [[f64; 2]; 3]) -> Self {
-        assert_eq!(
-            form.axes().len(),
-            3,
-            "subsets are those of an isotropic form"
-        );
+    fn whole(form: Arc<dyn Parametrization>) -> Self {
+        let axes = form.axes();
+        assert_eq!(axes.len(), 3, "subsets are those of an isotropic form");
+        let ranges = [0, 1, 2].map(|i| axes[i].range);
         Self { form, ranges }
     }
 
@@ -258,10 +247,9 @@ impl Subset {
         let nodes = |[lo, hi]: [f64; 2], panels: usize| -> Vec<(f64, f64)> {
             let width = (hi - lo) / panels as f64;
             let panel = |i: usize| {
-                let start = lo + width * i as f64;
-                let node =
-                    move |&(t, w): &(f64, f64)| (start + 0.5 * width * (1.0 + t), 0.5 * width * w);
-                rule.iter().map(node)
+                let (start, half) = (lo + width * i as f64, 0.5 * width);
+                rule.iter()
+                    .map(move |(t, w)| (start + half * (1.0 + t), half * w))
             };
             (0..panels).flat_map(panel).collect()
         };
@@ -269,13 +257,11 @@ impl Subset {
         // the orthographic Jacobian has a logarithmic pole.
         let first = nodes(self.ranges[0], panels);
         let second = nodes(self.ranges[1], panels + 5);
-        let lines: Vec<f64> = first
-            .par_iter()
-            .map(|&(x, w)| {
-                let line = second.iter().map(|&(y, v)| v * self.line(x, y, &along));
-                w * line.sum::<f64>()
-            })
-            .collect();
+        let line = |&(x, w): &(f64, f64)| {
+            let line = second.iter().map(|&(y, v)| v * self.line(x, y, &along));
+            w * line.sum::<f64>()
+        };
+        let lines: Vec<f64> = first.par_iter().map(line).collect();
         lines.iter().sum()
     }
 
@@ -299,16 +285,13 @@ impl Subset {
     fn quarter(&self, x: f64, y: f64, [lo, hi]: [f64; 2], rule: &[(f64, f64)]) -> f64 {
         let physical = |phi: f64| self.form.inverse(&[x, y, phi, 0.0]).is_some();
         let at = |i: usize| lo + (hi - lo) * i as f64 / PROBES as f64;
-        let edge = |inside: f64, outside: f64| last_where(inside, outside, 45, physical);
         let probes: Vec<(f64, bool)> = (0..=PROBES).map(|i| (at(i), physical(at(i)))).collect();
-        let edges = probes
-            .windows(2)
-            .filter_map(|ends| match [ends[0], ends[1]] {
-                [(inside, true), (outside, false)] | [(outside, false), (inside, true)] => {
-                    Some(edge(inside, outside))
-                }
-                _ => None,
-            });
+        let edges = probes.windows(2).filter_map(|ends| match ends {
+            [(inside, true), (outside, false)] | [(outside, false), (inside, true)] => {
+                Some(last_where(*inside, *outside, 45, physical))
+            }
+            _ => None,
+        });
         let first = probes[0].1.then_some(lo);
         let last = probes[PROBES].1.then_some(hi);
         let ends: Vec<f64> = first.into_iter().chain(edges).chain(last).collect();
@@ -333,23 +316,19 @@ impl Subset {
     /// a pair.
     pub fn monte_carlo(&self, seed: u64) -> Estimate {
         let random = Random::new(seed);
-        let inside = (0..CHECK_PAIRS)
-            .into_par_iter()
-            .filter(|&i| {
-                let [a, b, c, d] = random.point(i);
-                // Uniform in the cosine; 1 − u is never 0.
-                let [theta_i, theta_o] = [a, c].map(|u| (1.0 - u).acos());
-                let pair = DirectionPair::from_spherical(theta_i, TAU * b, theta_o, TAU * d);
-                self.contains(&pair)
-            })
-            .count();
+        let is_inside = |&i: &u64| {
+            let [a, b, c, d] = random.point(i);
+            // Uniform in the cosine; 1 − u is never 0.
+            let [theta_i, theta_o] = [a, c].map(|u| (1.0 - u).acos());
+            let pair = DirectionPair::from_spherical(theta_i, TAU * b, theta_o, TAU * d);
+            self.contains(&pair)
+        };
+        let inside = (0..CHECK_PAIRS).into_par_iter().filter(is_inside).count();
         let n = CHECK_PAIRS as f64;
         // None of n may still be one of them (Laplace), so that no error is 0.
         let likely = (inside as f64 + 1.0) / (n + 2.0);
-        Estimate::new(
-            TAU * TAU * inside as f64 / n,
-            TAU * TAU * (likely * (1.0 - likely) / n).sqrt(),
-        )
+        let error = TAU * TAU * (likely * (1.0 - likely) / n).sqrt();
+        Estimate::new(TAU * TAU * inside as f64 / n, error)
     }
 
     /// The pair at a place of the box in the unit cube, turned by the fourth number; `None` where
@@ -369,25 +348,21 @@ impl Subset {
     /// Pairs spread evenly over the box by `points` Sobol points: those of the physical part.
     pub fn members(&self, points: u64, seed: u64) -> Vec<Member> {
         let mut sobol = Sobol::new(seed);
-        (0..points)
-            .filter_map(|i| self.member(sobol.point(i)))
-            .collect()
+        let member = |i| self.member(sobol.point(i));
+        (0..points).filter_map(member).collect()
     }
 
     /// [`members`](Self::members), and those of a lattice that reaches to the faces of the box,
     /// where the extremes are.
     fn extremes(&self) -> Vec<DirectionPair> {
         const STEPS: usize = 32;
-        let at = |i: usize| i as f64 / STEPS as f64;
         let axis = || 0..=STEPS;
-        let lattice = axis().flat_map(|i| {
-            axis().flat_map(move |j| axis().map(move |k| [at(i), at(j), at(k), 0.0]))
-        });
-        let inverse = |t: [f64; 4]| {
-            let place = |i: usize| {
-                let [lo, hi] = self.ranges[i];
+        let lattice = axis().flat_map(|i| axis().flat_map(move |j| axis().map(move |k| [i, j, k])));
+        let inverse = |node: [usize; 3]| {
+            let place = |axis: usize| {
+                let ([lo, hi], t) = (self.ranges[axis], node[axis] as f64 / STEPS as f64);
                 // hi exactly at 1.
-                lo * (1.0 - t[i]) + hi * t[i]
+                lo * (1.0 - t) + hi * t
             };
             self.form.inverse(&[place(0), place(1), place(2), 0.0])
         };
@@ -417,11 +392,8 @@ impl Subset {
     /// The part of the box that a machine can reach; the sample may be turned about its normal.
     pub(crate) fn reach(&self, machine: &Machine) -> Reach {
         let (mut all, mut reached) = (0.0, 0.0);
-        let mut axes: Vec<(String, Option<[f64; 2]>)> = machine
-            .axes()
-            .iter()
-            .map(|axis| (axis.name.clone(), None))
-            .collect();
+        let axes = machine.axes().iter().map(|axis| (axis.name.clone(), None));
+        let mut axes: Vec<(String, Option<[f64; 2]>)> = axes.collect();
         for member in self.members(SET_POINTS, 2) {
             all += member.weight;
             let Ok(positions) = machine.place(&member.pair, true) else {
@@ -450,11 +422,10 @@ impl Subset {
         let counts = |i: usize, c: &Coords| i < 2 || c[0].min(c[1]) > POLE;
         let along = |i: usize| extent(coords.iter().filter(|c| counts(i, c)).map(|c| c[i]));
         let ranges = [along(0)?, along(1)?, along(2)?];
-        let whole = Subset::new(Arc::clone(form), ranges).measure(IMAGE_SEED);
-        Some(Image {
-            ranges,
-            fill: measure.share_of(&whole.best()),
-        })
+        let form = Arc::clone(form);
+        let whole = Subset { form, ranges }.measure(IMAGE_SEED);
+        let fill = measure.share_of(&whole.best());
+        Some(Image { ranges, fill })
     }
 
     /// ∫ f cos θ_i cos θ_o d omega_i d omega_o over the set (sr), in luminance. Pairs without data
@@ -473,9 +444,7 @@ impl Subset {
     /// the peak, where narrow lobes are wide, and the share is that of the points in the set. A
     /// small set with few of these points is integrated on its own.
     pub fn energy_share(&self, brdf: &dyn Brdf) -> Option<Estimate> {
-        let form = usual_form(self.form.symmetry());
-        let ranges = [0, 1, 2].map(|i| form.axes()[i].range);
-        let whole = Subset::new(form, ranges);
+        let whole = Subset::whole(usual_form(self.form.symmetry()));
         let mut hits = 0;
         let sets = (0..SETS).map(|seed| {
             let members = whole.members(SET_POINTS, 3 + seed);
@@ -500,11 +469,10 @@ impl Subset {
         }
         // Of a ratio: errors of both parts are those of the same points.
         let share = held / all;
-        let off: Vec<f64> = sets
+        let off = sets
             .iter()
-            .map(|[h, a]| (h - share * a) * SETS as f64 / all)
-            .collect();
-        Some(Estimate::new(share, mean(&off).error))
+            .map(|[h, a]| (h - share * a) * SETS as f64 / all);
+        Some(Estimate::new(share, mean(&off.collect::<Vec<_>>()).error))
     }
 }
 
@@ -536,12 +504,11 @@ fn read_range(axis: &Axis, text: &str) -> Result<[f64; 2], ParameterError> {
         let allowed = format!("low..high with {least} <= low < high <= {most}{unit}");
         ParameterError::new(format!("box: {}", axis.symbol), text, allowed)
     };
-    let (low, high) = text.split_once("..").ok_or_else(refused)?;
-    let number = |text: &str| text.trim().parse::<f64>().ok();
-    let (low, high) = (
-        number(low).ok_or_else(refused)?,
-        number(high).ok_or_else(refused)?,
-    );
+    let numbers = || {
+        let (low, high) = text.split_once("..")?;
+        Some([low.trim().parse::<f64>().ok()?, high.trim().parse().ok()?])
+    };
+    let [low, high] = numbers().ok_or_else(refused)?;
     // NaN fails.
     if !(least <= low && low < high && high <= most) {
         return Err(refused());

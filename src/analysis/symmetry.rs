@@ -91,11 +91,9 @@ pub fn symmetry_pairs() -> Vec<DirectionPair> {
         mask_deg: MASK_DEG,
         ..MetricsSpec::default()
     };
-    match metrics::test_pairs(Measure::Lobe, &spec) {
-        Ok(pairs) => pairs,
-        // Constants, which the tests run through.
-        Err(e) => unreachable!("the pairs of the symmetries: {e}"),
-    }
+    let pairs = metrics::test_pairs(Measure::Lobe, &spec);
+    // Of constants, which the tests run through.
+    pairs.unwrap_or_else(|e| unreachable!("the pairs of the symmetries: {e}"))
 }
 
 /// Measures all three symmetries at `pairs`. Runs on rayon's threads; the result does not depend on
@@ -138,26 +136,22 @@ struct Tally {
 impl Tally {
     fn add(&mut self, a: &Values, b: &Values) {
         for i in 0..a.luminance.len() {
-            let (a, b) = match (a.get(i), b.get(i)) {
-                (Some(a), Some(b)) => (a, b),
-                (None, None) => {
-                    self.found.missing += 1;
-                    continue;
-                }
-                _ => {
-                    self.found.one_sided += 1;
-                    continue;
-                }
-            };
-            self.found.compared += 1;
-            self.difference += (a - b) * (a - b);
-            self.size += 0.5 * (a * a + b * b);
-            if a != b {
-                let d = 2.0 * (a - b) / (a + b);
-                self.pairwise += d * d;
-                let log = (a.ln() - b.ln()).abs();
-                self.found.max_log = self.found.max_log.max(log);
+            match (a.get(i), b.get(i)) {
+                (Some(a), Some(b)) => self.compare(a, b),
+                (None, None) => self.found.missing += 1,
+                _ => self.found.one_sided += 1,
             }
+        }
+    }
+
+    fn compare(&mut self, a: f64, b: f64) {
+        self.found.compared += 1;
+        self.difference += (a - b) * (a - b);
+        self.size += 0.5 * (a * a + b * b);
+        if a != b {
+            let d = 2.0 * (a - b) / (a + b);
+            self.pairwise += d * d;
+            self.found.max_log = self.found.max_log.max((a.ln() - b.ln()).abs());
         }
     }
 
@@ -203,12 +197,8 @@ pub fn savings(symmetry: Symmetry) -> Vec<Saving> {
             for (full, folded) in full.iter().zip(&folded) {
                 if folded.length() < full.length() {
                     shortened *= full.length() / folded.length();
-                    folds.push(format!(
-                        "{} {} to {}",
-                        folded.symbol,
-                        shown(full),
-                        shown(folded)
-                    ));
+                    let lengths = format!("{} to {}", shown(full), shown(folded));
+                    folds.push(format!("{} {lengths}", folded.symbol));
                 }
             }
             // What no range shows: spherical coordinates keep one of (i, o) and (o, i).

@@ -156,13 +156,12 @@ impl Grid {
     }
 
     fn rounded(inside: Vec<f64>, [low, high]: [f64; 2], per_unit: f64, singles: Vec<f64>) -> Self {
-        let rounded = inside
-            .into_iter()
-            .map(|x| (x * per_unit).round() / per_unit);
         let is_free = |x: &f64| singles.iter().all(|s| (s - x).abs() * per_unit > 0.5);
-        let mut faces: Vec<f64> = rounded
-            .filter(|x| low < *x && *x < high && is_free(x))
-            .collect();
+        let mut faces = inside;
+        faces
+            .iter_mut()
+            .for_each(|x| *x = (*x * per_unit).round() / per_unit);
+        faces.retain(|x| low < *x && *x < high && is_free(x));
         faces.extend([low, high]);
         faces.sort_unstable_by(f64::total_cmp);
         faces.dedup();
@@ -269,11 +268,7 @@ impl Table {
         for corner in 0..8 {
             let end = [corner & 1, corner >> 1 & 1, corner >> 2];
             let part = self.sums[self.flat_index([x[end[0]], y[end[1]], z[end[2]]])];
-            let sign = if end.iter().sum::<usize>() % 2 == 1 {
-                1.0
-            } else {
-                -1.0
-            };
+            let sign = [-1.0, 1.0][end.iter().sum::<usize>() % 2];
             (0..2).for_each(|k| sums[k] += sign * part[k]);
         }
         sums
@@ -317,28 +312,20 @@ impl Search {
     }
 
     fn best(&self) -> Faces {
-        let whole = self.whole;
-        let few = |[_, last]: [usize; 2]| -> Vec<usize> {
-            (0..last).step_by(STRIDE).chain([last]).collect()
-        };
-        let ranges = whole.map(|axis| intervals(&few(axis)));
+        let better = |a: (f64, Faces), b: (f64, Faces)| if b.0 > a.0 { b } else { a };
+        let scored = |faces: Faces| (self.score(faces), faces);
+        let few = |last| (0..last).step_by(STRIDE).chain([last]);
+        let ranges = self
+            .whole
+            .map(|[_, last]| intervals(&few(last).collect::<Vec<_>>()));
         // The best of each range along the first axis: boxes that differ.
         let starts = ranges[0].iter().filter_map(|&x| {
-            let others = ranges[1]
-                .iter()
-                .flat_map(|&y| ranges[2].iter().map(move |&z| [x, y, z]));
-            others
-                .map(|faces| (self.score(faces), faces))
-                .reduce(|a, b| if b.0 > a.0 { b } else { a })
+            let others = ranges[1].iter();
+            let others = others.flat_map(|&y| ranges[2].iter().map(move |&z| [x, y, z]));
+            others.map(scored).reduce(better)
         });
-        let mut best = (self.score(whole), whole);
-        for (_, start) in starts {
-            let moved = self.moved(start);
-            if moved.0 > best.0 {
-                best = moved;
-            }
-        }
-        best.1
+        let moved = starts.map(|(_, start)| self.moved(start));
+        moved.fold(scored(self.whole), better).1
     }
 
     /// A box with its faces moved until no axis gains anything.

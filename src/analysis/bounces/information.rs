@@ -109,17 +109,12 @@ fn of_axes(sample: &PathSample, ranks: &[&[u32]]) -> Estimate {
         ranks: std::array::from_fn(|k| ranks.get(k).map_or(0, |r| r[i])),
     };
     let mut points: Vec<Point> = (0..n).map(point).collect();
-    halve(
-        &mut points,
-        [0, ranks.len()],
-        levels,
-        0,
-        &mut |cell, points| {
-            points
-                .iter()
-                .for_each(|p| fine.add(cell, sample, p.path as usize));
-        },
-    );
+    let mut add = |cell, points: &[Point]| {
+        for point in points {
+            fine.add(cell, sample, point.path as usize);
+        }
+    };
+    halve(&mut points, [0, ranks.len()], levels, 0, &mut add);
     let found = fine.estimate(mutual);
     if each == 0 {
         return found;
@@ -156,49 +151,39 @@ fn halve(
 }
 
 /// Light of each class in each cell, of each batch.
-struct Cells {
-    cells: usize,
-    batches: Vec<Vec<[f64; CLASSES]>>,
-}
+struct Cells(Vec<Vec<[f64; CLASSES]>>);
 
 impl Cells {
     fn new(cells: usize, batches: usize) -> Self {
-        Self {
-            cells,
-            batches: vec![vec![[0.0; CLASSES]; cells]; batches],
-        }
+        Self(vec![vec![[0.0; CLASSES]; cells]; batches])
     }
 
     fn add(&mut self, cell: usize, sample: &PathSample, path: usize) {
         let class = usize::from(sample.class[path]);
-        self.batches[sample.batch_of(path)][cell][class] += sample.light[path];
+        self.0[sample.batch_of(path)][cell][class] += sample.light[path];
     }
 
     /// Cells of so many neighbours each.
     fn merged(&self, neighbours: usize) -> Self {
-        let merge = |cells: &Vec<[f64; CLASSES]>| {
-            let groups = cells.chunks(neighbours);
-            groups
-                .map(|group| std::array::from_fn(|c| group.iter().map(|s| s[c]).sum()))
-                .collect()
+        let sum = |group: &[[f64; CLASSES]]| {
+            std::array::from_fn(|c| group.iter().map(|light| light[c]).sum())
         };
-        Self {
-            cells: self.cells / neighbours,
-            batches: self.batches.iter().map(merge).collect(),
-        }
+        let batches = self.0.iter();
+        let merged = batches.map(|cells| cells.chunks(neighbours).map(sum).collect());
+        Self(merged.collect())
     }
 
     /// A number of the sums over all batches, without its bias, and its standard error. It is not below 0.
     fn estimate(&self, of: impl Fn(&[[f64; CLASSES]]) -> f64) -> Estimate {
-        let mut whole = vec![[0.0; CLASSES]; self.cells];
-        for batch in &self.batches {
+        let mut whole = vec![[0.0; CLASSES]; self.0.first().map_or(0, Vec::len)];
+        for batch in &self.0 {
             for (sum, part) in whole.iter_mut().zip(batch) {
                 (0..CLASSES).for_each(|c| sum[c] += part[c]);
             }
         }
         let all = of(&whole);
         let mut rest = whole.clone();
-        let without = self.batches.iter().map(|batch| {
+        let without = self.0.iter().map(|batch| {
             for ((rest, sum), part) in rest.iter_mut().zip(&whole).zip(batch) {
                 // What rounding leaves of a cell of this batch alone is nothing.
                 *rest = std::array::from_fn(|c| match sum[c] - part[c] {

@@ -45,17 +45,15 @@ pub struct ChartBounces {
 
 /// Axes by what they hold of pairs that reciprocity folds: of both elevations `theta_max` the larger and `theta_min` the lesser.
 fn folded(axes: &[Axis], symmetry: Symmetry) -> Vec<Axis> {
-    let symbol = |axis: &Axis| match axis.symbol {
-        "theta_i" if symmetry.reciprocal => "theta_max",
-        "theta_o" if symmetry.reciprocal => "theta_min",
-        symbol => symbol,
-    };
-    let axes = axes.iter();
-    axes.map(|axis| Axis {
-        symbol: symbol(axis),
-        ..*axis
-    })
-    .collect()
+    let mut axes = axes.to_vec();
+    for axis in axes.iter_mut().filter(|_| symmetry.reciprocal) {
+        match axis.symbol {
+            "theta_i" => axis.symbol = "theta_max",
+            "theta_o" => axis.symbol = "theta_min",
+            _ => {}
+        }
+    }
+    axes
 }
 
 impl ChartBounces {
@@ -76,15 +74,13 @@ impl ChartBounces {
             || information::information(sample, &ranks),
             || boxes::best(sample, &entry.form(flat), class, purity),
         );
+        let isotropic = entry.axes(Symmetry::FULL);
         Self {
             name: entry.kind,
             axes: folded(form.axes(), symmetry),
             information,
             ranges: ranges(sample, &coords, &ranks),
-            map_axes: {
-                let axes = entry.axes(Symmetry::FULL);
-                [axes[0], axes[1], axes[2]]
-            },
+            map_axes: [0, 1, 2].map(|i| isotropic[i]),
             maps: maps(sample, entry),
             best,
         }
@@ -100,10 +96,9 @@ pub fn information(sample: &PathSample, form: &dyn Parametrization) -> Informati
 /// Coordinates of all paths.
 fn forward(sample: &PathSample, form: &dyn Parametrization) -> Vec<Coords> {
     let mut coords = vec![[0.0; 4]; sample.pairs.len()];
-    let chunks = coords.par_chunks_mut(CHUNK);
-    chunks
-        .zip(sample.pairs.par_chunks(CHUNK))
-        .for_each(|(coords, pairs)| form.forward_batch(pairs, coords));
+    let chunks = (sample.pairs.par_chunks(CHUNK), coords.par_chunks_mut(CHUNK));
+    let chunks = chunks.into_par_iter();
+    chunks.for_each(|(pairs, coords)| form.forward_batch(pairs, coords));
     coords
 }
 
@@ -184,9 +179,9 @@ fn maps(sample: &PathSample, entry: &Entry<ParametrizationSpec>) -> Vec<Map> {
     let half = HALF_WIDTH * azimuth.length();
     let slabs = (0..AZIMUTHS).map(|i| Some([middle(i), half]));
     let slabs: Vec<Option<[f64; 2]>> = std::iter::once(None).chain(slabs).collect();
-    let none: Vec<Tally> = vec![vec![[0.0; CLASSES + 1]; MAP_CELLS * MAP_CELLS]; slabs.len()];
+    let mut sums: Vec<Tally> = vec![vec![[0.0; CLASSES + 1]; MAP_CELLS * MAP_CELLS]; slabs.len()];
     let batches = (0..sample.batches()).into_par_iter().map(|batch| {
-        let mut tallies = none.clone();
+        let mut tallies = sums.clone();
         let range = sample.batch(batch);
         let mut coords = vec![[0.0; 4]; range.len()];
         form.forward_batch(&sample.pairs[range.clone()], &mut coords);
@@ -205,7 +200,6 @@ fn maps(sample: &PathSample, entry: &Entry<ParametrizationSpec>) -> Vec<Map> {
         }
         tallies
     });
-    let mut sums = none.clone();
     for batch in batches.collect::<Vec<_>>() {
         for (sum, part) in sums.iter_mut().flatten().zip(batch.iter().flatten()) {
             (0..=CLASSES).for_each(|c| sum[c] += part[c]);
@@ -213,12 +207,10 @@ fn maps(sample: &PathSample, entry: &Entry<ParametrizationSpec>) -> Vec<Map> {
     }
     let light = |[light @ .., _]: &[f64; CLASSES + 1]| *light;
     let total: f64 = sums[0].iter().flat_map(light).sum();
+    let share = |cell: &_| light(cell).map(|l| l / total);
     let map = |(azimuth, tally): (Option<[f64; 2]>, Tally)| Map {
         azimuth,
-        light: tally
-            .iter()
-            .map(|cell| light(cell).map(|l| l / total))
-            .collect(),
+        light: tally.iter().map(share).collect(),
         paths: tally.iter().map(|cell| cell[CLASSES]).collect(),
     };
     slabs.into_iter().zip(sums).map(map).collect()
@@ -238,14 +230,8 @@ fn places(form: &dyn Parametrization, coords: Coords) -> Vec<(usize, f64)> {
     if !form.facts().exchange {
         return vec![place(&coords)];
     }
-    let inside = |c: &&Coords| {
-        axes.iter()
-            .zip(*c)
-            .all(|(a, x)| a.range[0] <= *x && *x <= a.range[1])
-    };
-    form.images(&coords)
-        .iter()
-        .filter(inside)
-        .map(place)
-        .collect()
+    let is_on = |(axis, x): (&Axis, &f64)| axis.range[0] <= *x && *x <= axis.range[1];
+    let is_inside = |c: &&Coords| axes.iter().zip(*c).all(is_on);
+    let images = form.images(&coords);
+    images.iter().filter(is_inside).map(place).collect()
 }

@@ -71,58 +71,54 @@ impl PathSample {
     /// Follows `paths` paths, or a few more so that batches are equal. The result does not depend on the number of threads.
     pub fn follow(brdf: &dyn SplitBrdf, paths: usize) -> Self {
         let surfaces = brdf.surfaces();
-        let batches = match surfaces {
-            _ if surfaces >= SURFACES => surfaces.min(MOST),
-            _ => BATCHES,
+        let spread = match surfaces {
+            0 => Spread::Paths,
+            1..SURFACES => Spread::FewSurfaces,
+            _ => Spread::Surfaces,
         };
+        let are_batches = spread == Spread::Surfaces;
         // Blocks after which every batch has the same number from the same surfaces.
-        let round = match surfaces {
-            _ if surfaces >= SURFACES => surfaces,
-            few => few.max(1) * BATCHES,
+        let round = if are_batches {
+            surfaces
+        } else {
+            surfaces.max(1) * BATCHES
         };
-        let batch_of = |block: usize| match surfaces {
-            _ if surfaces >= SURFACES => block % surfaces % MOST,
-            few => block / few.max(1) % BATCHES,
+        let batch_of = |block: usize| match are_batches {
+            true => block % surfaces % MOST,
+            false => block / surfaces.max(1) % BATCHES,
         };
         let count = paths.div_ceil(round).clamp(1, BLOCK);
         let blocks = paths.div_ceil(count * round) * round;
         let mut order: Vec<usize> = (0..blocks).collect();
         order.sort_by_key(|&block| batch_of(block));
-        let followed: Vec<Vec<LightPath>> = order
-            .par_iter()
-            .map(|&block| {
-                let mut found = Vec::new();
-                brdf.paths(block as u64, count, &mut |path| {
-                    if path.light > 0.0 && path.pair.is_above_horizon() {
-                        found.push(path);
-                    }
-                });
-                found
-            })
-            .collect();
+        let follow = |&block: &usize| {
+            let mut found = Vec::new();
+            brdf.paths(block as u64, count, &mut |path| {
+                if path.light > 0.0 && path.pair.is_above_horizon() {
+                    found.push(path);
+                }
+            });
+            found
+        };
+        let followed: Vec<Vec<LightPath>> = order.par_iter().map(follow).collect();
         let left = followed.iter().map(Vec::len).sum();
         let mut sample = Self {
             pairs: Vec::with_capacity(left),
             light: Vec::with_capacity(left),
             class: Vec::with_capacity(left),
-            starts: Vec::with_capacity(batches + 1),
+            starts: Vec::new(),
             followed: blocks * count,
-            spread: match surfaces {
-                0 => Spread::Paths,
-                1..SURFACES => Spread::FewSurfaces,
-                _ => Spread::Surfaces,
-            },
+            spread,
         };
         for (block, paths) in order.into_iter().zip(followed) {
             while sample.starts.len() <= batch_of(block) {
                 sample.starts.push(sample.pairs.len());
             }
-            for path in paths {
-                sample.pairs.push(path.pair);
-                sample.light.push(path.light);
-                sample
-                    .class
-                    .push(Part::from_order(path.order).classes().start as u8);
+            for LightPath { pair, light, order } in paths {
+                let class = Part::from_order(order).classes().start as u8;
+                sample.pairs.push(pair);
+                sample.light.push(light);
+                sample.class.push(class);
             }
         }
         sample.starts.push(sample.pairs.len());
@@ -164,11 +160,8 @@ impl PathSample {
     /// How much leaves, and after how many facets.
     pub fn shares(&self) -> LightShares {
         let sums = self.sums(|_| true);
-        let n = self.followed as f64;
-        let whole: BatchSums = sums
-            .iter()
-            .map(|_| [n / sums.len() as f64; CLASSES])
-            .collect();
+        let followed = self.followed as f64 / sums.len() as f64;
+        let whole: BatchSums = vec![[followed; CLASSES]; sums.len()];
         LightShares {
             albedo: ratio(&sums, &whole, all, |s| s[0]),
             classes: std::array::from_fn(|c| ratio(&sums, &sums, |s| s[c], all)),
@@ -205,10 +198,10 @@ fn ratio(
     let above: Vec<f64> = above.iter().map(of_above).collect();
     let below: Vec<f64> = below.iter().map(of_below).collect();
     let [a, b] = [&above, &below].map(|v| v.iter().sum::<f64>());
-    let share = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
     if b <= 0.0 {
         return Estimate::new(f64::NAN, f64::NAN);
     }
+    let share = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
     let without = (0..above.len()).map(|i| share(a - above[i], b - below[i]));
     Estimate::new(share(a, b), spread(&without.collect::<Vec<_>>()))
 }
