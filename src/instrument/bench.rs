@@ -48,6 +48,16 @@ impl Default for Parts {
     }
 }
 
+impl Parts {
+    /// Half-angles of the apertures of source and detector, degrees; 0 without apertures.
+    fn half_angles_deg(self, spec: &InstrumentSpec) -> [f64; 2] {
+        match self.apertures {
+            true => [spec.source.half_angle_deg, spec.detector.half_angle_deg],
+            false => [0.0; 2],
+        }
+    }
+}
+
 /// An instrument that can plan and measure.
 #[derive(Debug)]
 pub struct Bench {
@@ -112,14 +122,8 @@ impl Bench {
             machine = machine.without_limits();
         }
         let motion = Motion::new(spec, &machine);
-        let optics = |tolerance: Tolerance| {
-            let [source, detector] = if parts.apertures {
-                [spec.source.half_angle_deg, spec.detector.half_angle_deg]
-            } else {
-                [0.0; 2]
-            };
-            Optics::new(source.to_radians(), detector.to_radians(), tolerance)
-        };
+        let [source, detector] = parts.half_angles_deg(spec).map(f64::to_radians);
+        let optics = |tolerance| Optics::new(source, detector, tolerance);
         let errors = parts.noise.then(|| {
             let random = Random::new(realisation);
             let draw = |index: u64| normal(&mut random.stream(index));
@@ -153,6 +157,10 @@ impl Bench {
     /// A session along an itinerary of this instrument. The noise of a pose depends on the seed and
     /// its number, not on the order of the visits.
     pub fn session<'a>(&'a self, itinerary: &'a Itinerary, seed: u64) -> Session<'a> {
-        Session::new(self, itinerary, seed)
+        Session {
+            bench: self,
+            itinerary,
+            seed,
+        }
     }
 }

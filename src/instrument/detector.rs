@@ -27,6 +27,7 @@ use super::spec::{DetectorSpec, InstrumentSpec};
 use crate::sampling::RandomStream;
 use rand::RngExt;
 use rand_distr::{Distribution, Poisson, StandardNormal};
+use smallvec::SmallVec;
 use std::f64::consts::PI;
 
 /// Share of full scale that an exposure may fill, unless it is the shortest.
@@ -89,7 +90,7 @@ impl Detector {
             return 1.0;
         }
         let [least, most] = FAULT.map(f64::ln);
-        let log = noise.random_range(least..most);
+        let log: f64 = noise.random_range(least..most);
         if noise.random() {
             log.exp()
         } else {
@@ -101,23 +102,18 @@ impl Detector {
     pub(super) fn read(&self, signal: f64, noise: &mut RandomStream) -> Signal {
         let rate = self.gain * signal + self.spec.dark_rate;
         let constant = self.spec.read_noise * self.spec.read_noise + self.step * self.step / 12.0;
-        // Used exposures: time, time², electrons, electrons × time.
-        let (mut time, mut electrons) = (0.0, 0.0);
-        let mut used = 0_usize;
-        let mut counts = [(0.0, 0.0); Self::MOST];
-        for (k, &t) in self.exposures.iter().take(Self::MOST).enumerate() {
+        // Times and electrons of the exposures that are used.
+        let mut counts = SmallVec::<[(f64, f64); 8]>::new();
+        for (k, &t) in self.exposures.iter().enumerate() {
             // Every exposure is made: the numbers of the stream do not depend on the others.
             let e = self.count(rate * t, noise);
             let most = if k == 0 { 1.0 } else { HEADROOM };
-            if used == k && e < most * self.spec.full_scale {
-                counts[k] = (t, e);
-                time += t;
-                electrons += e;
-                used += 1;
+            if counts.len() == k && e < most * self.spec.full_scale {
+                counts.push((t, e));
             }
         }
         let shortest = self.exposures.first().copied().unwrap_or(1.0);
-        if used == 0 {
+        if counts.is_empty() {
             let rate = self.spec.full_scale / shortest - self.spec.dark_rate;
             let variance = (self.spec.full_scale * f64::from(self.spec.shot_noise) + constant)
                 / (shortest * shortest * self.gain * self.gain);
@@ -127,13 +123,14 @@ impl Detector {
                 saturated: true,
             };
         }
-        let pilot = if self.spec.shot_noise {
-            (electrons / time).max(0.0)
-        } else {
-            0.0
+        let add = |(time, electrons), (t, e): &(f64, f64)| (time + t, electrons + e);
+        let (time, electrons) = counts.iter().fold((0.0, 0.0), add);
+        let pilot = match self.spec.shot_noise {
+            true => (electrons / time).max(0.0),
+            false => 0.0,
         };
         let (mut weights, mut sum) = (0.0, 0.0);
-        for (t, e) in &counts[..used] {
+        for (t, e) in &counts {
             // A dark sensor without any noise: exposures then count by their time.
             let variance = (pilot * t + constant).max(f64::MIN_POSITIVE);
             let weight = t * t / variance;
@@ -146,7 +143,4 @@ impl Detector {
             saturated: false,
         }
     }
-
-    /// The most exposures of one pose.
-    pub(super) const MOST: usize = 32;
 }

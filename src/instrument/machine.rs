@@ -1,7 +1,8 @@
 //! The moving parts: a chain of rotation axes, its class and its limits.
 
 use super::class::Class;
-use super::spec::{BASE, InstrumentSpec, LIGHT, SENSOR};
+use super::motion::AxisMotion;
+use super::spec::{InstrumentSpec, LIGHT, SENSOR};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, angle_between};
 use crate::schedule::{MAX_AXES, Positions, Unreachable};
@@ -19,18 +20,14 @@ pub struct Axis {
     pub name: String,
     /// Lowest and highest position, rad.
     pub range: [f64; 2],
-    /// Highest speed, rad/s.
-    pub speed: f64,
-    /// Acceleration and deceleration, rad/s².
-    pub acceleration: f64,
+    /// Its speed and acceleration.
+    pub motion: AxisMotion,
     /// Smallest step, rad; 0: none.
     pub resolution: f64,
     /// Standard deviation from one approach to the next, rad.
     pub repeatability: f64,
     /// Standard deviation of the offset that all positions of one instrument share, rad.
     pub bias: f64,
-    /// True if it turns round without end.
-    pub wraps: bool,
 }
 
 impl Axis {
@@ -49,12 +46,8 @@ impl Axis {
     }
 }
 
-/// A direction away from the sample that turns with an axis (`None`: fixed to the base).
-#[derive(Clone, Copy, Debug)]
-struct Mount {
-    axis: Option<usize>,
-    vector: DVec3,
-}
+/// The axis that a part turns with (`None`: fixed to the base), and its direction away from the sample while all stand at 0.
+type Mount = (Option<usize>, DVec3);
 
 /// Two parts and the smallest angle between them, rad.
 #[derive(Clone, Debug)]
@@ -77,7 +70,6 @@ struct Limits {
 pub struct Machine {
     axes: Vec<Axis>,
     class: &'static Class,
-    chain: Vec<Mount>,
     /// `None`: everything can be reached.
     limits: Option<Limits>,
 }
@@ -93,44 +85,34 @@ impl Machine {
         let axes = spec.axis.iter().map(|axis| Axis {
             name: axis.name.clone(),
             range: [axis.min_deg.to_radians(), axis.max_deg.to_radians()],
-            speed: axis.speed_deg_per_s.to_radians(),
-            acceleration: axis.acceleration_deg_per_s2.to_radians(),
+            motion: AxisMotion {
+                speed: axis.speed_deg_per_s.to_radians(),
+                acceleration: axis.acceleration_deg_per_s2.to_radians(),
+                wraps: axis.wraps,
+            },
             resolution: axis.resolution_deg.to_radians(),
             repeatability: axis.repeatability_deg.to_radians(),
             bias: axis.bias_deg.to_radians(),
-            wraps: axis.wraps,
-        });
-        let number = |name: &str| match name {
-            BASE => None,
-            _ => spec.axis.iter().position(|axis| axis.name == name),
-        };
-        let chain = spec.axis.iter().map(|axis| Mount {
-            axis: number(&axis.parent),
-            vector: DVec3::from(axis.vector),
         });
         let ends = class.ends;
-        let part = |name: &str| {
-            let (axis, vector) = match name {
-                LIGHT => (ends.light, DVec3::Z),
-                SENSOR => (ends.sensor, DVec3::Z),
-                // The check has found every other name among the bodies.
-                _ => spec
-                    .body
-                    .iter()
-                    .find(|body| body.name == name)
-                    .map_or((None, DVec3::Z), |body| {
-                        (number(&body.axis), DVec3::from(body.direction).normalize())
-                    }),
-            };
-            Mount { axis, vector }
+        let part = |name: &String| match name.as_str() {
+            LIGHT => (ends.light, DVec3::Z),
+            SENSOR => (ends.sensor, DVec3::Z),
+            // The check has found every other name among the bodies.
+            _ => {
+                let body = spec.body.iter().find(|body| body.name == *name);
+                body.map_or((None, DVec3::Z), |body| {
+                    let axis = spec.axis.iter().position(|axis| axis.name == body.axis);
+                    (axis, DVec3::from(body.direction).normalize())
+                })
+            }
         };
         let collisions = spec.limits.collision.iter().map(|pair| Collision {
-            between: [part(&pair.between[0]), part(&pair.between[1])],
+            between: pair.between.each_ref().map(part),
             angle_min: pair.angle_min_deg.to_radians(),
         });
         Ok(Self {
             axes: axes.collect(),
-            chain: chain.collect(),
             limits: Some(Limits {
                 theta_i_max: spec.limits.theta_i_max_deg.to_radians(),
                 theta_o_max: spec.limits.theta_o_max_deg.to_radians(),
@@ -211,9 +193,8 @@ impl Machine {
         }
         let rotations = self.rotations(&positions);
         for (i, collision) in limits.collisions.iter().enumerate() {
-            let [a, b] = collision
-                .between
-                .map(|mount| mounted(&rotations, mount.axis) * mount.vector);
+            let direction = |(axis, vector): Mount| mounted(&rotations, axis) * vector;
+            let [a, b] = collision.between.map(direction);
             if angle_between(a, b) < collision.angle_min - SLACK {
                 return Err(Unreachable::Collision(i as u8));
             }
@@ -224,10 +205,10 @@ impl Machine {
     /// The frame of every axis in the lab.
     fn rotations(&self, positions: &Positions) -> [DMat3; MAX_AXES] {
         let mut rotations = [DMat3::IDENTITY; MAX_AXES];
-        // Parents come before their children: the check compares them with the class.
-        for (i, link) in self.chain.iter().enumerate() {
-            let own = DMat3::from_axis_angle(link.vector, positions[i]);
-            rotations[i] = mounted(&rotations, link.axis) * own;
+        // Axes are those of the class, as the check has found: parents come before their children.
+        for (i, axis) in self.class.axes.iter().enumerate() {
+            let own = DMat3::from_axis_angle(axis.vector.into(), positions[i]);
+            rotations[i] = mounted(&rotations, axis.parent) * own;
         }
         rotations
     }

@@ -26,7 +26,7 @@ mod travel;
 
 pub use travel::{AxisMotion, Travel};
 
-use super::machine::Machine;
+use super::machine::{Axis, Machine};
 use super::spec::{DetectorSpec, InstrumentSpec, Scan};
 use crate::schedule::{MAX_AXES, Positions, Schedule, Visit};
 use glam::DVec3;
@@ -61,21 +61,14 @@ pub struct Motion {
 impl Motion {
     /// The motion of an instrument.
     pub fn new(spec: &InstrumentSpec, machine: &Machine) -> Self {
-        let mut rest = [0.0; MAX_AXES];
-        let mut axes = Vec::with_capacity(MAX_AXES);
-        for (axis, rest) in machine.axes().iter().zip(&mut rest) {
-            *rest = 0.0_f64.max(axis.range[0]).min(axis.range[1]);
-            axes.push(AxisMotion {
-                speed: axis.speed,
-                acceleration: axis.acceleration,
-                wraps: axis.wraps,
-            });
-        }
+        let axes: Vec<AxisMotion> = machine.axes().iter().map(|axis| axis.motion).collect();
+        let rest = |axis: &Axis| 0.0_f64.max(axis.range[0]).min(axis.range[1]);
+        let rest = |i: usize| machine.axes().get(i).map_or(0.0, rest);
         let (timing, calibration) = (&spec.timing, &spec.calibration);
         let every = 60.0 * calibration.every_minutes;
         Self {
             travel: Travel::new(&axes),
-            rest,
+            rest: std::array::from_fn(rest),
             settle: timing.settle_s,
             overhead: timing.overhead_s,
             exposure: exposures(&spec.detector).sum(),
@@ -199,10 +192,8 @@ impl Motion {
                 moves.push(seconds - self.exposure);
             }
             if moves.len() == ways.len() {
-                let stops = run[..=moves.len()].windows(2);
-                let stopped: f64 = stops
-                    .map(|w| self.stop(&w[0].1, &w[1].1) + self.exposure + self.overhead)
-                    .sum();
+                let stop = |w: &[Stop]| self.stop(&w[0].1, &w[1].1) + self.exposure + self.overhead;
+                let stopped: f64 = run[..=moves.len()].windows(2).map(stop).sum();
                 return (begins - log.now <= stopped).then_some(moves);
             }
             ways.truncate(moves.len());
@@ -235,20 +226,16 @@ struct Log<'a> {
 
 impl<'a> Log<'a> {
     fn new(motion: &'a Motion, schedule: &'a Schedule, visits: Vec<Visit>) -> Self {
-        let seconds = visits.iter().map(|v| v.seconds).sum();
         let of_last = visits.last().map(|last| {
-            let light = schedule.poses[last.pose as usize].pair.omega_i;
-            (
-                last.at_seconds - last.since_calibration_seconds,
-                light.vector(),
-            )
+            let light = schedule.poses[last.pose as usize].pair.omega_i.vector();
+            (last.at_seconds - last.since_calibration_seconds, light)
         });
         let (calibrated, light) = of_last.unwrap_or_default();
         Self {
             motion,
             schedule,
+            now: visits.iter().map(|v| v.seconds).sum(),
             visits,
-            now: seconds,
             calibration: 0.0,
             calibrated,
             light,

@@ -166,7 +166,7 @@ impl Optics {
         clipped: bool,
         work: &mut Workspace,
     ) -> Estimate {
-        work.reset();
+        work.missing = false;
         let start = work.evaluations;
         let disks = self.disks(pair);
         if clipped || self.half_vector_is_lost(pair) {

@@ -14,19 +14,18 @@ pub struct Preset {
     pub text: &'static str,
 }
 
-/// The instruments of these names, whose files are compiled in.
-macro_rules! compiled_in {
-    ($($name:literal),+) => {
-        vec![$(Preset {
-            name: $name,
-            text: include_str!(concat!("../../configs/instruments/", $name, ".toml")),
-        }),+]
-    };
-}
-
 /// Every instrument that comes with the program: one of each kinematic class.
 pub fn presets() -> Vec<Preset> {
-    compiled_in!["cornell", "pgii", "utia", "rosi"]
+    let files = [
+        (
+            "cornell",
+            include_str!("../../configs/instruments/cornell.toml"),
+        ),
+        ("pgii", include_str!("../../configs/instruments/pgii.toml")),
+        ("utia", include_str!("../../configs/instruments/utia.toml")),
+        ("rosi", include_str!("../../configs/instruments/rosi.toml")),
+    ];
+    files.map(|(name, text)| Preset { name, text }).into()
 }
 
 /// Names of the axes of every preset, each once.

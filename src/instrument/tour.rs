@@ -13,6 +13,7 @@ use crate::schedule::{MAX_AXES, Positions};
 use improve::improve;
 use serde::{Deserialize, Serialize};
 use sorted::sorted;
+use std::cmp::Ordering;
 
 named! {
     /// Rule that orders the visits.
@@ -49,26 +50,20 @@ impl Order {
 
 /// Finds a path over the distinct positions, and visits equal ones in the order of their numbers.
 fn distinct(positions: &[Positions], path: impl Fn(&[Positions]) -> Vec<u32>) -> Vec<u32> {
-    let compare = |a: &Positions, b: &Positions| {
-        let axes = a.iter().zip(b);
-        axes.fold(std::cmp::Ordering::Equal, |o, (a, b)| {
-            o.then(a.total_cmp(b))
-        })
-    };
     let at = |i: &u32| &positions[*i as usize];
+    let compare = |a: &u32, b: &u32| {
+        let mut axes = at(a).iter().zip(at(b)).map(|(a, b)| a.total_cmp(b));
+        axes.find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+    };
     let mut numbers: Vec<u32> = (0..positions.len() as u32).collect();
-    numbers.sort_unstable_by(|a, b| compare(at(a), at(b)).then(a.cmp(b)));
-    let mut groups: Vec<&[u32]> = numbers
-        .chunk_by(|a, b| compare(at(a), at(b)).is_eq())
-        .collect();
+    numbers.sort_unstable_by(|a, b| compare(a, b).then(a.cmp(b)));
+    let equal = numbers.chunk_by(|a, b| compare(a, b).is_eq());
+    let mut groups: Vec<&[u32]> = equal.collect();
     // In the order of their first numbers, so that ties are resolved by number.
     groups.sort_unstable_by_key(|g| g[0]);
     let points: Vec<Positions> = groups.iter().map(|g| *at(&g[0])).collect();
-    let order = path(&points);
-    order
-        .into_iter()
-        .flat_map(|g| groups[g as usize].iter().copied())
-        .collect()
+    let order = path(&points).into_iter();
+    order.flat_map(|g| groups[g as usize]).copied().collect()
 }
 
 /// Always to the nearest that is left: by travel time, then by the sum of the squared times of all
@@ -94,10 +89,8 @@ impl Metric<MAX_AXES> for &Travel {
 
     fn distance(&self, from: &Positions, to: &Positions) -> [f64; 2] {
         let squares = self.squares(from, to);
-        [
-            squares.iter().copied().fold(0.0, f64::max),
-            squares.iter().sum(),
-        ]
+        let longest = squares.into_iter().fold(0.0, f64::max);
+        [longest, squares.into_iter().sum()]
     }
 
     fn bounded([time, _]: [f64; 2]) -> f64 {

@@ -32,9 +32,9 @@ use std::sync::Arc;
 /// A bench on its way along an itinerary.
 #[derive(Clone, Copy, Debug)]
 pub struct Session<'a> {
-    bench: &'a Bench,
-    itinerary: &'a Itinerary,
-    seed: u64,
+    pub(super) bench: &'a Bench,
+    pub(super) itinerary: &'a Itinerary,
+    pub(super) seed: u64,
 }
 
 /// Visits per parallel task: a lobe costs a thousand times as much as its neighbours.
@@ -55,15 +55,7 @@ struct Reading {
     flags: Flags,
 }
 
-impl<'a> Session<'a> {
-    pub(super) fn new(bench: &'a Bench, itinerary: &'a Itinerary, seed: u64) -> Self {
-        Self {
-            bench,
-            itinerary,
-            seed,
-        }
-    }
-
+impl Session<'_> {
     /// The reading of one visit; `None` if the material has no data there.
     fn read(
         &self,
@@ -122,10 +114,9 @@ impl Errors {
             }
             moved |= positions[i] != visit.positions[i];
         }
-        let actual = if moved {
-            machine.forward(&positions)
-        } else {
-            *pair
+        let actual = match moved {
+            true => machine.forward(&positions),
+            false => *pair,
         };
         let average = optics.average(brdf, &actual, work)?;
         let cosine = optics.cosine(&actual);
@@ -184,13 +175,12 @@ impl Errors {
         let mut look = |at: &Positions| {
             let pair = bench.machine.forward(at);
             let cosine = self.rough.cosine(&pair);
-            let average = self.rough.average(brdf, &pair, work);
-            average.map(|a| {
-                let values = a.value.into_iter();
+            let values = self.rough.average(brdf, &pair, work)?.value.into_iter();
+            Some(
                 values
                     .map(|v| v * cosine / asked)
-                    .collect::<ChannelValues>()
-            })
+                    .collect::<ChannelValues>(),
+            )
         };
         let mut centre = None;
         let mut shift = zero;
@@ -201,12 +191,11 @@ impl Errors {
             if sigma == 0.0 {
                 continue;
             }
-            let mut step = |by: f64| {
+            let [above, below] = [sigma, -sigma].map(|by| {
                 let mut at = *positions;
                 at[i] += by;
                 look(&at)
-            };
-            let (above, below) = (step(sigma), step(-sigma));
+            });
             if centre.is_none() {
                 centre = look(positions);
             }
@@ -286,10 +275,7 @@ impl Session<'_> {
                 flags: vec![Flags::NONE; poses],
             }),
             places: Vec::new(),
-            half_angles_deg: match parts.apertures {
-                true => [spec.source.half_angle_deg, spec.detector.half_angle_deg],
-                false => [0.0; 2],
-            },
+            half_angles_deg: parts.half_angles_deg(spec),
         }
     }
 }

@@ -52,10 +52,8 @@ impl Travel {
     /// a turn apart.
     #[inline]
     pub fn seconds(&self, from: &Positions, to: &Positions) -> f64 {
-        self.squares(from, to)
-            .into_iter()
-            .fold(0.0, f64::max)
-            .sqrt()
+        let squares = self.squares(from, to).into_iter();
+        squares.fold(0.0, f64::max).sqrt()
     }
 
     /// The square of the time each axis needs, s²: comparisons do without the root.
@@ -110,10 +108,7 @@ impl Travel {
     /// Highest speed of axis `j` in one move of `distance` rad, rad/s.
     pub(super) fn peak_speed(&self, j: usize, distance: f64) -> f64 {
         // Half of v²/a is spent on either ramp: v² = a d.
-        let acceleration = 4.0 / self.triangle[j];
-        (acceleration * distance)
-            .sqrt()
-            .min(1.0 / self.inverse_speed[j])
+        (self.acceleration(j) * distance).sqrt().min(self.speed(j))
     }
 
     /// Highest speed of axis `j`, rad/s.

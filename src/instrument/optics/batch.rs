@@ -60,18 +60,11 @@ pub struct Workspace {
     sums: Vec<f64>,
     /// Evaluations of the BRDF since it was made.
     pub(super) evaluations: usize,
-    /// True if a value was missing since the last reset.
+    /// True if a value was missing in the average that is being made.
     pub(super) missing: bool,
 }
 
 impl Workspace {
-    pub(super) fn reset(&mut self) {
-        self.missing = false;
-        self.pairs.clear();
-        self.weights.clear();
-        self.groups.clear();
-    }
-
     /// The value of one pair.
     pub(super) fn single(
         &mut self,

@@ -26,10 +26,9 @@ impl Disk {
     pub(super) fn new(centre: Direction, half_angle: f64) -> Self {
         let (v, sin) = (centre.vector(), centre.sin_theta());
         // At the normal every azimuth is as good as any other.
-        let level = if sin > 0.0 {
-            DVec3::new(-v.y / sin, v.x / sin, 0.0)
-        } else {
-            DVec3::Y
+        let level = match sin > 0.0 {
+            true => DVec3::new(-v.y / sin, v.x / sin, 0.0),
+            false => DVec3::Y,
         };
         Self {
             centre: v,
@@ -61,11 +60,8 @@ impl Disk {
                 // Chebyshev's rule of the second kind: the weight √(1 − x²) is the chord.
                 let (s, c) = (PI * k as f64 / (n + 1) as f64).sin_cos();
                 let w = s * s / (n + 1) as f64;
-                nodes.extend(
-                    legendre
-                        .iter()
-                        .map(|(y, wy)| (self.direction([c, s * y]), w * wy)),
-                );
+                let node = |(y, wy): &(f64, f64)| (self.direction([c, s * y]), w * wy);
+                nodes.extend(legendre.iter().map(node));
             }
             return nodes;
         }
@@ -115,9 +111,7 @@ impl Rules {
             [r * c, r * s]
         };
         Self {
-            legendre: PRODUCTS
-                .map(|n| [gauss_legendre(n), gauss_legendre(n + 2)])
-                .to_vec(),
+            legendre: PRODUCTS.map(|n| [n, n + 2].map(gauss_legendre)).to_vec(),
             hexagon: [0, 1, 2, 3, 4, 5].map(corner),
         }
     }
@@ -145,12 +139,7 @@ impl Rules {
         let (z, a) = (disk.centre.z, disk.half_angle);
         if z >= a.sin() {
             // ⟨cos θ⟩ over a cap: the projection of its area on the plane.
-            let mean = if a > 0.0 {
-                z * (0.5 * (1.0 + a.cos()))
-            } else {
-                z
-            };
-            return [1.0, mean];
+            return [1.0, z * (0.5 * (1.0 + a.cos()))];
         }
         if a == 0.0 {
             return [0.0; 2];
@@ -206,21 +195,18 @@ impl Rules {
             sums
         };
         let centre = sum([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let (third, also_third, fifth) = match wide {
-            [true, true] => (
-                sum([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
-                sum([-1.0, 0.0, 0.0, 1.0, 1.0, 0.0]),
-                sum([0.5, 1.0, 1.0, -1.0, -1.0, 1.0]),
-            ),
-            [true, false] => {
-                let third = sum([0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
-                (third.clone(), third, sum([0.25, 1.0, 0.0, 0.0, 0.0, 0.0]))
-            }
-            [false, _] => {
-                let third = sum([0.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-                (third.clone(), third, sum([0.25, 0.0, 1.0, 0.0, 0.0, 0.0]))
-            }
-        };
+        let on_light = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+        let on_sensor = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        let [third, also_third, fifth] = match wide {
+            [true, true] => [
+                [0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+                [-1.0, 0.0, 0.0, 1.0, 1.0, 0.0],
+                [0.5, 1.0, 1.0, -1.0, -1.0, 1.0],
+            ],
+            [true, false] => [on_light, on_light, [0.25, 1.0, 0.0, 0.0, 0.0, 0.0]],
+            [false, _] => [on_sensor, on_sensor, [0.25, 0.0, 1.0, 0.0, 0.0, 0.0]],
+        }
+        .map(sum);
         let exact = |sums| Estimate {
             sums,
             error: ChannelValues::from_elem(0.0, channels),

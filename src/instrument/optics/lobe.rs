@@ -100,13 +100,12 @@ impl Peak {
         let peak = ratios(values[0]);
         let largest = (0..peak.len()).max_by(|a, b| peak[*a].total_cmp(&peak[*b]))?;
         let width = |axis: usize| {
-            (0..Self::SCALES)
-                .filter(|k| {
-                    let sums = values[1 + 2 * *k as usize + axis];
-                    weight(sums) > 0.0 && ratio(sums, largest) < 0.5 * peak[largest]
-                })
-                .map(|k| reach * f64::powi(2.0, -k))
-                .fold(f64::INFINITY, f64::min)
+            let falls = |k: &i32| {
+                let sums = values[1 + 2 * *k as usize + axis];
+                weight(sums) > 0.0 && ratio(sums, largest) < 0.5 * peak[largest]
+            };
+            let last = (0..Self::SCALES).rfind(falls);
+            last.map_or(f64::INFINITY, |k| reach * f64::powi(2.0, -k))
         };
         let widths = [width(0), width(1)];
         let falls = widths.iter().any(|w| w.is_finite());
@@ -120,12 +119,10 @@ impl Peak {
     /// A stand-in where no peak was seen: cells need not shrink before they are evaluated.
     pub(super) fn unseen(optics: &Optics, pair: &DirectionPair) -> Peak {
         let reach = optics.source + optics.detector;
-        let nearer =
-            [PeakKind::Mirror, PeakKind::Retro].map(|kind| (kind, Polar::new(pair, kind).peak[0]));
-        let kind = if nearer[1].1 < nearer[0].1 {
-            PeakKind::Retro
-        } else {
-            PeakKind::Mirror
+        let distance = |kind| Polar::new(pair, kind).peak[0];
+        let kind = match distance(PeakKind::Retro) < distance(PeakKind::Mirror) {
+            true => PeakKind::Retro,
+            false => PeakKind::Mirror,
         };
         Peak { kind, width: reach }
     }
@@ -299,31 +296,21 @@ impl Integral<'_> {
         let (inner, outer) = ((a - b).abs(), a + b);
         let [at, azimuth] = self.polar.peak;
         // A peak at the pole has no azimuth; cells then follow the plane of light and sensor.
-        let (at, azimuth) = if at < 0.5 * width {
-            (0.0, 0.0)
-        } else {
-            (at, azimuth)
-        };
+        let is_at_pole = at < 0.5 * width;
+        let [at, azimuth] = if is_at_pole { [0.0; 2] } else { [at, azimuth] };
         let mut pieces = Vec::new();
         let crossing = Radial::Crossing {
             middle: 0.5 * (inner + outer),
             half: 0.5 * (outer - inner),
         };
         for (radial, lo, hi) in [(Radial::Inside, 0.0, inner), (crossing, inner, outer)] {
-            if hi <= lo {
-                continue;
-            }
-            let cuts = if lo < at && at < hi {
-                vec![lo, at, hi]
-            } else {
-                vec![lo, hi]
-            };
-            for ends in cuts.windows(2) {
-                pieces.push((radial, [ends[0], ends[1]]));
+            match lo < at && at < hi {
+                true => pieces.extend([(radial, [lo, at]), (radial, [at, hi])]),
+                false => pieces.push((radial, [lo, hi])),
             }
         }
         let mut stack = Vec::new();
-        for (radial, ends) in pieces {
+        for (radial, ends) in pieces.into_iter().filter(|(_, [lo, hi])| lo < hi) {
             for quarter in 0..4 {
                 let from = azimuth + FRAC_PI_2 * f64::from(quarter);
                 stack.push((radial, ends, [from, from + FRAC_PI_2]));
@@ -332,10 +319,9 @@ impl Integral<'_> {
         let channels = self.brdf.channels().count();
         let mut cells = Vec::new();
         while let Some((radial, [r0, r1], [p0, p1])) = stack.pop() {
-            let aside = if p0 - azimuth < PI {
-                p0 - azimuth
-            } else {
-                azimuth + TAU - p1
+            let aside = match p0 - azimuth {
+                after if after < PI => after,
+                _ => azimuth + TAU - p1,
             };
             let nearest = at.clamp(r0, r1);
             let distance = (nearest - at).hypot(nearest.min(at) * aside.min(FRAC_PI_2));
@@ -397,11 +383,10 @@ pub(super) fn integrate(
             break estimate;
         }
         let halved = halve_worst(&mut cells, &errors, |cell, axis| {
-            let mut halves = cell.halves(axis);
-            halves
-                .iter_mut()
-                .for_each(|half| integral.evaluate(half, 0, work));
-            halves
+            cell.halves(axis).map(|mut half| {
+                integral.evaluate(&mut half, 0, work);
+                half
+            })
         });
         // No cell is to blame where errors are infinite, or no channel is above 0.
         if halved == 0 {

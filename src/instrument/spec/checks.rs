@@ -83,20 +83,16 @@ impl InstrumentSpec {
         for (i, (axis, template)) in self.axis.iter().zip(required).enumerate() {
             let parent = template
                 .parent
-                .map_or(BASE, |parent| self.axis[parent].name.as_str());
+                .map_or(BASE, |parent| &self.axis[parent].name);
             let (role, vector) = (template.role, template.vector);
-            require(
-                axis.parent == parent,
-                &format!("axis[{i}].parent"),
-                format!("{:?}", axis.parent),
-                format!("{parent:?} for this axis of {class}, its {role}"),
-            )?;
-            require(
-                axis.vector == vector,
-                &format!("axis[{i}].vector"),
-                format!("{:?}", axis.vector),
-                format!("{vector:?} for this axis of {class}, its {role}"),
-            )?;
+            let key = format!("axis[{i}].parent");
+            let allowed = format!("{parent:?} for this axis of {class}, its {role}");
+            let found = format!("{:?}", axis.parent);
+            require(axis.parent == parent, &key, found, allowed)?;
+            let key = format!("axis[{i}].vector");
+            let allowed = format!("{vector:?} for this axis of {class}, its {role}");
+            let found = format!("{:?}", axis.vector);
+            require(axis.vector == vector, &key, found, allowed)?;
         }
         Ok(())
     }
@@ -147,11 +143,8 @@ impl InstrumentSpec {
         let theta = |key, value| in_left_open(key, value, 0.0, 90.0);
         theta("limits.theta_i_max_deg", limits.theta_i_max_deg)?;
         theta("limits.theta_o_max_deg", limits.theta_o_max_deg)?;
-        below(
-            "limits.separation_min_deg",
-            limits.separation_min_deg,
-            180.0,
-        )?;
+        let separation = limits.separation_min_deg;
+        below("limits.separation_min_deg", separation, 180.0)?;
         for (i, pair) in limits.collision.iter().enumerate() {
             let key = format!("limits.collision[{i}].between");
             for part in &pair.between {
@@ -230,11 +223,7 @@ fn require(holds: bool, key: &str, value: impl Display, allowed: impl Display) -
 
 pub(super) fn finite(key: &str, value: f64) -> Checked {
     require(value.is_finite(), key, value, "a finite number")?;
-    if value == 0.0 {
-        Ok(())
-    } else {
-        sane(key, value.abs())
-    }
+    sane(key, value.abs())
 }
 
 pub(super) fn above(key: &str, value: f64) -> Checked {
@@ -244,18 +233,14 @@ pub(super) fn above(key: &str, value: f64) -> Checked {
 
 pub(super) fn at_least_0(key: &str, value: f64) -> Checked {
     below(key, value, f64::INFINITY)?;
-    if value > 0.0 {
-        sane(key, value)
-    } else {
-        Ok(())
-    }
+    sane(key, value)
 }
 
-/// Checks that a number is in `SANE`: squares and quotients then neither overflow nor vanish.
+/// Checks that a number is 0 or in `SANE`: squares and quotients then neither overflow nor vanish.
 fn sane(key: &str, value: f64) -> Checked {
     let [least, most] = SANE;
     let allowed = format!("a number in [{least:e}, {most:e}]");
-    let is_within = (least..=most).contains(&value);
+    let is_within = value == 0.0 || (least..=most).contains(&value);
     require(is_within, key, format!("{value:e}"), allowed)
 }
 
@@ -285,13 +270,8 @@ fn unit(key: &str, vector: [f64; 3]) -> Checked {
 }
 
 fn text(key: &str, value: &str) -> Checked {
-    let is_some = !value.trim().is_empty();
-    require(
-        is_some,
-        key,
-        format!("{value:?}"),
-        "a text that is not empty",
-    )
+    let (value, is_some) = (format!("{value:?}"), !value.trim().is_empty());
+    require(is_some, key, value, "a text that is not empty")
 }
 
 /// Checks a name, which becomes part of columns, files and keys.

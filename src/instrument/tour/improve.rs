@@ -53,10 +53,8 @@ pub(super) fn improve(
     (0..search.end()).for_each(|place| search.queue(place));
     search.repair();
     search.kick();
-    search
-        .path()
-        .map(|place| path[place as usize - 1])
-        .collect()
+    let shorter = search.path();
+    shorter.map(|place| path[place as usize - 1]).collect()
 }
 
 struct Search<'a> {
@@ -101,15 +99,19 @@ impl<'a> Search<'a> {
 
     #[inline]
     fn cost(&self, a: u32, b: u32) -> f64 {
-        if a.max(b) == self.end() {
-            return if a.min(b) == 0 {
-                f64::NEG_INFINITY
-            } else {
-                0.0
-            };
-        }
         let place = |i: u32| &self.places[i as usize];
-        self.travel.seconds(place(a), place(b))
+        match (a.max(b) == self.end(), a.min(b)) {
+            (true, 0) => f64::NEG_INFINITY,
+            (true, _) => 0.0,
+            (false, _) => self.travel.seconds(place(a), place(b)),
+        }
+    }
+
+    /// Neighbours of a place, nearest first.
+    #[inline]
+    fn neighbours(&self, place: u32) -> impl Iterator<Item = u32> + use<> {
+        let list = self.neighbours[place as usize].into_iter();
+        list.take_while(|&n| n != u32::MAX)
     }
 
     fn queue(&mut self, place: u32) {
@@ -138,11 +140,7 @@ impl<'a> Search<'a> {
         for forwards in [true, false] {
             let b = self.tour.beside(a, forwards);
             let ab = self.cost(a, b);
-            for k in 0..NEIGHBOURS {
-                let c = self.neighbours[a as usize][k];
-                if c == u32::MAX {
-                    break;
-                }
+            for c in self.neighbours(a) {
                 let ac = self.cost(a, c);
                 if ac >= ab {
                     break;
@@ -179,11 +177,7 @@ impl<'a> Search<'a> {
                 if !(free > LEAST) {
                     continue;
                 }
-                for k in 0..NEIGHBOURS {
-                    let c = self.neighbours[first as usize][k];
-                    if c == u32::MAX {
-                        break;
-                    }
+                for c in self.neighbours(first) {
                     let to = self.cost(first, c);
                     if to >= free {
                         break;
@@ -305,10 +299,9 @@ impl Tour {
     /// The steps a–b and c–d become a–c and b–d. `b` follows `a` in the direction in which `d`
     /// follows `c`.
     fn exchange(&mut self, [a, b, c]: [u32; 3]) {
-        let ends = if self.beside(a, true) == b {
-            [b, c]
-        } else {
-            [c, b]
+        let ends = match self.beside(a, true) == b {
+            true => [b, c],
+            false => [c, b],
         };
         let [from, to] = ends.map(|i| self.at[i as usize] as usize);
         let n = self.order.len();

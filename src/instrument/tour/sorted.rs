@@ -1,6 +1,7 @@
 //! Back and forth in rows: the slowest axis changes least often.
 
 use super::super::motion::Travel;
+use crate::numeric::extent;
 use crate::schedule::{MAX_AXES, Positions};
 
 /// Width of a row, rad: 5°.
@@ -18,21 +19,14 @@ const SHARED: usize = 4;
 /// cut into rows of 5°, unless most of their positions are shared.
 pub(super) fn sorted(travel: &Travel, rest: &Positions, positions: &[Positions]) -> Vec<u32> {
     let mut numbers: Vec<u32> = (0..positions.len() as u32).collect();
-    let extent = |j: usize| {
-        let axis = positions.iter().map(|p| p[j]);
-        axis.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (low.min(x), high.max(x))
-        })
-    };
     // An axis that stands still needs no level.
-    let mut axes: Vec<usize> = (0..MAX_AXES)
-        .filter(|&j| extent(j).1 - extent(j).0 > SAME)
-        .collect();
-    axes.sort_by(|&a, &b| travel.speed(a).total_cmp(&travel.speed(b)));
+    let axis = |j: usize| Some((j, extent(positions.iter().map(|p| p[j]))?));
+    let axes = (0..MAX_AXES).filter_map(axis);
+    let mut axes: Vec<_> = axes.filter(|(_, [low, high])| high - low > SAME).collect();
+    axes.sort_by(|(a, _), (b, _)| travel.speed(*a).total_cmp(&travel.speed(*b)));
     let mut rows: Vec<Vec<f64>> = Vec::new();
-    for (level, &j) in axes.iter().enumerate() {
+    for (level, &(j, [low, high])) in axes.iter().enumerate() {
         let innermost = level + 1 == axes.len();
-        let (low, high) = extent(j);
         let descends = (high - rest[j]).abs() < (low - rest[j]).abs();
         let mut row = lined_up(positions.iter().map(|p| p[j]).collect(), innermost, low);
         if descends {
@@ -49,20 +43,15 @@ pub(super) fn sorted(travel: &Travel, rest: &Positions, positions: &[Positions])
 fn lined_up(mut x: Vec<f64>, innermost: bool, low: f64) -> Vec<f64> {
     let mut ascending = x.clone();
     ascending.sort_unstable_by(f64::total_cmp);
-    let places = ascending.chunk_by(|a, b| b - a <= SAME).count();
-    if innermost || SHARED * places <= x.len() {
-        // Rounding must not tear a row apart.
-        let starts: Vec<f64> = ascending
-            .chunk_by(|a, b| b - a <= SAME)
-            .map(|c| c[0])
-            .collect();
-        for x in &mut x {
-            *x = starts.partition_point(|s| s <= x) as f64;
-        }
-    } else {
-        for x in &mut x {
-            *x = ((*x - low) / ROW).floor();
-        }
+    // Rounding must not tear a row apart.
+    let places = ascending.chunk_by(|a, b| b - a <= SAME);
+    let starts: Vec<f64> = places.map(|place| place[0]).collect();
+    let is_kept = innermost || SHARED * starts.len() <= x.len();
+    for x in &mut x {
+        *x = match is_kept {
+            true => starts.partition_point(|start| start <= x) as f64,
+            false => ((*x - low) / ROW).floor(),
+        };
     }
     x
 }
@@ -76,13 +65,8 @@ fn arrange(rows: &[Vec<f64>], backwards: &mut [bool], numbers: &mut [u32]) {
     };
     let at = |i: &u32| row[*i as usize];
     numbers.sort_unstable_by(|a, b| {
-        let ascending = at(a).total_cmp(&at(b));
-        let along = if *back {
-            ascending.reverse()
-        } else {
-            ascending
-        };
-        along.then(a.cmp(b))
+        let [first, second] = if *back { [b, a] } else { [a, b] };
+        at(first).total_cmp(&at(second)).then(a.cmp(b))
     });
     *back = !*back;
     for group in numbers.chunk_by_mut(|a, b| at(a) == at(b)) {
