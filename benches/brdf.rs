@@ -1,14 +1,11 @@
-//! Models, tables and the instrument, at random pairs.
+//! Models and tables, at random pairs.
 
-use super::{evaluate, form, model, pairs};
+use super::{model, pairs};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use gonio::brdf::measured::merl::{Interpolation, Merl, MerlGrid, write_merl};
 use gonio::brdf::{Brdf, Channels, Presence};
-use gonio::geometry::Symmetry;
-use gonio::instrument::{Ideal, Instrument};
-use gonio::schedule::{SampleSet, SobolSet};
-use std::sync::{Arc, LazyLock};
+use std::sync::LazyLock;
 
 /// Times one thread on 100 000 pairs.
 fn batch(bencher: Bencher, brdf: &dyn Brdf) {
@@ -50,23 +47,4 @@ fn merl_luminance(bencher: Bencher, interpolation: Interpolation) {
 #[divan::bench(args = [Interpolation::Nearest, Interpolation::Trilinear])]
 fn merl_rgb(bencher: Bencher, interpolation: Interpolation) {
     merl(bencher, Channels::Rgb, interpolation);
-}
-
-/// The ideal instrument against the bare model on the same pool: they should cost the same.
-#[divan::bench(args = ["instrument", "model"])]
-fn ideal_instrument(bencher: Bencher, which: &str) {
-    let brdf = model("ggx", "alpha = 0.3");
-    let form = form("spherical", Symmetry::FULL);
-    let schedule = Arc::new(SobolSet {}.plan(&form, 200_000, 1).expect("a schedule"));
-    let bencher = bencher.counter(ItemsCount::new(schedule.poses.len()));
-    if which == "instrument" {
-        bencher.bench(|| Ideal.measure(&*brdf, black_box(&schedule)));
-    } else {
-        let pairs: Vec<_> = schedule.poses.iter().map(|p| p.pair).collect();
-        bencher.bench(|| {
-            let mut out = vec![0.0; pairs.len()];
-            evaluate(&*brdf, black_box(&pairs), &mut out);
-            out
-        });
-    }
 }

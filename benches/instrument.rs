@@ -5,7 +5,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use gonio::geometry::Symmetry;
 use gonio::instrument::{Bench, InstrumentSpec, Machine, Motion, Order, Parts, presets, read};
-use gonio::schedule::{Positions, RandomSet, SampleSet, Schedule};
+use gonio::schedule::{Pose, Positions, RandomSet, SampleSet, Schedule};
 
 fn preset(name: &str) -> (InstrumentSpec, Machine) {
     let presets = presets();
@@ -26,11 +26,9 @@ fn tour(bencher: Bencher, name: &str, symmetry: Symmetry, n: usize, order: Order
     let (spec, machine) = preset(name);
     let motion = Motion::new(&spec, &machine);
     let schedule = schedule(2 * n, symmetry);
-    let places = schedule
-        .poses
-        .iter()
-        .map(|p| machine.place(&p.pair, symmetry.isotropic));
-    let positions: Vec<Positions> = places.flatten().take(n).collect();
+    let place = |pose: &Pose| machine.place(&pose.pair, symmetry.isotropic);
+    let places = schedule.poses.iter().flat_map(place);
+    let positions: Vec<Positions> = places.take(n).collect();
     assert_eq!(positions.len(), n);
     bencher
         .counter(ItemsCount::new(n))

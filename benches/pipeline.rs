@@ -6,27 +6,20 @@ use gonio::brdf::{Brdf, Presence};
 use gonio::geometry::DirectionPair;
 use gonio::geometry::Symmetry;
 use gonio::instrument::{self, Bench, Ideal, Instrument, Order, Parts};
-use gonio::reconstruct;
-use gonio::registry;
-use gonio::schedule::{Grid, SampleSet, Schedule};
+use gonio::reconstruct::{Cubic, Reconstruct};
+use gonio::schedule::{Grid, SampleSet, Schedule, SobolSet};
 use rayon::prelude::*;
 use std::sync::Arc;
 
 #[divan::bench(args = [1000, 16_000], sample_count = 10)]
 fn plan_measure_reconstruct_evaluate(bencher: Bencher, budget: usize) {
     let truth = model("ggx", "alpha = 0.3");
-    let entries = reconstruct::all();
-    let cubic = entries
-        .iter()
-        .find(|e| e.kind == "cubic")
-        .expect("a method");
-    let cubic = registry::read_text(cubic, "").expect("its defaults");
     let form = form("half-difference", Symmetry::FULL);
     let pairs = pairs(20_000);
     bencher.bench_local(|| {
         let schedule = Arc::new(Grid::default().plan(&form, budget, 1).expect("a schedule"));
         let measurement = Ideal.measure(&*truth, &schedule);
-        let brdf = cubic.reconstruct(&measurement).expect("a BRDF");
+        let brdf = Cubic::default().reconstruct(&measurement).expect("a BRDF");
         let mut out = vec![0.0; pairs.len()];
         evaluate(&*brdf, &pairs, &mut out);
         out
@@ -41,10 +34,7 @@ mod instruments {
 
     fn schedule() -> Arc<Schedule> {
         let form = form("hybrid", Symmetry::FULL);
-        let sets = gonio::schedule::all();
-        let sobol = sets.iter().find(|e| e.kind == "sobol").expect("a set");
-        let sobol = registry::read_text(sobol, "").expect("its defaults");
-        Arc::new(sobol.plan(&form, POSES, 3).expect("a schedule"))
+        Arc::new(SobolSet {}.plan(&form, POSES, 3).expect("a schedule"))
     }
 
     /// The loop that the ideal instrument is measured by: its ratio to this is to be 1.

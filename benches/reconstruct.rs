@@ -43,23 +43,19 @@ impl Case {
             .expect("a parametrization")
             .warped(self.symmetry, &theta_h)
             .expect("a warp");
-        let set: &dyn SampleSet = if self.grid {
-            &Grid::default()
-        } else {
-            &SobolSet {}
-        };
         let readings = match self.method.weighs_readings() {
             true => FEW,
             false => READINGS,
         };
-        let schedule = set.plan(&form, readings, 1).expect("a schedule");
-        let alpha = if self.symmetry.isotropic {
-            "0.3"
-        } else {
-            "[0.1, 0.4]"
+        let schedule = match self.grid {
+            true => Grid::default().plan(&form, readings, 1),
+            false => SobolSet {}.plan(&form, readings, 1),
         };
-        let brdf = model("ggx", &format!("alpha = {alpha}"));
-        Ideal.measure(&*brdf, &Arc::new(schedule))
+        let brdf = match self.symmetry.isotropic {
+            true => model("ggx", "alpha = 0.3"),
+            false => model("ggx", "alpha = [0.1, 0.4]"),
+        };
+        Ideal.measure(&*brdf, &Arc::new(schedule.expect("a schedule")))
     }
 
     fn build(&self, measurement: &Measurement) -> Box<dyn Brdf> {

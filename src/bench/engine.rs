@@ -93,11 +93,10 @@ impl Task {
                     match rung.run(self.effort, &|| listener.go_on()) {
                         Ok(ran) => {
                             is_done = ran.judged.is_last;
-                            let (times, judged) = (ran.times, ran.judged);
                             let row = Row {
                                 names,
-                                times,
-                                judged,
+                                times: ran.times,
+                                judged: ran.judged,
                             };
                             listener.made(self, &row)?;
                             rows.push(row);

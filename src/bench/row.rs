@@ -55,11 +55,8 @@ pub(super) fn grouped<'a, K: PartialEq>(
 /// assert_eq!(gonio::bench::front(&points), [true, true, false, false]);
 /// ```
 pub fn front(points: &[Option<[f64; 2]>]) -> Vec<bool> {
-    let mut order: Vec<(usize, [f64; 2])> = points
-        .iter()
-        .enumerate()
-        .filter_map(|(i, p)| Some((i, (*p)?)))
-        .collect();
+    let numbered = points.iter().enumerate();
+    let mut order: Vec<_> = numbered.filter_map(|(i, p)| Some((i, (*p)?))).collect();
     order.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let mut is_on = vec![false; points.len()];
     let mut last: Option<[f64; 2]> = None;
@@ -79,33 +76,30 @@ pub(super) fn front_of<'a>(
     rows: &[&'a Row],
 ) -> Vec<(&'a Row, [f64; 2])> {
     let point = |row: &&Row| {
-        Some([
-            section.number(row, diagram.x)?,
-            section.number(row, diagram.y)?,
-        ])
+        let [x, y] = [diagram.x, diagram.y].map(|column| section.number(row, column));
+        Some([x?, y?])
     };
     let points: Vec<_> = rows.iter().map(point).collect();
-    let is_on = front(&points);
-    let mut on: Vec<(&Row, [f64; 2])> = rows
-        .iter()
+    let is_on = front(&points).into_iter();
+    let points = is_on
         .zip(points)
-        .zip(is_on)
-        .filter_map(|((row, point), is_on)| point.filter(|_| is_on).map(|p| (*row, p)))
-        .collect();
+        .map(|(is_on, point)| point.filter(|_| is_on));
+    let on = rows.iter().zip(points);
+    let mut on: Vec<_> = on.filter_map(|(row, point)| Some((*row, point?))).collect();
     on.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
     on
 }
 
 /// For each row, whether it is on the front of each diagram that has one.
 pub(super) fn is_on_fronts(section: &Section, rows: &[Row]) -> Vec<Vec<bool>> {
-    let diagrams = || section.diagrams.iter().filter(|d| d.has_front);
+    let diagrams = section.diagrams.iter().filter(|d| d.has_front);
     let mut all = vec![Vec::new(); rows.len()];
-    for diagram in diagrams() {
-        let on: Vec<&Row> = cases(rows)
+    for diagram in diagrams {
+        let cases = cases(rows);
+        let on = cases
             .iter()
-            .flat_map(|case| front_of(section, diagram, case))
-            .map(|(row, _)| row)
-            .collect();
+            .flat_map(|case| front_of(section, diagram, case));
+        let on: Vec<&Row> = on.map(|(row, _)| row).collect();
         for (row, all) in rows.iter().zip(&mut all) {
             all.push(on.iter().any(|other| std::ptr::eq(*other, row)));
         }
@@ -187,17 +181,15 @@ pub fn reached(section: &Section, rows: &[Row]) -> String {
          > not reached, and lawless or too far off to extrapolate)\n",
     );
     let cases = cases(rows);
-    let widest = |of: &dyn Fn(&Row) -> usize| rows.iter().map(of).max().unwrap_or(0);
-    let wide = widest(&|r| r.case().chars().count());
+    let widths = rows.iter().map(|row| row.case().chars().count());
+    let wide = widths.max().unwrap_or(0);
     let name = columns.iter().map(|c| c.len()).max().unwrap_or(0);
     for case in &cases {
+        let of = case[0].case();
         for column in columns {
             for &target in targets {
-                let head = format!(
-                    "{:<wide$}  {column:<name$}  {target:>5.0e} ",
-                    case[0].case()
-                );
-                out += &(head + &line(section, case, column, target) + "\n");
+                out += &format!("{of:<wide$}  {column:<name$}  {target:>5.0e} ");
+                out += &(line(section, case, column, target) + "\n");
             }
         }
     }
@@ -206,40 +198,32 @@ pub fn reached(section: &Section, rows: &[Row]) -> String {
 
 fn line(section: &Section, case: &[&Row], column: &str, target: f64) -> String {
     let place = section.place(column);
-    let known = case
-        .iter()
-        .filter_map(|r| r.judged.values.get(place?)?.standard_error);
-    if known.reduce(f64::min).is_some_and(|known| known > target) {
+    let error = |r: &&Row| r.judged.values.get(place?)?.standard_error;
+    let known = case.iter().filter_map(error).reduce(f64::min);
+    if known.is_some_and(|known| known > target) {
         return " not known to that".into();
     }
-    let mut times: Vec<(String, Time)> = grouped(case.iter().copied(), |r| r.choice().to_vec())
-        .into_iter()
-        .filter_map(|rungs| {
-            let point = |r: &&Row| Some((r.times.median, section.number(r, column)?));
-            let points: Vec<_> = rungs.iter().filter_map(point).collect();
-            let lawful = rungs.last().is_some_and(|r| r.judged.is_lawful);
-            let time = Time::to_reach(target, &points, lawful)?;
-            Some((rungs[0].choice().join(" "), time))
-        })
-        .collect();
+    let reached = |rungs: Vec<&Row>| {
+        let point = |r: &&Row| Some((r.times.median, section.number(r, column)?));
+        let points: Vec<_> = rungs.iter().filter_map(point).collect();
+        let lawful = rungs.last().is_some_and(|r| r.judged.is_lawful);
+        let time = Time::to_reach(target, &points, lawful)?;
+        Some((rungs[0].choice().join(" "), time))
+    };
+    let choices = grouped(case.iter().copied(), |r| r.choice().to_vec());
+    let mut times: Vec<_> = choices.into_iter().filter_map(reached).collect();
+    times.sort_by(|(_, a), (_, b)| a.seconds().total_cmp(&b.seconds()));
     // What is only known not to be enough comes last.
-    let key = |time: Time| (matches!(time, Time::MoreThan(_)), time.seconds());
-    times.sort_by(|(_, a), (_, b)| {
-        let (a, b) = (key(*a), key(*b));
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-    });
+    times.sort_by_key(|(_, time)| matches!(time, Time::MoreThan(_)));
     let least = times.first().map_or(1.0, |(_, t)| t.seconds());
-    let printed = times
-        .iter()
-        .take(MOST_PRINTED)
-        .enumerate()
-        .map(|(i, (choice, time))| {
-            let seconds = time.seconds();
-            let ratio = match i {
-                0 => String::new(),
-                _ => format!(" ({:.1e}×)", seconds / least),
-            };
-            format!("  {choice} {}{seconds:.1e} s{ratio}", time.mark())
-        });
-    printed.collect()
+    let print = |(i, (choice, time)): (usize, &(String, Time))| {
+        let seconds = time.seconds();
+        let ratio = match i {
+            0 => String::new(),
+            _ => format!(" ({:.1e}×)", seconds / least),
+        };
+        format!("  {choice} {}{seconds:.1e} s{ratio}", time.mark())
+    };
+    let first = times.iter().take(MOST_PRINTED);
+    first.enumerate().map(print).collect()
 }

@@ -1,10 +1,11 @@
 //! Rows as text, CSV and JSON.
 
 use super::row::{cases, front_of, is_on_fronts};
-use super::{Machine, Row, Section, Task};
+use super::{Diagram, Machine, Row, Section, Task};
 use crate::report::in_memory;
 use crate::report::schema::text as csv_text;
 use crate::report::schema::{Cell, Schema, columns};
+use crate::validation::Estimate;
 use serde_json::Value as Json;
 
 /// Widths of the columns of a table for people.
@@ -66,21 +67,14 @@ impl Layout {
         let names: Vec<&str> = row.names.iter().map(String::as_str).collect();
         let times = row.times;
         let spread = format!("{:.2e} to {:.2e}, {}", times.min, times.max, times.repeats);
-        let numbers: Vec<String> = row
-            .judged
-            .values
-            .iter()
-            .map(|v| match (v.value, v.standard_error) {
-                (None, _) => "–".into(),
-                (Some(x), None) => shown(x),
-                (Some(x), Some(u)) => format!("{x:.2e} ± {u:.1e}"),
-            })
-            .collect();
-        self.line(
-            &names,
-            [&format!("{:.3e}", times.median), &spread],
-            &numbers,
-        )
+        let number = |v: &Estimate| match (v.value, v.standard_error) {
+            (None, _) => "–".into(),
+            (Some(x), None) => shown(x),
+            (Some(x), Some(u)) => format!("{x:.2e} ± {u:.1e}"),
+        };
+        let numbers: Vec<String> = row.judged.values.iter().map(number).collect();
+        let median = format!("{:.3e}", times.median);
+        self.line(&names, [&median, &spread], &numbers)
     }
 }
 
@@ -89,12 +83,8 @@ pub(crate) fn fronts(section: &Section, rows: &[Row]) -> String {
     let mut out = String::new();
     for diagram in section.diagrams.iter().filter(|d| d.has_front) {
         for case in cases(rows) {
-            out += &format!(
-                "\nbest {} for its {}, {}: no other is as good for less\n",
-                diagram.y,
-                diagram.x,
-                case[0].case()
-            );
+            let (Diagram { x, y, .. }, case_name) = (diagram, case[0].case());
+            out += &format!("\nbest {y} for its {x}, {case_name}: no other is as good for less\n");
             for (row, [x, y]) in front_of(section, diagram, &case) {
                 let names = row.names[1..].join(" ");
                 out += &format!("  {x:>9.2e}  {y:>9.2e}  {names}\n");

@@ -96,9 +96,8 @@ fn rung(brdf: &Rc<dyn Brdf>, method: &Rc<dyn Reconstruct>, power: u32) -> Rung {
             pairs: PAIRS,
             ..MetricsSpec::default()
         };
-        let pairs = watch
-            .aside(|| test_pairs(Measure::Cosine, &spec))
-            .map_err(text)?;
+        let pairs = watch.aside(|| test_pairs(Measure::Cosine, &spec));
+        let pairs = pairs.map_err(text)?;
         watched(watch, || {
             let form = usual_form(Symmetry::FULL);
             let schedule = truths::planned(&*method, &form, budget)?;
@@ -129,9 +128,8 @@ fn study(materials: usize) -> Rung {
         let source = Source::new("bench", text_of_config.as_str());
         watched(watch, || {
             let plan = Plan::read(&source).map_err(text)?;
-            let extent = Extent::default();
-            plan.run(&extent, &Known::new(), &mut Silent)
-                .map_err(text)?;
+            let ran = plan.run(&Extent::default(), &Known::new(), &mut Silent);
+            ran.map_err(text)?;
             Ok((plan, None))
         })
     };

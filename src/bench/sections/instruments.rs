@@ -77,9 +77,8 @@ fn rung(
         Ok((measured, itinerary.seconds() / 60.0))
     };
     let judge = move |(measured, minutes): (Measurement, f64)| {
-        let copy = default_for(&measured)
-            .reconstruct(&measured)
-            .map_err(text)?;
+        let method = default_for(&measured);
+        let copy = method.reconstruct(&measured).map_err(text)?;
         let values = truth.set.evaluate(&*copy);
         Ok(truth.judged(&values, &[minutes, measured.readings() as f64]))
     };

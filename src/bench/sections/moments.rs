@@ -1,7 +1,7 @@
 //! Estimators of moments over their samples or tolerances.
 
 use super::truths::{self, SEED, text};
-use crate::bench::{Column, Diagram, Judged, Ladder, Rung, Section, Settings};
+use crate::bench::{Column, Diagram, Judged, Ladder, Rung, Section, Settings, Watch};
 use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::moments::{
@@ -73,21 +73,16 @@ fn estimators(quick: bool) -> [(&'static str, Rungs); 3] {
         false => all,
     };
     let random = [1024, 10_016, 100_000, 320_000].map(|samples| {
-        let by: Rc<dyn Estimator> = Rc::new(MonteCarlo { samples });
-        (samples.to_string(), by)
+        let by = MonteCarlo { samples };
+        named(samples.to_string(), by)
     });
     let sobol = [10, 12, 14, 16, 18].map(|power| {
-        let by: Rc<dyn Estimator> = Rc::new(ScrambledSobol {
-            samples: 1 << power,
-        });
-        (format!("2^{power}"), by)
+        let samples = 1 << power;
+        named(format!("2^{power}"), ScrambledSobol { samples })
     });
     let peaks = [2, 3, 4, 5, 6, 7, 8].map(|power| {
-        let by: Rc<dyn Estimator> = Rc::new(PeakResolving {
-            tolerance: f64::powi(10.0, -power),
-            ..PeakResolving::default()
-        });
-        (format!("1e-{power}"), by)
+        let (tolerance, rest) = (f64::powi(10.0, -power), PeakResolving::default());
+        named(format!("1e-{power}"), PeakResolving { tolerance, ..rest })
     });
     [
         ("monte-carlo", few(random.into(), 3)),
@@ -96,23 +91,29 @@ fn estimators(quick: bool) -> [(&'static str, Rungs); 3] {
     ]
 }
 
+/// An estimator with the name of its rung.
+fn named(rung: String, by: impl Estimator + 'static) -> (String, Rc<dyn Estimator>) {
+    (rung, Rc::new(by))
+}
+
 /// The estimator that reports when its budget is exhausted.
 const PEAKS: &str = "peak-resolving";
 
 fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
     let table = truths::table(settings)?;
+    let views = if settings.quick { FEW } else { 90 };
     let spec = MomentsSpec {
-        views: settings
-            .views
-            .unwrap_or(if settings.quick { FEW } else { 90 }),
+        views: settings.views.unwrap_or(views),
         order: Order::new(2).unwrap_or_default(),
         ..MomentsSpec::default()
     };
-    let mut materials = vec![("lambert".into(), truths::built("lambert", "")?)];
-    for alpha in ["0.1", "0.01", "0.001"] {
-        materials.push(truths::metal(alpha)?);
-    }
-    materials.push(table);
+    let materials = [
+        ("lambert".into(), truths::built("lambert", "")?),
+        truths::metal("0.1")?,
+        truths::metal("0.01")?,
+        truths::metal("0.001")?,
+        table,
+    ];
     let mut ladders = Vec::new();
     for (name, brdf) in materials {
         let subject = Rc::new(Subject {
@@ -131,16 +132,12 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
 fn ladder(subject: &Rc<Subject>, names: [&str; 2], rungs: Rungs, is_first: bool) -> Ladder {
     let can_be_exhausted = names[1] == PEAKS;
     let rung = |(setting, by): &(String, Rc<dyn Estimator>)| {
-        let (of, by) = (Rc::clone(subject), Rc::clone(by));
-        let judge_by = Rc::clone(subject);
-        Rung::new(
-            setting.clone(),
-            1.0,
-            move |_| of.profile(&*by, &of.spec),
-            move |profile| judge_by.judged(&profile, can_be_exhausted),
-        )
+        let (of, judge_by, by) = (Rc::clone(subject), Rc::clone(subject), Rc::clone(by));
+        let pass = move |_: &Watch| of.profile(&*by, &of.spec);
+        let judge = move |profile| judge_by.judged(&profile, can_be_exhausted);
+        Rung::new(setting, 1.0, pass, judge)
     };
-    let ladder: Vec<Rung> = rungs.iter().map(rung).collect();
+    let ladder = Ladder::new(names, rungs.iter().map(rung));
     let of = Rc::clone(subject);
     let pilot = move || {
         let mut seconds = Vec::new();
@@ -153,9 +150,8 @@ fn ladder(subject: &Rc<Subject>, names: [&str; 2], rungs: Rungs, is_first: bool)
         Ok(seconds)
     };
     Ladder {
-        names: names.map(Into::into).into(),
-        rungs: ladder,
         pilot: Some(Box::new(pilot)),
+        ..ladder
     }
 }
 
@@ -223,10 +219,8 @@ fn errors(reference: &Profile, difference: impl Fn(usize, Component) -> Option<f
         };
         let off = |c, scale: f64| difference(view, c).map_or(1.0, |d| (d / scale).abs());
         energy = energy.max(off(Component::ENERGY, alpha));
-        let scaled = Component::ALL
-            .into_iter()
-            .filter(|c| c.order() == 2)
-            .map(|c| off(c, s.powi(c.n as i32) * t.powi(c.m as i32)));
+        let second = Component::ALL.into_iter().filter(|c| c.order() == 2);
+        let scaled = second.map(|c| off(c, s.powi(c.n as i32) * t.powi(c.m as i32)));
         covariances.push(scaled.fold(0.0, f64::max));
     }
     let covariance = covariances.iter().copied().fold(0.0, f64::max);

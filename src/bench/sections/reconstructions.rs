@@ -1,7 +1,7 @@
 //! Coordinates, warps and reconstructions over their budget.
 
 use super::truths::{self, DIAGRAMS, ERRORS, Pairs, Truth, text};
-use crate::bench::{Column, Ladder, Rung, Section, Settings};
+use crate::bench::{Column, Ladder, Rung, Section, Settings, Watch};
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::instrument::{Ideal, Instrument};
@@ -61,10 +61,8 @@ fn ladders(settings: &Settings) -> Result<Vec<Ladder>, Error> {
                 let budgets = budgets.iter().filter(|b| **b <= most);
                 let rungs = budgets.map(|n| rung(&truth, &form, &method, *n));
                 let [parametrization, warp] = &names;
-                ladders.push(Ladder::new(
-                    [&material, parametrization, warp, entry.kind],
-                    rungs,
-                ));
+                let names = [&material, parametrization, warp, entry.kind];
+                ladders.push(Ladder::new(names, rungs));
             }
         }
     }
@@ -98,7 +96,7 @@ fn rung(
         true => readings.powi(3) / 50.0 + readings * pairs,
         false => readings + pairs,
     };
-    let pass = move |watch: &crate::bench::Watch| {
+    let pass = move |watch: &Watch| {
         let schedule = truths::planned(&*method, &form, budget)?;
         let measured = watch.aside(|| Ideal.measure(&*truth.brdf, &schedule));
         let copy = method.reconstruct(&measured).map_err(text)?;
