@@ -75,9 +75,8 @@ pub struct Alignment {
 /// diffuse material, a rim, or a lobe too wide to be seen whole.
 pub fn alignment(brdf: &dyn Brdf) -> Option<Alignment> {
     let slices = (0..SLICES).into_par_iter();
-    let slices: Vec<Slice<'_>> = slices
-        .map(|i| Slice::new(brdf, i as f64 * STEP_DEG))
-        .collect();
+    let slice = |i| Slice::new(brdf, i as f64 * STEP_DEG);
+    let slices: Vec<Slice<'_>> = slices.map(slice).collect();
     let averages = slices.iter().flat_map(|s| &s.averages);
     let floor = averages.map(|(_, g)| *g).fold(f64::INFINITY, f64::min);
     let points = slices.par_iter().filter_map(|slice| {
@@ -150,11 +149,10 @@ impl<'a> Slice<'a> {
         let turns = if isotropic { 1 } else { PHI_H };
         let azimuth = |k: usize, n: usize| TAU * (k as f64 + 0.5) / n as f64;
         let coords = (0..turns * PHI_D).map(|k| {
-            let phi_d = azimuth(k % PHI_D, PHI_D);
-            if isotropic {
-                [theta_h, self.theta_d, phi_d, 0.0]
-            } else {
-                [theta_h, azimuth(k / PHI_D, PHI_H), self.theta_d, phi_d]
+            let (phi_h, phi_d) = (azimuth(k / PHI_D, PHI_H), azimuth(k % PHI_D, PHI_D));
+            match isotropic {
+                true => [theta_h, self.theta_d, phi_d, 0.0],
+                false => [theta_h, phi_h, self.theta_d, phi_d],
             }
         });
         let pairs: Vec<DirectionPair> = coords.filter_map(|c| self.form.inverse(&c)).collect();

@@ -96,9 +96,8 @@ impl Density {
     pub(crate) fn of_own(&self) -> Vec<f64> {
         let own = (0..POINTS).filter_map(|i| self.point(i)).take(OWN);
         let own: Vec<_> = own.collect();
-        own.par_iter()
-            .filter_map(|(pair, _)| self.log(pair))
-            .collect()
+        let logs = own.par_iter().filter_map(|(pair, _)| self.log(pair));
+        logs.collect()
     }
 }
 

@@ -40,21 +40,19 @@ impl Parts {
         apertures: false,
         noise: false,
     };
-}
 
-impl Default for Parts {
-    fn default() -> Self {
-        Parts::ALL
-    }
-}
-
-impl Parts {
     /// Half-angles of the apertures of source and detector, degrees; 0 without apertures.
     fn half_angles_deg(self, spec: &InstrumentSpec) -> [f64; 2] {
         match self.apertures {
             true => [spec.source.half_angle_deg, spec.detector.half_angle_deg],
             false => [0.0; 2],
         }
+    }
+}
+
+impl Default for Parts {
+    fn default() -> Self {
+        Parts::ALL
     }
 }
 

@@ -128,10 +128,9 @@ impl Motion {
     /// Travel and settling, s.
     fn stop(&self, from: &Positions, to: &Positions) -> f64 {
         let moves = |j| self.travel.way(j, from, to).abs() > STILL;
-        if (0..MAX_AXES).any(moves) {
-            self.travel.seconds(from, to) + self.settle
-        } else {
-            0.0
+        match (0..MAX_AXES).any(moves) {
+            true => self.travel.seconds(from, to) + self.settle,
+            false => 0.0,
         }
     }
 

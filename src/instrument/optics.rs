@@ -172,11 +172,10 @@ impl Optics {
         if clipped || self.half_vector_is_lost(pair) {
             return self.products(brdf, &disks, work);
         }
-        let kinds = [PeakKind::Mirror, PeakKind::Retro];
-        let peak = kinds
-            .into_iter()
-            .filter_map(|kind| Peak::find(self, brdf, pair, kind, work))
-            .min_by(|a, b| a.width.total_cmp(&b.width));
+        let find = |kind| Peak::find(self, brdf, pair, kind, work);
+        let peaks = [PeakKind::Mirror, PeakKind::Retro].map(find);
+        let peaks = peaks.into_iter().flatten();
+        let peak = peaks.min_by(|a, b| a.width.total_cmp(&b.width));
         let narrow = peak.filter(|peak| peak.width < NARROW * (self.source + self.detector));
         let mut steps = Vec::new();
         if narrow.is_none() {
@@ -289,9 +288,8 @@ impl Estimate {
         let value = |c: usize| ratio(&self.sums, c).abs();
         let allowed = |c: usize| tolerance.relative * value(c) + tolerance.absolute;
         let errors = self.error.iter().enumerate();
-        errors
-            .map(|(c, error)| error / allowed(c))
-            .fold(0.0, f64::max)
+        let ratios = errors.map(|(c, error)| error / allowed(c));
+        ratios.fold(0.0, f64::max)
     }
 
     /// The next product would not be good either, judged by this one and that before.

@@ -3,10 +3,11 @@
 
 use super::cases::{self, Case, examples, pairs};
 use super::{Check, Extent, Family, Finding, Law, ROUNDING, Test};
+use crate::brdf::Brdf;
 use crate::brdf::testing::made;
-use crate::brdf::{Brdf, Presence};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::{Ideal, Instrument};
+use crate::metrics;
 use crate::parametrization::{self, Parametrization};
 use crate::reconstruct::{self, EPSILON, Reconstruct};
 use crate::schedule::{Grid, SampleSet, Schedule, SobolSet};
@@ -122,22 +123,20 @@ fn reconstruct(method: &dyn Reconstruct, is_constant: bool, extent: Extent, watc
         let measured = Ideal.measure(&material(of), &Arc::new(schedule));
         let at = format!("{what}, {budget} in a {layout}, {kind}");
         let constant = constant.filter(|_| is_constant);
-        let copy = match method.reconstruct(&measured) {
-            Ok(copy) => copy,
-            Err(reason) => {
-                if constant.is_none() {
-                    watch.holds(!reason.to_string().is_empty(), &at);
-                }
-                continue;
-            }
-        };
+        let copy = method.reconstruct(&measured);
         if constant.is_none() {
-            let is_black = copy.luminance(&below) == Some(0.0);
-            watch.holds(is_black, &format_args!("{at}, below the horizon"));
+            match &copy {
+                Ok(copy) => {
+                    let is_black = copy.luminance(&below) == Some(0.0);
+                    watch.holds(is_black, &format_args!("{at}, below the horizon"));
+                }
+                Err(reason) => watch.holds(!reason.to_string().is_empty(), &at),
+            }
         }
-        let mut values = vec![0.0; all.len()];
-        let mut presence = vec![Presence::Present; all.len()];
-        copy.eval_batch(&all, &mut values, &mut presence);
+        let Ok(copy) = copy else {
+            continue;
+        };
+        let values = metrics::evaluate(&*copy, &all).luminance;
         watch.spent(all.len());
         for (Case { name, .. }, value) in cases.iter().zip(values) {
             let Some(constant) = constant else {

@@ -66,11 +66,9 @@ pub(super) fn exact(keys: &Keys, pair: &Pair, nudge: Option<usize>) -> Option<Ex
             let s2 = square(&sigma);
             let a = one - s2.clone() / &((s2.clone() + decimal(33)) * &2.0.into());
             let b = decimal(45) * &s2 / &(s2 + decimal(9));
-            let across = i[0].clone() * &o[0] + i[1].clone() * &o[1];
-            let across = if across.is_positive() {
-                across
-            } else {
-                0.0.into()
+            let across = match i[0].clone() * &o[0] + i[1].clone() * &o[1] {
+                across if across.is_positive() => across,
+                _ => 0.0.into(),
             };
             let higher = if i[2] > o[2] { &i[2] } else { &o[2] };
             of("albedo")? / pi * &(a + b * &across / higher)

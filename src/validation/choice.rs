@@ -108,9 +108,8 @@ impl CrossValidation<'_> {
             Some(best.value? + best.standard_error?)
         });
         let label = Kriging::default().label();
-        let kriging = ranked
-            .iter()
-            .position(|(method, _)| method.label() == label);
+        let is_kriging = |(method, _): &Ranked| method.label() == label;
+        let kriging = ranked.iter().position(is_kriging);
         if let (Some(best), Some(at)) = (best, kriging)
             && place(&ranked[at]) <= best
         {

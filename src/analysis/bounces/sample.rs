@@ -78,14 +78,11 @@ impl PathSample {
         };
         let are_batches = spread == Spread::Surfaces;
         // Blocks after which every batch has the same number from the same surfaces.
-        let round = if are_batches {
-            surfaces
-        } else {
-            surfaces.max(1) * BATCHES
-        };
+        let (few, many) = (surfaces.max(1), surfaces);
+        let round = if are_batches { many } else { few * BATCHES };
         let batch_of = |block: usize| match are_batches {
-            true => block % surfaces % MOST,
-            false => block / surfaces.max(1) % BATCHES,
+            true => block % many % MOST,
+            false => block / few % BATCHES,
         };
         let count = paths.div_ceil(round).clamp(1, BLOCK);
         let blocks = paths.div_ceil(count * round) * round;

@@ -3,11 +3,8 @@
 use super::Bench;
 use crate::instrument::motion::Stop;
 use crate::instrument::tour::Order;
-use crate::schedule::{Itinerary, Positions, Schedule, Unreachable, Visit};
+use crate::schedule::{Itinerary, Positions, Schedule, Unreachable};
 use rayon::prelude::*;
-
-/// Name of the order of a path that the caller gave.
-const GIVEN: &str = "given";
 
 impl Bench {
     /// Its visits to the poses of a schedule, with times in s, and the unreachable poses. A pose
@@ -20,8 +17,7 @@ impl Bench {
 
     /// [`plan`](Self::plan) for the poses with these numbers.
     pub fn plan_of(&self, schedule: &Schedule, poses: &[u32], order: Order) -> Itinerary {
-        let none = self.itinerary(order.name(), Vec::new(), Vec::new());
-        self.plan_further(schedule, none, poses, order)
+        self.plan_further(schedule, self.unvisited(order.name()), poses, order)
     }
 
     /// An itinerary that goes on, where its last visit left axes and clock, to the poses with these numbers.
@@ -49,23 +45,22 @@ impl Bench {
     /// [`plan`](Self::plan) for the poses with these numbers, in this order.
     pub fn plan_given(&self, schedule: &Schedule, poses: &[u32]) -> Itinerary {
         let (stops, unreachable) = self.placed(schedule, poses);
-        let visits = self.motion.timed(schedule, Vec::new(), &stops);
-        self.itinerary(GIVEN, visits, unreachable)
+        Itinerary {
+            visits: self.motion.timed(schedule, Vec::new(), &stops),
+            unreachable,
+            ..self.unvisited("given")
+        }
     }
 
-    fn itinerary(
-        &self,
-        order: &str,
-        visits: Vec<Visit>,
-        unreachable: Vec<(u32, Unreachable)>,
-    ) -> Itinerary {
+    /// An itinerary to no pose, by the name of an order.
+    fn unvisited(&self, order: &str) -> Itinerary {
         let axes = self.machine.axes().iter();
         Itinerary {
             instrument: self.spec.name.clone(),
             axes: axes.map(|a| a.name.clone()).collect(),
             order: order.into(),
-            visits,
-            unreachable,
+            visits: Vec::new(),
+            unreachable: Vec::new(),
         }
     }
 
@@ -77,7 +72,7 @@ impl Bench {
             self.machine.place(pair, turn_freely)
         };
         let placed: Vec<Result<Positions, Unreachable>> = poses.par_iter().map(place).collect();
-        let (mut stops, mut unreachable) = (Vec::with_capacity(placed.len()), Vec::new());
+        let (mut stops, mut unreachable) = (Vec::new(), Vec::new());
         for (&number, placed) in poses.iter().zip(placed) {
             match placed {
                 Ok(positions) => stops.push((number, positions)),

@@ -67,12 +67,10 @@ impl Session<'_> {
     ) -> Option<Reading> {
         let Some(errors) = &self.bench.errors else {
             let average = self.bench.optics.average(brdf, pair, work)?;
-            let mut type_b = average.error;
-            type_b.iter_mut().for_each(|e| *e /= BOUND);
             return Some(Reading {
-                type_a: ChannelValues::from_elem(0.0, type_b.len()),
+                type_a: ChannelValues::from_elem(0.0, average.value.len()),
+                type_b: average.error.iter().map(|error| error / BOUND).collect(),
                 value: average.value,
-                type_b,
                 flags: clipped(average.clipped),
             });
         };
@@ -238,19 +236,17 @@ impl Session<'_> {
             if !go_on() {
                 return None;
             }
-            let readings: Vec<Option<Reading>> = slab
-                .par_chunks(TASK)
-                .flat_map_iter(|visits| {
-                    let mut work = Workspace::default();
-                    let read = |visit: &Visit| {
-                        let pair = &poses[visit.pose as usize].pair;
-                        self.read(brdf, pair, visit, &random, &mut work)
-                    };
-                    visits.iter().map(read).collect::<Vec<_>>()
-                })
-                .collect();
-            for (visit, reading) in slab.iter().zip(&readings) {
-                put(&mut measured, visit.pose as usize, reading.as_ref());
+            let read = |visits: &[Visit]| {
+                let mut work = Workspace::default();
+                let read = |visit: &Visit| {
+                    let pair = &poses[visit.pose as usize].pair;
+                    self.read(brdf, pair, visit, &random, &mut work)
+                };
+                visits.iter().map(read).collect::<Vec<_>>()
+            };
+            let readings: Vec<_> = slab.par_chunks(TASK).flat_map_iter(read).collect();
+            for (visit, reading) in slab.iter().zip(readings) {
+                put(&mut measured, visit.pose as usize, reading);
             }
         }
         for (pose, reason) in &self.itinerary.unreachable {
@@ -283,12 +279,12 @@ impl Session<'_> {
 impl Instrument for Session<'_> {
     fn measure(&self, brdf: &dyn Brdf, schedule: &Arc<Schedule>) -> Measurement {
         let all = self.measure_while(brdf, schedule, &mut || true);
-        all.unwrap_or_else(|| unreachable!("nobody stopped it"))
+        all.unwrap_or_else(|| unreachable!("nothing stops it"))
     }
 }
 
 /// Puts a reading in its place in the order of the schedule.
-fn put(measured: &mut Measurement, pose: usize, reading: Option<&Reading>) {
+fn put(measured: &mut Measurement, pose: usize, reading: Option<Reading>) {
     let Some(reading) = reading else {
         measured.outcomes[pose] = Outcome::NoData;
         return;

@@ -59,10 +59,10 @@ impl Travel {
     /// The square of the time each axis needs, s²: comparisons do without the root.
     #[inline]
     pub(in crate::instrument) fn squares(&self, from: &Positions, to: &Positions) -> Positions {
-        self.squares_of(std::array::from_fn(|j| {
+        self.squares_of(|j| {
             let d = (from[j] - to[j]).abs();
             d.min((self.period[j] - d).abs())
-        }))
+        })
     }
 
     /// The squares of the times, s², to the nearest point of a box.
@@ -73,21 +73,19 @@ impl Travel {
         low: &Positions,
         high: &Positions,
     ) -> Positions {
-        self.squares_of(std::array::from_fn(|j| {
+        self.squares_of(|j| {
             let d = (low[j] - from[j]).max(from[j] - high[j]).max(0.0);
             // The other way round the circle, the box itself is not in the way.
             let around = self.period[j] - (high[j] - low[j]) - d;
             d.min(around.max(0.0))
-        }))
+        })
     }
 
     #[inline]
-    fn squares_of(&self, distances: Positions) -> Positions {
-        std::array::from_fn(|j| {
-            let d = distances[j];
-            if d <= self.knee[j] {
-                d * self.triangle[j]
-            } else {
+    fn squares_of(&self, distance: impl Fn(usize) -> f64) -> Positions {
+        std::array::from_fn(|j| match distance(j) {
+            d if d <= self.knee[j] => d * self.triangle[j],
+            d => {
                 let t = d * self.inverse_speed[j] + self.ramp[j];
                 t * t
             }
@@ -97,11 +95,9 @@ impl Travel {
     /// The way of axis `j`, rad, with its sign: the shorter one if it wraps.
     #[inline]
     pub fn way(&self, j: usize, from: &Positions, to: &Positions) -> f64 {
-        let d = to[j] - from[j];
-        if d.abs() <= self.period[j] - d.abs() {
-            d
-        } else {
-            d - self.period[j].copysign(d)
+        match to[j] - from[j] {
+            d if d.abs() <= self.period[j] - d.abs() => d,
+            d => d - self.period[j].copysign(d),
         }
     }
 
