@@ -214,7 +214,6 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The weight of a place.
     fn weight(&self, coords: &Coords) -> f64 {
         match self.weight {
             Weight::Coordinates => 1.0,

@@ -216,7 +216,6 @@ pub fn savings(symmetry: Symmetry) -> Vec<Saving> {
         .collect()
 }
 
-/// The length of an axis.
 fn shown(axis: &Axis) -> String {
     match axis.unit {
         Unit::Radian => format!("{:.0}°", axis.length().to_degrees()),

@@ -62,7 +62,6 @@ impl Layout {
             + &self.line(section.names, ["seconds", "least to most, passes"], &names)
     }
 
-    /// A row of it.
     pub(crate) fn row(&self, row: &Row) -> String {
         let names: Vec<&str> = row.names.iter().map(String::as_str).collect();
         let times = row.times;

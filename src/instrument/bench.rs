@@ -99,7 +99,6 @@ const ROUGH: Tolerance = Tolerance {
     refinement: 5000,
 };
 
-/// A standard normal number.
 fn normal(stream: &mut RandomStream) -> f64 {
     StandardNormal.sample(stream)
 }

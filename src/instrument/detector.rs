@@ -98,7 +98,6 @@ impl Detector {
         }
     }
 
-    /// Reads a signal.
     pub(super) fn read(&self, signal: f64, noise: &mut RandomStream) -> Signal {
         let rate = self.gain * signal + self.spec.dark_rate;
         let constant = self.spec.read_noise * self.spec.read_noise + self.step * self.step / 12.0;

@@ -152,7 +152,6 @@ pub(super) fn examples<T: ?Sized>(entries: Vec<Entry<T>>) -> impl Iterator<Item 
     })
 }
 
-/// Half/difference coordinates.
 pub(super) fn half_difference(symmetry: Symmetry) -> Arc<dyn Parametrization> {
     Arc::new(Form::<HalfDifference>::new(symmetry))
 }

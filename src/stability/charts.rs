@@ -3,7 +3,6 @@
 use crate::geometry::DirectionPair;
 use crate::numeric::exact::Exact;
 
-/// A vector.
 pub(super) type Vector = [Exact; 3];
 
 /// ω_i and ω_o.

@@ -301,7 +301,6 @@ impl Finding {
         }
     }
 
-    /// So many evaluations were made.
     fn spent(&mut self, evaluations: usize) {
         self.evaluations += evaluations as u64;
     }

@@ -53,7 +53,6 @@ const MATERIALS: [Material; 7] = [
     }),
 ];
 
-/// Layouts of poses.
 const LAYOUTS: [&str; 5] = ["grid", "points", "sheets", "line", "mirror"];
 
 fn schedule(layout: &str, form: &Arc<dyn Parametrization>, budget: usize) -> Option<Schedule> {

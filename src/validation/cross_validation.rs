@@ -24,7 +24,6 @@ struct Part {
 
 /// Readings that are left out in turn.
 pub struct CrossValidation<'a> {
-    /// The readings.
     pub(crate) measurement: &'a Measurement,
     /// The poses of the readings that take part.
     poses: Vec<usize>,

@@ -54,7 +54,6 @@ pub struct ReferenceReadings {
     weights: [Vec<f64>; Measure::USUAL.len()],
     /// Group of each reading; the jackknife leaves out one group at a time.
     group: Vec<usize>,
-    /// Number of groups.
     groups: usize,
 }
 

@@ -275,7 +275,6 @@ impl Table {
     }
 }
 
-/// Looks for the best box.
 struct Search {
     table: Table,
     /// Every pair.

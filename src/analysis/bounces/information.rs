@@ -96,7 +96,6 @@ pub(super) fn information(sample: &PathSample, ranks: &[Vec<u32>]) -> Informatio
     }
 }
 
-/// Information of some axes together.
 fn of_axes(sample: &PathSample, ranks: &[&[u32]]) -> Estimate {
     let n = sample.pairs.len();
     let [most, along] = HALVINGS;

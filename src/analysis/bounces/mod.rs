@@ -93,7 +93,6 @@ pub fn information(sample: &PathSample, form: &dyn Parametrization) -> Informati
     information::information(sample, &information::ranks(&coords, form.axes().len()))
 }
 
-/// Coordinates of all paths.
 fn forward(sample: &PathSample, form: &dyn Parametrization) -> Vec<Coords> {
     let mut coords = vec![[0.0; 4]; sample.pairs.len()];
     let chunks = (sample.pairs.par_chunks(CHUNK), coords.par_chunks_mut(CHUNK));
@@ -102,7 +101,6 @@ fn forward(sample: &PathSample, form: &dyn Parametrization) -> Vec<Coords> {
     coords
 }
 
-/// The ranges of all axes.
 fn ranges(
     sample: &PathSample,
     coords: &[Coords],

@@ -132,7 +132,6 @@ impl PathSample {
         self.starts[batch]..self.starts[batch + 1]
     }
 
-    /// The batch of a path.
     pub(super) fn batch_of(&self, path: usize) -> usize {
         self.starts.partition_point(|&start| start <= path) - 1
     }

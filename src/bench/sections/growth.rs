@@ -138,7 +138,6 @@ fn study(materials: usize) -> Rung {
     Rung::new(materials.to_string(), work, pass, judge)
 }
 
-/// Observer that ignores all events.
 struct Silent;
 
 impl Observer<Row> for Silent {

@@ -54,7 +54,6 @@ const REFERENCE: PeakResolving = PeakResolving {
     tolerance: 1e-9,
     max_evaluations: 2_000_000,
 };
-/// Views of a quick bench.
 const FEW: usize = 1;
 
 /// A material, and its reference as soon as it is asked for.

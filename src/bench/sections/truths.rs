@@ -15,7 +15,6 @@ use std::sync::Arc;
 /// Seed of everything random here.
 pub(super) const SEED: u64 = 1;
 
-/// A material and its name.
 pub(super) type Named = (String, Rc<dyn Brdf>);
 
 /// A material from the registry. Names and keys are constants: a failure is an internal error.
@@ -105,7 +104,6 @@ impl Pairs {
         metrics::evaluate(brdf, &self.level.pairs)
     }
 
-    /// Their number.
     pub(crate) fn count(&self) -> usize {
         self.level.pairs.len()
     }

@@ -46,7 +46,6 @@ const SLAB: usize = 16 * TASK;
 /// √3: a bound divided by it is a standard uncertainty.
 const BOUND: f64 = 1.732_050_807_568_877_2;
 
-/// One reading.
 #[derive(Clone, Debug, Default)]
 struct Reading {
     value: ChannelValues,

@@ -205,7 +205,6 @@ const PAIR: [[f64; 3]; NODES] = mirrored(&[
     [0.0, 0.282_987_417_857_491_2, 0.568_888_888_888_888_9],
 ]);
 
-/// Nodes of a rule.
 const NODES: usize = 11;
 
 /// A part of the polar plane.

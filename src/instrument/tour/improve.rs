@@ -91,7 +91,6 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Number of the end.
     #[inline]
     fn end(&self) -> u32 {
         self.places.len() as u32
@@ -255,7 +254,6 @@ fn below(random: &mut RandomStream, n: usize) -> usize {
     (random.next() * n as f64) as usize
 }
 
-/// A closed tour.
 struct Tour {
     order: Vec<u32>,
     /// Position in `order` of each place.
