@@ -55,7 +55,6 @@ impl Shares {
 
 /// Weight, and weighted sum of the deviations from the mean, of every line and every place.
 struct Sums {
-    nodes: [usize; 2],
     lines: [Vec<[f64; 2]>; 2],
     places: Vec<[f64; 2]>,
 }
@@ -72,19 +71,15 @@ impl Sums {
             add(&mut lines[1][j]);
             add(&mut places[i * nodes[1] + j]);
         }
-        Self {
-            nodes,
-            lines,
-            places,
-        }
+        Self { lines, places }
     }
 
     /// The sum of squares that the best a(x) + b(y) explains: the a are eliminated, and the b solve
     /// what is left. A constant moved from a to b changes nothing, as does one on each part of a
     /// domain in several parts: the equations are singular, and the shortest solution is taken.
     fn additive(&self) -> f64 {
-        let [rows, columns] = self.nodes;
         let [across, along] = &self.lines;
+        let (rows, columns) = (across.len(), along.len());
         let weight = |i: usize, j: usize| self.places[i * columns + j][0];
         let mut right = DVector::from_iterator(columns, along.iter().map(|[_, sum]| *sum));
         let weights = DVector::from_iterator(columns, along.iter().map(|[weight, _]| *weight));

@@ -91,9 +91,7 @@ const FIXED_DETECTOR: Class = Class {
     },
     isotropic_only: true,
     inverse: |pair, _, visit| {
-        let aligned = align(pair.omega_o, pair.omega_i);
-        let mirrored = aligned.mirrored();
-        for Aligned { angle, sample } in [aligned, mirrored] {
+        for Aligned { angle, sample } in align(pair.omega_o, pair.omega_i) {
             for [yaw, tilt] in yaw_and_pitch(sample.z_axis) {
                 visit([angle, yaw, tilt, 0.0]);
             }
@@ -186,9 +184,7 @@ const ROBOT_SAMPLE: Class = Class {
     },
     isotropic_only: false,
     inverse: |pair, turn_freely, visit| {
-        let aligned = align(pair.omega_i, pair.omega_o);
-        let mirrored = aligned.mirrored();
-        for Aligned { angle, sample } in [aligned, mirrored] {
+        for Aligned { angle, sample } in align(pair.omega_i, pair.omega_o) {
             for [yaw, pitch] in yaw_and_pitch(sample.z_axis) {
                 let roll = if turn_freely {
                     0.0

@@ -66,18 +66,15 @@ impl Instrument for Ideal {
                 let pairs: Vec<DirectionPair> = poses.iter().map(|p| p.pair).collect();
                 brdf.eval_batch(&pairs, values, presence);
             });
-        let outcomes = presence
-            .into_iter()
-            .map(|p| match p {
-                Presence::Present => Outcome::Reading,
-                Presence::Missing => Outcome::NoData,
-            })
-            .collect();
+        let outcome = |presence| match presence {
+            Presence::Present => Outcome::Reading,
+            Presence::Missing => Outcome::NoData,
+        };
         Measurement {
             schedule: Arc::clone(schedule),
             channels: channels.clone(),
             values,
-            outcomes,
+            outcomes: presence.into_iter().map(outcome).collect(),
             details: None,
             places: Vec::new(),
             half_angles_deg: [0.0; 2],

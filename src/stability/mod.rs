@@ -159,17 +159,9 @@ impl Check {
             family,
             member: self.member.clone(),
             law: self.law.name,
-            cases: 0,
-            evaluations: 0,
-            error: 0.0,
             unit: self.law.unit,
-            at: String::new(),
-            conditioning: 0.0,
-            ratio: 0.0,
             allowed: self.law.allowed,
-            largest: 0.0,
-            seconds: 0.0,
-            verdict: Verdict::Interrupted,
+            ..Finding::default()
         }
     }
 }
@@ -221,7 +213,7 @@ const LOOK: Duration = Duration::from_millis(50);
 
 named! {
     /// Whether a law holds.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
     #[serde(rename_all = "kebab-case")]
     pub enum Verdict {
         /// Every error is within its bound.
@@ -229,12 +221,13 @@ named! {
         /// One is not, or there was no case.
         Broken = "BROKEN",
         /// It was not checked: the walk was interrupted before.
+        #[default]
         Interrupted = "interrupted",
     }
 }
 
 /// What a check found: the case whose error is largest for its conditioning.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Finding {
     /// Name of the family.
     pub family: &'static str,

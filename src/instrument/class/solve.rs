@@ -7,30 +7,19 @@ use std::f64::consts::PI;
 
 /// A sample turned so that one arm stands on lab z and the other in the x–z plane.
 pub(super) struct Aligned {
-    /// Angle between the arms, rad, in [0, π].
+    /// Position of the moving arm, rad: the angle between the arms, with either sign.
     pub(super) angle: f64,
     /// From the sample's frame to the lab: its columns are the tangent, the bitangent, the normal.
     pub(super) sample: DMat3,
 }
 
-impl Aligned {
-    /// The solution for the same pair with the moving arm at −`angle`: all turned by π about lab z.
-    pub(super) fn mirrored(&self) -> Self {
-        let turned = |v: DVec3| DVec3::new(-v.x, -v.y, v.z);
-        let m = &self.sample;
-        Self {
-            angle: turn(-self.angle),
-            sample: DMat3::from_cols(turned(m.x_axis), turned(m.y_axis), turned(m.z_axis)),
-        }
-    }
-}
-
-/// Turns the sample until `fixed` is lab z and `arm` is z turned by the angle between them about y.
+/// Turns the sample until `fixed` is lab z and `arm` is z turned by the angle between them about y; and then all by π about lab
+/// z, so that the arm is at minus that angle.
 ///
 /// Half and back vector, h and k = (`arm` − `fixed`)/2, are then z and x turned by half that angle
 /// about y, and h × k is y. Two right-handed frames laid on each other, so that no pair comes out
 /// as its mirror image.
-pub(super) fn align(fixed: Direction, arm: Direction) -> Aligned {
+pub(super) fn align(fixed: Direction, arm: Direction) -> [Aligned; 2] {
     let (h, k) = DirectionPair::new(arm, fixed).half_and_back();
     let (cos, sin) = (h.length(), k.length());
     let theta_d = sin.atan2(cos);
@@ -42,10 +31,17 @@ pub(super) fn align(fixed: Direction, arm: Direction) -> Aligned {
         (perpendicular(h, k), k)
     };
     let local = DMat3::from_cols(k, h.cross(k), h);
-    Aligned {
-        angle: 2.0 * theta_d,
-        sample: DMat3::from_rotation_y(theta_d) * local.transpose(),
-    }
+    let (angle, sample) = (
+        2.0 * theta_d,
+        DMat3::from_rotation_y(theta_d) * local.transpose(),
+    );
+    let turned = |v: DVec3| DVec3::new(-v.x, -v.y, v.z);
+    let [x, y, z] = [sample.x_axis, sample.y_axis, sample.z_axis].map(turned);
+    let mirrored = Aligned {
+        angle: turn(-angle),
+        sample: DMat3::from_cols(x, y, z),
+    };
+    [Aligned { angle, sample }, mirrored]
 }
 
 /// `v` made perpendicular to `unit` and of unit length. Where `v` has no direction (arms on each
