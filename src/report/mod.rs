@@ -41,9 +41,17 @@ pub const TABLE_COLUMNS: &str = include_str!("columns.txt");
 
 /// Items, each once, in the order of their first appearance.
 pub(crate) fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
-    let mut list = Vec::new();
+    first_of_each(items, T::eq)
+}
+
+/// Of items that are alike the first, in their order.
+fn first_of_each<T>(
+    items: impl IntoIterator<Item = T>,
+    are_alike: impl Fn(&T, &T) -> bool,
+) -> Vec<T> {
+    let mut list: Vec<T> = Vec::new();
     for item in items {
-        if !list.contains(&item) {
+        if !list.iter().any(|known| are_alike(known, &item)) {
             list.push(item);
         }
     }

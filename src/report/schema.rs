@@ -125,6 +125,11 @@ impl<R> Schema<R> {
         names.zip(self.cells(row).map(Cell::json)).collect()
     }
 
+    /// Rows as objects with the names of the columns.
+    pub(crate) fn objects(&self, rows: &[R]) -> Vec<Map<String, Value>> {
+        rows.iter().map(|row| self.object(row)).collect()
+    }
+
     /// Rows as CSV below the names of the columns.
     pub(crate) fn csv<'r>(&self, rows: impl IntoIterator<Item = &'r R>) -> String
     where
@@ -163,11 +168,8 @@ impl Csv {
 
     /// Writes the values of an object in their order; undefined ones are empty.
     pub(crate) fn values(&mut self, object: &Map<String, Value>) {
-        self.row(object.values().map(|value| match value {
-            Value::Null => String::new(),
-            Value::String(text) => text.clone(),
-            other => other.to_string(),
-        }));
+        let cells = object.values().cloned().map(Cell::Value);
+        self.row(cells.map(Cell::text));
     }
 
     /// The rows.

@@ -48,12 +48,7 @@ pub fn stability_table(findings: &[Finding]) -> String {
 /// How many laws hold, and in how many cases.
 fn sentence(findings: &[Finding]) -> String {
     let cases: u64 = findings.iter().map(|f| f.cases).sum();
-    let with = |verdict| {
-        findings
-            .iter()
-            .filter(move |f| f.verdict == verdict)
-            .count()
-    };
+    let with = |verdict| findings.iter().filter(|f| f.verdict == verdict).count();
     let [held, broken, left] = [Verdict::Holds, Verdict::Broken, Verdict::Interrupted].map(with);
     let mut text = format!(
         "{held} of {} hold in {cases} cases",

@@ -7,7 +7,7 @@ use crate::experiment::{
     Metric, NONE, Ranking, Scope, are_named,
 };
 use crate::report::acquisition::table::{TextTable, error, headed, starred};
-use crate::report::each_once;
+use crate::report::{each_once, first_of_each};
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict};
 use std::fmt::Write as _;
 
@@ -138,17 +138,10 @@ fn filled(lines: &[&Line]) -> String {
 /// A choice for each reconstruction in the schedule's own coordinates that is used at every
 /// allowance; what a factor compares counts as one.
 fn in_own_coordinates(ranking: &Ranking, factor: Factor) -> Vec<Choice> {
-    let mut methods: Vec<Choice> = Vec::new();
-    let like = |a: &Choice, b: &Choice| are_alike(factor, METHOD, a, b);
-    for line in &ranking.lines {
-        let choice = &line.choice;
-        let everywhere = line.cells.iter().all(Option::is_some);
-        if everywhere && !are_named(&choice.coordinates) && !methods.iter().any(|m| like(m, choice))
-        {
-            methods.push(choice.clone());
-        }
-    }
-    methods
+    let everywhere = |line: &&Line| line.cells.iter().all(Option::is_some);
+    let choices = ranking.lines.iter().filter(everywhere).map(|l| &l.choice);
+    let own = choices.filter(|c| !are_named(&c.coordinates)).cloned();
+    first_of_each(own, |a, b| are_alike(factor, METHOD, a, b))
 }
 
 /// What a method is, beside its coordinates.
@@ -172,17 +165,18 @@ fn are_alike(
 /// One choice each of the reconstructions, in the coordinates of the schedule or in their default ones, that are compared with
 /// the same of a sample set of no parametrization.
 pub(super) fn beside_none(duels: &Duels) -> Vec<Choice> {
-    let mut methods: Vec<Choice> = Vec::new();
-    for duel in &duels.duels {
-        let [a, b] = [&duel.a, &duel.b];
-        let guided = if a.parametrization == NONE { b } else { a };
-        let is_against = [a, b].iter().any(|c| c.parametrization == NONE);
-        let like = |m: &Choice| are_alike(Factor::Parametrization, METHOD, m, guided);
-        if is_against && !are_named(&guided.coordinates) && !methods.iter().any(like) {
-            methods.push(guided.clone());
-        }
-    }
-    methods
+    let guided = |duel: &Duel| {
+        let guided = match [&duel.a, &duel.b].map(|c| c.parametrization == NONE) {
+            [true, _] => &duel.b,
+            [false, true] => &duel.a,
+            [false, false] => return None,
+        };
+        (!are_named(&guided.coordinates)).then(|| guided.clone())
+    };
+    let methods = duels.duels.iter().filter_map(guided);
+    first_of_each(methods, |a, b| {
+        are_alike(Factor::Parametrization, METHOD, a, b)
+    })
 }
 
 /// A duel as the choice that is not the reference, the reference, and ratios of the errors of the first to those of

@@ -1,6 +1,7 @@
 //! Names and order of choices: the best over all budgets first.
 
 use crate::experiment::{Cell, Choice, Factor, Line, Metric, Ranking, Scope, are_named};
+use crate::report::first_of_each;
 use crate::statistics::EXACT;
 
 /// A parametrization with its warps.
@@ -43,6 +44,11 @@ pub(super) fn subject(factor: Factor, choice: &Choice) -> String {
 /// The cell of a line at allowance `a`, if it has errors of all materials.
 pub(super) fn whole(line: &Line, a: usize) -> Option<&Cell> {
     line.cells[a].as_ref().filter(|c| c.place.is_some())
+}
+
+/// The cells of a line that have errors of all materials.
+pub(super) fn wholes(line: &Line) -> impl Iterator<Item = &Cell> {
+    (0..line.cells.len()).filter_map(|a| whole(line, a))
 }
 
 /// Positions of the allowances that lines are ranked over: those that every line has, or else those
@@ -96,19 +102,8 @@ pub(super) fn best_at<'r>(
 /// the budget. Choices with an error at every budget come before the others: a curve needs several
 /// points.
 pub(super) fn best_of_each(ranking: &Ranking, factor: Factor) -> Vec<&Line> {
-    let count = |line: &Line| {
-        (0..line.cells.len())
-            .filter(|a| whole(line, *a).is_some())
-            .count()
-    };
     let mut lines = sorted(ranking);
-    lines.sort_by_key(|l| std::cmp::Reverse(count(l)));
-    let mut best: Vec<&Line> = Vec::new();
-    for line in lines {
-        let own = subject(factor, &line.choice);
-        if !best.iter().any(|b| subject(factor, &b.choice) == own) {
-            best.push(line);
-        }
-    }
-    best
+    lines.sort_by_key(|l| std::cmp::Reverse(wholes(l).count()));
+    let of = |line: &&Line| subject(factor, &line.choice);
+    first_of_each(lines, |a, b| of(a) == of(b))
 }

@@ -59,7 +59,7 @@ pub fn instruments(rows: &[&Row]) -> String {
         for metric in printed(rows) {
             for (of, measure) in measured(rows, metric) {
                 let of = match metric.is_of_moments() {
-                    true => of,
+                    true => of.to_owned(),
                     false => format!("{}, {of}", metric.name()),
                 };
                 for (group, material) in &groups {
@@ -258,15 +258,11 @@ fn ranked(rows: &[&Row], metric: Metric) -> String {
 
 /// What the tables of a metric are of, and the measure of their rows: each measure, or for moments, which are the same for all, the
 /// first.
-fn measured<'r>(rows: &[&'r Row], metric: Metric) -> Vec<(String, &'r str)> {
-    let measures = each_once(rows.iter().map(|r| r.measure.as_str()));
-    let named = |measure: &'r str| (measure.to_owned(), measure);
-    match metric.is_of_moments() {
-        true => measures
-            .first()
-            .map(|m| (metric.name().to_owned(), *m))
-            .into_iter()
-            .collect(),
-        false => measures.into_iter().map(named).collect(),
+fn measured<'r>(rows: &[&'r Row], metric: Metric) -> Vec<(&'r str, &'r str)> {
+    let mut measures = each_once(rows.iter().map(|r| r.measure.as_str()));
+    if metric.is_of_moments() {
+        measures.truncate(1);
+        return measures.iter().map(|m| (metric.name(), *m)).collect();
     }
+    measures.iter().map(|m| (*m, *m)).collect()
 }

@@ -73,10 +73,7 @@ pub struct Studio<'a> {
 }
 
 impl<'a> Studio<'a> {
-    /// A studio under the light of the plan.
-    ///
-    /// # Errors
-    /// [`Error::Config`] if it cannot be built.
+    /// A studio under the light of the plan; [`Error::Config`] if that cannot be built.
     pub(crate) fn new(plan: &'a Plan, shard: Option<Shard>) -> Result<Self, Error> {
         let spec = &plan.pictures.lighting;
         let lighting = spec
@@ -105,9 +102,6 @@ impl<'a> Studio<'a> {
     }
 
     /// Draws the parametrizations.
-    ///
-    /// # Errors
-    /// [`Error::Output`].
     pub(crate) fn general(&self, folder: &mut RunFolder<Row>) -> Result<(), Error> {
         if !self.share.draws(0) {
             return Ok(());
@@ -207,9 +201,6 @@ impl<'a> Studio<'a> {
     }
 
     /// Draws a material, until `cancelled`.
-    ///
-    /// # Errors
-    /// [`Error::Output`].
     pub(crate) fn material(
         &mut self,
         folder: &mut RunFolder<Row>,

@@ -2,7 +2,7 @@
 
 use super::order::sampling;
 use crate::experiment::{Method, Plan, Row};
-use crate::report::Columns;
+use crate::report::{Columns, first_of_each};
 use crate::statistics::is_exact;
 use std::collections::HashMap;
 use std::fmt::Display;
@@ -61,12 +61,7 @@ pub struct Table<'a> {
 impl<'a> Table<'a> {
     /// The table of a plan.
     pub(crate) fn new(plan: &'a Plan) -> Self {
-        let mut methods: Vec<&Method> = Vec::new();
-        for method in &plan.methods {
-            if !methods.iter().any(|m| are_one(m, method)) {
-                methods.push(method);
-            }
-        }
+        let methods = first_of_each(&plan.methods, |a, b| are_one(a, b));
         let labels: Vec<String> = methods.iter().map(|m| m.label()).collect();
         let long = labels.iter().any(|label| count(label) > HEADING);
         let headings = labels.iter().enumerate().map(|(i, label)| match long {

@@ -4,7 +4,7 @@ use super::findings::{against, is_challenger, level, method, method_but_for, p_t
 use super::order::{error_of, sampling};
 use super::table::error;
 use crate::error::count;
-use crate::experiment::{Choice, Factor, Findings, NONE, OWN, Ranking, are_named};
+use crate::experiment::{Choice, Factor, Findings, Line, NONE, OWN, Ranking, are_named};
 use crate::report::each_once;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
 
@@ -176,8 +176,9 @@ fn leaders(findings: &Findings, ranking: &Ranking, a: usize) -> Option<String> {
         return Some(format!("No material tells the choices apart: {all}."));
     }
     let best = |a: usize| {
-        let place = |l: &&_| place(l, a) == Some(1);
-        ranking.lines.iter().find(place)
+        let cell = |l: &Line| *l.cells.get(a)?;
+        let is_best = |l: &&Line| cell(l).is_some_and(|c| c.place == Some(1));
+        ranking.lines.iter().find(is_best)
     };
     let mut groups: Vec<(&Choice, Vec<&str>)> = Vec::new();
     for (a, at) in findings.allowances.iter().enumerate() {
@@ -298,10 +299,6 @@ fn named(choice: &Choice) -> String {
         "none" => format!("unwarped {}", choice.parametrization),
         _ => sampling(choice),
     }
-}
-
-fn place(line: &crate::experiment::Line, a: usize) -> Option<usize> {
-    line.cells.get(a)?.as_ref()?.place
 }
 
 /// Position of the middle allowance, which stands for all where there is room for one.

@@ -78,15 +78,19 @@ pub(super) fn listed(estimates: &[Estimate; CLASSES]) -> String {
 
 /// What the errors of a sample hold.
 pub(super) fn errors_are(sample: &PathSample) -> String {
-    let batches = sample.batches();
+    let (of, batches) = (errors_of(sample), sample.batches());
+    let more = match sample.spread {
+        Spread::FewSurfaces => ": another surface of the kind may differ by more",
+        Spread::Surfaces | Spread::Paths => "",
+    };
+    format!("standard errors are those of {of}, over {batches} batches{more}")
+}
+
+/// What the errors of a sample are of.
+fn errors_of(sample: &PathSample) -> &'static str {
     match sample.spread {
-        Spread::Surfaces => {
-            format!("standard errors are those of paths and surfaces, over {batches} batches")
-        }
-        Spread::Paths => format!("standard errors are those of paths, over {batches} batches"),
-        Spread::FewSurfaces => format!(
-            "standard errors are those of paths, over {batches} batches: another surface of the kind may differ by more"
-        ),
+        Spread::Surfaces => "paths and surfaces",
+        Spread::Paths | Spread::FewSurfaces => "paths",
     }
 }
 
@@ -264,10 +268,7 @@ impl<'a> BouncesReport<'a> {
             "paths": self.sample.followed,
             "left": self.sample.pairs.len(),
             "batches": self.sample.batches(),
-            "errors": match self.sample.spread {
-                Spread::Surfaces => "paths and surfaces",
-                Spread::Paths | Spread::FewSurfaces => "paths",
-            },
+            "errors": errors_of(&self.sample),
             "albedo": estimate(&self.shares.albedo),
             "shares": by_class(|c| estimate(&self.shares.classes[c])),
             "entropy_bits": estimate(&self.entropy),

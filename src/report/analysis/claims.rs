@@ -71,6 +71,5 @@ pub fn claims_csv(claims: &[Claim]) -> String {
 pub fn claims_json(claims: &[Claim]) -> String {
     let numbers = |claim: &Claim| claim.numbers.iter().cloned().collect();
     let schema = schema(|claim| json!(claim.verdict), numbers);
-    let objects = claims.iter().map(|claim| schema.object(claim));
-    super::rows_json(&objects.collect::<Vec<_>>())
+    super::rows_json(&schema.objects(claims))
 }

@@ -6,7 +6,7 @@ use crate::analysis::{Estimate, Image, Needs, Reach, Subset, SubsetMeasure};
 use crate::error::count;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Parametrization, Unit};
-use crate::report::pictures::plot::label;
+use crate::report::pictures::plot::{coordinate, label};
 use crate::report::svg::plot::{Axis as PlotAxis, Mark, Panel, Series};
 use serde_json::{Map, Value, json};
 
@@ -43,13 +43,8 @@ impl SubsetReport<'_> {
         let all = form.axes().iter().zip(&self.subset.ranges);
         let bounded = all.filter(|(axis, r)| **r != axis.range);
         let parts = bounded.map(|(axis, r)| {
-            let unit = match axis.unit {
-                Unit::Radian => "°",
-                Unit::One => "",
-            };
-            // Without the last digits that radians leave.
-            let [low, high] = r.map(|v| (axis.file_value(v) * 1e6).round() / 1e6);
-            format!(", {} from {low}{unit} to {high}{unit}", axis.label)
+            let [low, high] = r.map(|v| coordinate(axis, v));
+            format!(", {} from {low} to {high}", axis.label)
         });
         let parts: String = parts.collect();
         format!("Pairs of a box of {} coordinates{parts}", form.name())

@@ -38,8 +38,7 @@ pub fn profiles_csv(rows: &[ProfileRow<'_>]) -> String {
 /// Rows as objects with the names of the columns; an undefined moment is `null`, one of unknown uncertainty (an infinite
 /// one) has `null` for that.
 pub fn profile_objects(rows: &[ProfileRow<'_>]) -> Vec<Map<String, Value>> {
-    let schema = schema();
-    rows.iter().map(|row| schema.object(row)).collect()
+    schema().objects(rows)
 }
 
 /// [`profile_objects`] as a JSON array.

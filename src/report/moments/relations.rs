@@ -35,8 +35,7 @@ pub fn relations_csv(rows: &[RelationRow]) -> String {
 
 /// Relations by the names of the columns, `null` where there is no value.
 pub fn relation_objects(rows: &[RelationRow]) -> Vec<Map<String, Value>> {
-    let schema = schema();
-    rows.iter().map(|row| schema.object(row)).collect()
+    schema().objects(rows)
 }
 
 /// The columns of `relations.csv`. Errors are relative to the rendered value, those of means in rendered standard deviations.

@@ -1,16 +1,13 @@
 //! Light of one facet, of two, of more over the first two axes of parametrizations.
 
-use super::plot::{BELOW, LEFT, Plane, Plot, Swatch, swatches, text, text_upwards};
+use super::plates::Grid;
+use super::plot::{Plane, Plot, Swatch, coordinate, swatches, text};
 use crate::analysis::bounces::{ChartBounces, MAP_CELLS, Map};
 use crate::brdf::CLASSES;
-use crate::parametrization::{self, Unit};
+use crate::parametrization;
 use crate::report::svg::canvas::{BLACK, Canvas, Ink};
 
-const SIDE: f64 = 180.0;
-const MARGIN: f64 = 16.0;
-const NAME: f64 = 26.0;
-const STEP: [f64; 2] = [LEFT + SIDE + 12.0, 26.0 + SIDE + BELOW + 4.0];
-const TOP: f64 = 48.0;
+const GRID: Grid = Grid::new(180.0, 48.0);
 
 const WHITE: Ink = [255; 3];
 
@@ -34,35 +31,22 @@ const SMOOTHED: [usize; 2] = [2, 8];
 /// two of them exchange the lead, and a white line holds most of the light.
 pub(in crate::report) fn bounces_svg(title: &str, charts: &[ChartBounces]) -> String {
     let columns = charts.iter().map(|c| c.maps.len()).max().unwrap_or(0);
-    let width = 2.0 * MARGIN + NAME + columns.max(3) as f64 * STEP[0];
-    let below = TOP + charts.len() as f64 * STEP[1];
+    let [width, below] = GRID.size([charts.len(), columns.max(3)]);
     Canvas::titled(title, [width, below + 64.0], 22.0, |canvas| {
         for (j, chart) in charts.iter().enumerate() {
             let Some(entry) = parametrization::find(chart.name) else {
                 continue;
             };
             let plane = Plane::new(&entry);
-            let y = TOP + j as f64 * STEP[1] + 26.0;
-            let side = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
-            text_upwards(canvas, side, plane.name, 13.0);
             for (i, map) in chart.maps.iter().enumerate() {
-                let x = MARGIN + NAME + LEFT + i as f64 * STEP[0];
-                let plot = Plot::new([x, y], SIDE);
-                let axis = &chart.map_axes[2];
-                let unit = match axis.unit {
-                    Unit::Radian => "°",
-                    Unit::One => "",
-                };
                 let title = match map.azimuth {
                     None => format!("every {}", plane.azimuth),
                     Some(about) => {
-                        // Without the last digits that radians leave.
-                        let [middle, half] =
-                            about.map(|x| (axis.file_value(x) * 1e6).round() / 1e6);
-                        format!("{} = {middle}{unit} ± {half}{unit}", plane.azimuth)
+                        let [middle, half] = about.map(|x| coordinate(&chart.map_axes[2], x));
+                        format!("{} = {middle} ± {half}", plane.azimuth)
                     }
                 };
-                text(canvas, [x + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
+                let plot = GRID.plot(canvas, [j, i], (plane.name, &title, 11.0));
                 draw(canvas, &plot, map);
                 plot.axes(canvas, &plane, map.azimuth.map(|[middle, _]| middle));
             }
@@ -134,12 +118,8 @@ fn smooth(light: &[[f64; CLASSES]], times: usize) -> Vec<[f64; CLASSES]> {
             let before = light.clone();
             for (cell, light) in light.iter_mut().enumerate() {
                 let place = cell / stride % MAP_CELLS;
-                let low = if place > 0 { cell - stride } else { cell };
-                let high = if place + 1 < MAP_CELLS {
-                    cell + stride
-                } else {
-                    cell
-                };
+                let low = cell - stride * usize::from(place > 0);
+                let high = cell + stride * usize::from(place + 1 < MAP_CELLS);
                 *light = std::array::from_fn(|c| {
                     0.25 * before[low][c] + 0.5 * before[cell][c] + 0.25 * before[high][c]
                 });

@@ -5,7 +5,7 @@
 //! is left out of both, and a pixel that gets most of its light from there is without data: it is
 //! no black, so it is hatched, and in no error.
 
-use super::plot::{FRAME, NO_DATA, bar, circle, text};
+use super::plot::{FRAME, bar, circle, hatched, text};
 use super::render::{SpherePair, render_spheres};
 use crate::brdf::Brdf;
 use crate::lighting::Lighting;
@@ -141,7 +141,7 @@ impl Comparison {
         let stripe = (side / 32).max(1);
         let differences: Vec<_> = self.differences().collect();
         let colour = |sphere: usize, i: usize| match sphere {
-            _ if self.unknown[i] => NO_DATA[(i % side + i / side) / stripe % 2],
+            _ if self.unknown[i] => hatched(i, side, stripe),
             0 => self.truth.shown(i, white),
             1 => self.reconstruction.shown(i, white),
             _ => signed(place(differences[i].unwrap_or(0.0) / white)),
@@ -161,10 +161,7 @@ impl Comparison {
 
     /// Writes one OpenEXR file with the layers `truth`, `reconstruction` and `difference`
     /// (reconstruction − truth), each with `A`, the share of a pixel that the sphere covers (0 without
-    /// data), and linear `R`, `G`, `B`, which are multiplied by it.
-    ///
-    /// # Errors
-    /// Whatever `out` reports.
+    /// data), and linear `R`, `G`, `B`, which are multiplied by it; errors are those of `out`.
     pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
         let [f, g] = [&self.truth, &self.reconstruction].map(SphereImage::covered);
         write_comparison(self.truth.resolution, &["R", "G", "B"], [f, g], out)
@@ -198,13 +195,9 @@ impl Comparison {
             };
             let errors = self.errors() + hatched;
             text(canvas, [middle, below], &errors, 12.5, false);
-            let levels = [-1.0, -0.1, -0.01, 0.0, 0.01, 0.1, 1.0];
-            let tick = |v: f64| (0.5 + 0.5 * place(v), format!("{v}").replace('-', "−"));
             let says = "difference in luminance over the truth's white (the same scale in all pictures): blue too dark, \
                         red too bright, white within ±0.001";
-            let ticks = levels.map(tick);
-            let colour = |t: f64| signed(2.0 * t - 1.0);
-            bar(canvas, [middle, below + 20.0], 520.0, colour, &ticks, says)
+            signed_bar(canvas, [middle, below + 20.0], 1.0, says)
         })
     }
 }
@@ -243,6 +236,16 @@ pub(super) fn signed(t: f64) -> [u8; 3] {
         let [a, b] = [side[first][c], side[first + 1][c]];
         (a + rest * (b - a)).round() as u8
     })
+}
+
+/// Draws the scale of colours of differences, with differences below it in a unit of which there are `units` in 1.
+pub(super) fn signed_bar(canvas: &mut Canvas, at: [f64; 2], units: f64, says: &str) {
+    let tick = |difference: f64| {
+        let number = (units * difference).to_string().replace('-', "−");
+        (0.5 + 0.5 * place(difference), number)
+    };
+    let ticks = [-1.0, -0.1, -0.01, 0.0, 0.01, 0.1, 1.0].map(tick);
+    bar(canvas, at, 520.0, |t| signed(2.0 * t - 1.0), &ticks, says)
 }
 
 #[cfg(test)]

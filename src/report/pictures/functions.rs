@@ -1,7 +1,8 @@
 //! The test functions of Barla et al. 2015 on the hemisphere and in slices (their Fig. 2).
 
 use super::dome::{Dome, From};
-use super::plot::{BELOW, LEFT, Plane, Plot, Swatch, middles, swatches, text, text_upwards};
+use super::plates::{Grid, MARGIN};
+use super::plot::{Plane, Plot, Swatch, middles, swatches};
 use crate::brdf::{Brdf, BrdfSpec, Channels, TestFunctionSpec};
 use crate::geometry::DirectionPair;
 use crate::parametrization::ParametrizationSpec;
@@ -10,9 +11,10 @@ use crate::report::svg::canvas::{Align, Canvas, Ink, Lettering};
 
 const SIDE: f64 = 170.0;
 const PIXELS: usize = 256;
-const MARGIN: f64 = 16.0;
-const NAME: f64 = 26.0;
-const STEP: [f64; 2] = [LEFT + SIDE + 12.0, 26.0 + SIDE + BELOW + 4.0];
+
+/// The row of hemispheres, and the planes below it.
+const HEMISPHERES: Grid = Grid::new(SIDE, 64.0);
+const PLANES: Grid = Grid::new(SIDE, 286.0);
 
 /// S, G and F with their inks.
 const FUNCTIONS: [(TestFunctionSpec, Ink, &str); 3] = [
@@ -39,13 +41,10 @@ pub fn test_functions_svg(
         Ok(function) => (function, ink),
         Err(e) => unreachable!("test functions have no parameters: {e}"),
     });
-    let columns = theta_o_deg.len().max(phi_deg.len()) as f64;
-    let width = 2.0 * MARGIN + NAME + columns * STEP[0];
-    let top = 70.0;
-    let rows = top + STEP[1] - 26.0;
-    let height = rows + planes.len() as f64 * STEP[1] + MARGIN;
+    let columns = theta_o_deg.len().max(phi_deg.len());
+    let [width, below] = PLANES.size([planes.len(), columns]);
     let title = "Test functions S, G and F on the hemisphere and in slices of coordinates";
-    Canvas::titled(title, [width, height], 24.0, |canvas| {
+    Canvas::titled(title, [width, below + MARGIN], 24.0, |canvas| {
         let mut at = [0.5 * width - 340.0, 48.0];
         for (_, ink, name) in FUNCTIONS {
             let [x, y] = at;
@@ -55,25 +54,17 @@ pub fn test_functions_svg(
             at[0] += 180.0;
         }
         swatches(canvas, [at[0] + 60.0, at[1]], &[Swatch::OUTSIDE]);
-        let x = |i: usize| MARGIN + NAME + LEFT + i as f64 * STEP[0];
-        let side = [MARGIN + 0.5 * NAME - 4.0, top + 20.0 + 0.5 * SIDE];
-        text_upwards(canvas, side, "hemisphere", 13.0);
         for (i, theta) in theta_o_deg.iter().enumerate() {
-            let plot = Plot::new([x(i), top + 20.0], SIDE);
             let title = format!("θ_o = {theta}°");
-            text(canvas, [x(i) + 0.5 * SIDE, top + 8.0], &title, 12.5, false);
+            let plot = HEMISPHERES.plot(canvas, [0, i], ("hemisphere", &title, 12.0));
             let dome = Dome::new(From::Mirror, theta.to_radians());
             draw(canvas, &plot, &functions, &dome.pairs(PIXELS));
             dome.outline(canvas, &plot);
         }
         for (j, plane) in planes.iter().enumerate() {
-            let y = rows + j as f64 * STEP[1] + 26.0;
-            let side = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
-            text_upwards(canvas, side, plane.name, 13.0);
             for (i, phi) in phi_deg.iter().enumerate() {
-                let plot = Plot::new([x(i), y], SIDE);
                 let title = format!("{} = {phi}°", plane.azimuth);
-                text(canvas, [x(i) + 0.5 * SIDE, y - 11.0], &title, 12.5, false);
+                let plot = PLANES.plot(canvas, [j, i], (plane.name, &title, 11.0));
                 let phi = phi.to_radians();
                 let pair = |p| plane.form.inverse(&plane.coords(p, phi));
                 let pairs: Vec<_> = middles(PIXELS).map(pair).collect();

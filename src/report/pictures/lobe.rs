@@ -1,7 +1,7 @@
 //! A slice of a BRDF as pictures: a map in its own chart, and a lobe in space (Fig. 3 of Zubiaga et al.
 //! 2015).
 
-use super::plot::{NO_DATA, Plot, Swatch, bar, circle, log_ticks, swatches, text};
+use super::plot::{Plot, Swatch, bar, circle, hatched, log_ticks, swatches, text};
 use super::png::encoded;
 use crate::moments::{Batch, Kind, Slice};
 use crate::parametrization::view_centered;
@@ -27,29 +27,20 @@ impl FlatSlice {
     /// Looks at `resolution` × `resolution` directions; clamped to [1, 4096].
     pub fn new(slice: &Slice<'_>, resolution: usize) -> Self {
         let resolution = resolution.clamp(1, Self::MAX_RESOLUTION);
-        let rows = (0..resolution).into_par_iter().map(|row| {
-            let mut batch = Batch::default();
-            for column in 0..resolution {
-                let [theta, phi] = angles(resolution, row, column);
-                batch.push(slice, view_centered(theta, phi));
-            }
-            values(slice, &mut batch)
+        let rows = (0..resolution).into_par_iter().flat_map_iter(|row| {
+            let columns = 0..resolution;
+            values(slice, columns.map(|column| angles(resolution, row, column)))
         });
-        let rows: Vec<_> = rows.collect();
         Self {
             resolution,
-            values: rows.concat(),
+            values: rows.collect(),
         }
     }
 
     /// The range of colours that shows every one of these slices: their largest value and the
     /// smallest above 0, but not less than a millionth of the largest. (0.1, 1) if all is black.
     pub fn range(slices: &[FlatSlice]) -> [f64; 2] {
-        let shown = || {
-            slices
-                .iter()
-                .flat_map(|s| s.values.iter().flatten().copied())
-        };
+        let shown = || slices.iter().flat_map(|s| &s.values).flatten().copied();
         let hi = shown().fold(0.0, f64::max);
         if hi <= 0.0 {
             return [0.1, 1.0];
@@ -63,10 +54,7 @@ impl FlatSlice {
         }
     }
 
-    /// `theta_deg`, `phi_deg` (middles of cells) and `value` (sr⁻¹, empty without data).
-    ///
-    /// # Errors
-    /// Whatever `out` reports.
+    /// `theta_deg`, `phi_deg` (middles of cells) and `value` (sr⁻¹, empty without data); errors are those of `out`.
     pub(crate) fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "theta_deg,phi_deg,value")?;
         for (i, value) in self.values.iter().enumerate() {
@@ -89,7 +77,7 @@ impl FlatSlice {
             let [x, y] = [i % side, i / side];
             match self.values[y / cell * self.resolution + x / cell] {
                 Some(v) => ramp((v.ln() - lo) / (hi - lo)),
-                None => NO_DATA[(x + y) % 8 / 4],
+                None => hatched(i, side, 4),
             }
         };
         let pixels: Vec<_> = (0..side * side).map(pixel).collect();
@@ -103,8 +91,13 @@ fn angles(resolution: usize, row: usize, column: usize) -> [f64; 2] {
     [middle(column), -middle(row)]
 }
 
-fn values(slice: &Slice<'_>, batch: &mut Batch) -> Vec<Option<f64>> {
-    slice.evaluate(batch);
+/// Values of a slice at angles θ and φ; `None` without data.
+fn values(slice: &Slice<'_>, angles: impl Iterator<Item = [f64; 2]>) -> Vec<Option<f64>> {
+    let mut batch = Batch::default();
+    for [theta, phi] in angles {
+        batch.push(slice, view_centered(theta, phi));
+    }
+    slice.evaluate(&mut batch);
     let found = batch.values().iter().zip(batch.kinds());
     found
         .map(|(&v, &kind)| (kind != Kind::Missing).then_some(v))
@@ -204,27 +197,21 @@ pub fn slice_svg(
     let eye = Eye::new();
     let theta_o = slice.theta_o;
     let (thetas, phis) = (graded(-theta_o, 36), graded(0.0, 30));
-    let mut batch = Batch::default();
-    let mut directions = Vec::with_capacity(thetas.len() * phis.len());
-    for &theta in &thetas {
-        for &phi in &phis {
-            let omega = view_centered(theta, phi);
-            batch.push(slice, omega);
-            directions.push(omega.vector());
-        }
-    }
-    let values = values(slice, &mut batch);
+    let angles = || {
+        let with_all = |&theta: &f64| phis.iter().map(move |&phi| [theta, phi]);
+        thetas.iter().flat_map(with_all)
+    };
+    let values = values(slice, angles());
     let max = values.iter().flatten().copied().fold(0.0, f64::max);
     let length = |v: f64| match radius {
         _ if max <= 0.0 => 0.0,
         Radius::Linear => v / max,
         Radius::CubeRoot => (v / max).cbrt(),
     };
-    let tips: Vec<_> = values
-        .iter()
-        .zip(&directions)
-        .map(|(v, d)| Some(*d * length((*v)?)))
-        .collect();
+    let tip = |(v, [theta, phi]): (&Option<f64>, [f64; 2])| {
+        Some(view_centered(theta, phi).vector() * length((*v)?))
+    };
+    let tips: Vec<_> = values.iter().zip(angles()).map(tip).collect();
     let mut pieces = Vec::new();
     let mut open = 0;
     for i in 1..thetas.len() {

@@ -95,6 +95,15 @@ pub(in crate::report) fn label(axis: &Axis) -> String {
     }
 }
 
+/// A coordinate with its unit, without the last digits that radians leave.
+pub(in crate::report) fn coordinate(axis: &Axis, value: f64) -> String {
+    let unit = match axis.unit {
+        Unit::Radian => "°",
+        Unit::One => "",
+    };
+    format!("{}{unit}", (axis.file_value(value) * 1e6).round() / 1e6)
+}
+
 /// A square of a plate.
 #[derive(Clone, Copy)]
 pub(super) struct Plot {
@@ -274,7 +283,12 @@ pub(super) fn text_upwards(canvas: &mut Canvas, at: [f64; 2], text: &str, size: 
 }
 
 /// The colours of the stripes where there are no data.
-pub(super) const NO_DATA: [Ink; 2] = [[150; 3], [190; 3]];
+const NO_DATA: [Ink; 2] = [[150; 3], [190; 3]];
+
+/// The colour of a pixel without data, `columns` to a row, of stripes so many pixels wide.
+pub(super) fn hatched(pixel: usize, columns: usize, stripe: usize) -> Ink {
+    NO_DATA[(pixel % columns + pixel / columns) / stripe % 2]
+}
 
 /// Height of a bar, pixels.
 const HEIGHT: f64 = 14.0;

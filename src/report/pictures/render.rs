@@ -124,33 +124,36 @@ fn render(
     let lobes: Vec<_> = views
         .map(|i| lobe_table(brdfs, FRAC_PI_2 * (i as f64 + 0.5) / VIEWS as f64))
         .collect();
-    let rows = (0..resolution).into_par_iter().flat_map_iter(|row| {
-        let mut shader = Shader::new(brdfs, lighting, &light);
-        let lobes = &lobes;
-        (row * resolution..(row + 1) * resolution).map(move |pixel| {
-            let (places, _) = places(resolution, pixel);
-            // The parts of a pixel on the edge share its points, but for the few that each needs.
-            let points = match places.len() {
-                0 => return None,
-                1 => points,
-                n => points.div_ceil(n as u64).max(points.min(8)),
+    let shader = Shader {
+        brdfs,
+        lighting,
+        light: &light,
+    };
+    let pixel = |pixel: usize| {
+        let (places, _) = places(resolution, pixel);
+        // The parts of a pixel on the edge share its points, but for the few that each needs.
+        let points = match places.len() {
+            0 => return None,
+            1 => points,
+            n => points.div_ceil(n as u64).max(points.min(8)),
+        };
+        let mut sum = vec![Seen::default(); (brdfs.len() - 1).max(1)];
+        let share = 1.0 / places.len() as f64;
+        for (part, [x, y]) in places.iter().enumerate() {
+            let theta_o = x.hypot(*y).asin();
+            let nearest = (theta_o / FRAC_PI_2 * VIEWS as f64) as usize;
+            let lobe = Lobe {
+                table: &lobes[nearest.min(VIEWS - 1)],
+                omega_o: view_centered(theta_o, 0.0),
             };
-            let mut sum = vec![Seen::default(); (shader.brdfs.len() - 1).max(1)];
-            let share = 1.0 / places.len() as f64;
-            for (part, [x, y]) in places.iter().enumerate() {
-                let theta_o = x.hypot(*y).asin();
-                let nearest = (theta_o / FRAC_PI_2 * VIEWS as f64) as usize;
-                let lobe = Lobe {
-                    table: &lobes[nearest.min(VIEWS - 1)],
-                    omega_o: view_centered(theta_o, 0.0),
-                };
-                let seed = (pixel + part * resolution * resolution) as u64;
-                shader.pixel(&lobe, &Frame::new(*x, *y), seed, points, share, &mut sum);
-            }
-            Some(sum)
-        })
-    });
-    rows.collect()
+            let seed = (pixel + part * resolution * resolution) as u64;
+            let drawn = shader.draw(&lobe, &Frame::new(*x, *y), seed, points);
+            shader.shade(&drawn, share, &mut sum);
+        }
+        Some(sum)
+    };
+    let pixels = (0..resolution * resolution).into_par_iter();
+    pixels.map(pixel).collect()
 }
 
 /// Distribution of light directions by luminance times solid angle.
@@ -262,48 +265,27 @@ fn to_mirror(d: DVec3, omega_o: Direction) -> DVec3 {
     DVec3::new(o.z * d.x + o.x * d.z, d.y, o.z * d.z - o.x * d.x)
 }
 
-/// Shading of pixels, with buffers that a row of pixels shares.
+/// Shading of pixels.
 struct Shader<'a> {
     brdfs: &'a [&'a dyn Brdf],
     lighting: &'a dyn Lighting,
     light: &'a Distribution,
-    pairs: Vec<DirectionPair>,
-    /// Direction towards the light in the light's frame, and cos θ_i over twice the mean density.
-    towards: Vec<(Direction, f64)>,
-    radiance: Vec<[f64; 3]>,
 }
 
-impl<'a> Shader<'a> {
-    fn new(brdfs: &'a [&'a dyn Brdf], lighting: &'a dyn Lighting, light: &'a Distribution) -> Self {
-        Self {
-            brdfs,
-            lighting,
-            light,
-            pairs: Vec::new(),
-            towards: Vec::new(),
-            radiance: Vec::new(),
-        }
-    }
+/// Pairs of directions that were drawn, and radiance times cos θ_i over their density and number.
+type Drawn = (Vec<DirectionPair>, Vec<[f64; 3]>);
 
+impl Shader<'_> {
     /// Adds a share of a place of the sphere under each BRDF.
-    fn pixel(
-        &mut self,
-        lobe: &Lobe<'_>,
-        frame: &Frame,
-        seed: u64,
-        points: u64,
-        share: f64,
-        to: &mut [Seen],
-    ) {
-        self.look(lobe, frame, seed, points);
-        let first = values(self.brdfs[0], &self.pairs);
+    fn shade(&self, (pairs, radiances): &Drawn, share: f64, to: &mut [Seen]) {
+        let first = values(self.brdfs[0], pairs);
         for (i, to) in to.iter_mut().enumerate() {
             // Alone it is beside itself.
-            let other = self.brdfs.get(i + 1).map(|brdf| values(*brdf, &self.pairs));
+            let other = self.brdfs.get(i + 1).map(|brdf| values(*brdf, pairs));
             let both = first.iter().zip(other.as_ref().unwrap_or(&first));
             let mut seen = Seen::default();
             let [mut all, mut left_out] = [0.0; 2];
-            for (radiance, both) in self.radiance.iter().zip(both) {
+            for (radiance, both) in radiances.iter().zip(both) {
                 let light = luminance(*radiance);
                 all += light;
                 let (Some(f), Some(g)) = both else {
@@ -316,23 +298,26 @@ impl<'a> Shader<'a> {
                     }
                 }
             }
-            for (to, seen) in to
-                .images
-                .iter_mut()
-                .flatten()
-                .zip(seen.images.as_flattened())
-            {
+            let channels = to.images.as_flattened_mut().iter_mut();
+            for (to, seen) in channels.zip(seen.images.as_flattened()) {
                 *to += share * seen;
             }
             to.left_out += share * if all > 0.0 { left_out / all } else { 0.0 };
         }
     }
 
-    /// Draws directions of light, and their radiance.
-    fn look(&mut self, lobe: &Lobe<'_>, frame: &Frame, seed: u64, points: u64) {
+    /// Draws directions of light at a place of the sphere.
+    fn draw(&self, lobe: &Lobe<'_>, frame: &Frame, seed: u64, points: u64) -> Drawn {
         let omega_o = lobe.omega_o;
-        self.pairs.clear();
-        self.towards.clear();
+        let mut drawn = Drawn::default();
+        // `density` is the sum of both tables', twice the mean.
+        let mut push = |local: DVec3, towards: DVec3, density: f64| {
+            let omega_i = Direction::from_unit(local);
+            drawn.0.push(DirectionPair::new(omega_i, omega_o));
+            let light = self.lighting.radiance(Direction::from_unit(towards));
+            let weight = local.z / density;
+            drawn.1.push(light.map(|v| v * weight / points as f64));
+        };
         let mut sobol = Sobol::new(seed);
         for i in 0..points {
             let [a, b, u, v] = sobol.point(i);
@@ -341,29 +326,16 @@ impl<'a> Shader<'a> {
             if local.z > 0.0 {
                 let towards = world(frame.camera(local));
                 let of_light = self.light.pdf(towards);
-                self.push(local, omega_o, towards, of_lobe + of_light);
+                push(local, towards, of_lobe + of_light);
             }
             let (towards, of_light) = self.light.sample([u, v]);
             let local = frame.local(from_world(towards));
             if local.z > 0.0 {
                 let of_lobe = lobe.table.pdf(to_mirror(local, omega_o));
-                self.push(local, omega_o, towards, of_light + of_lobe);
+                push(local, towards, of_light + of_lobe);
             }
         }
-        self.radiance.clear();
-        for (towards, weight) in &self.towards {
-            let light = self.lighting.radiance(*towards);
-            self.radiance
-                .push(light.map(|v| v * weight / points as f64));
-        }
-    }
-
-    /// A direction drawn with a density that is the sum of both tables'.
-    fn push(&mut self, local: DVec3, omega_o: Direction, towards: DVec3, density: f64) {
-        let omega_i = Direction::from_unit(local);
-        self.pairs.push(DirectionPair::new(omega_i, omega_o));
-        let towards = Direction::from_unit(towards);
-        self.towards.push((towards, local.z / density));
+        drawn
     }
 }
 

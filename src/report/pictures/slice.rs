@@ -24,10 +24,7 @@ pub const THETA_O_DEG: f64 = 45.0;
 /// Channels of an image.
 pub(super) type Channels32 = SmallVec<[AnyChannel<FlatSamples>; 4]>;
 
-/// Writes the slice of a material and of its reconstruction.
-///
-/// # Errors
-/// Whatever `out` reports.
+/// Writes the slice of a material and of its reconstruction; errors are those of `out`.
 pub fn write_slice(
     truth: &dyn Brdf,
     reconstruction: &dyn Brdf,

@@ -1,8 +1,8 @@
 //! A BRDF in the planes of the first two axes of parametrizations (Figs. 3 to 5 of Barla et al.
 //! 2015, bottom).
 
-use super::plates::Plates;
-use super::plot::{NO_DATA, OUTSIDE, Plane, Plot, Swatch, bar, log_ticks, middles, swatches, text};
+use super::plates::{Pixel, Plates, meanings, raster};
+use super::plot::{Plane, Plot, bar, log_ticks, middles, text};
 use crate::brdf::Brdf;
 use crate::numeric::luminance;
 use crate::parametrization::ParametrizationSpec;
@@ -18,24 +18,13 @@ use std::io::{self, Seek, Write};
 /// Most isolines from the darkest to the brightest.
 const LEVELS: f64 = 24.0;
 
-/// A pixel of a plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Pixel {
-    /// A direction lies below the horizon.
-    Outside,
-    /// The BRDF has no data here.
-    Missing,
-    /// f_r in R, G, B, sr⁻¹.
-    Value([f64; 3]),
-}
-
 /// Planes of a BRDF: one per parametrization and azimuth.
 pub struct BrdfSlices {
     plates: Plates,
     resolution: usize,
     channel_names: &'static [&'static str],
-    /// Planes of the first parametrization first; row after row from the top.
-    pixels: Vec<Vec<Pixel>>,
+    /// f_r in R, G, B, sr⁻¹: planes of the first parametrization first, row after row from the top.
+    pixels: Vec<Vec<Pixel<[f64; 3]>>>,
 }
 
 impl BrdfSlices {
@@ -62,11 +51,9 @@ impl BrdfSlices {
 
     /// Every luminance above 0, from small to large.
     fn shown(&self) -> Vec<f64> {
-        let values = self.pixels.iter().flatten().filter_map(|p| match p {
-            Pixel::Value(rgb) => Some(luminance(*rgb)).filter(|v| *v > 0.0),
-            _ => None,
-        });
-        let mut values: Vec<_> = values.collect();
+        let values = self.pixels.iter().flatten().filter_map(Pixel::value);
+        let values = values.map(|rgb| luminance(*rgb));
+        let mut values: Vec<_> = values.filter(|v| *v > 0.0).collect();
         values.sort_by(f64::total_cmp);
         values
     }
@@ -78,18 +65,19 @@ impl BrdfSlices {
         let title = format!("{material}: BRDF in slices of coordinates, luminance (sr⁻¹)");
         let draw = |canvas: &mut Canvas, plot: &Plot, place: usize| {
             let pixels = &self.pixels[place];
-            self.raster(canvas, plot, pixels, tone.as_ref());
-            let logs: Vec<_> = pixels.iter().map(log).collect();
+            raster(canvas, plot, pixels, |rgb| match &tone {
+                Some(tone) => ramp(tone.place(luminance(*rgb))),
+                None => [0; 3],
+            });
+            // Black is darker than any level.
+            let log = |rgb: &[f64; 3]| luminance(*rgb).max(1e-300).ln();
+            let logs: Vec<_> = pixels.iter().map(|p| p.value().map(log)).collect();
             for (level, ink) in tone.iter().flat_map(Tone::isolines) {
                 plot.isolines(canvas, &logs, level.ln(), ink, 0.7);
             }
         };
         self.plates.svg(&title, draw, |canvas, [middle, below]| {
-            let mut meanings = vec![Swatch::OUTSIDE];
-            if self.pixels.iter().flatten().any(|p| *p == Pixel::Missing) {
-                meanings.push(Swatch::NO_DATA);
-            }
-            swatches(canvas, [middle, below + 78.0], &meanings);
+            meanings(canvas, [middle, below], &self.pixels);
             match &tone {
                 Some(tone) => tone.key(canvas, [middle, below + 14.0]),
                 None => text(canvas, [middle, below + 20.0], "all is black", 12.0, false),
@@ -97,31 +85,15 @@ impl BrdfSlices {
         })
     }
 
-    fn raster(&self, canvas: &mut Canvas, plot: &Plot, pixels: &[Pixel], tone: Option<&Tone>) {
-        let colour = |(i, pixel): (usize, &Pixel)| match pixel {
-            Pixel::Outside => OUTSIDE,
-            Pixel::Value(rgb) => tone.map_or([0; 3], |tone| ramp(tone.place(luminance(*rgb)))),
-            Pixel::Missing => no_data(i, self.resolution),
-        };
-        let colours: Vec<_> = pixels.iter().enumerate().map(colour).collect();
-        plot.raster(canvas, &colours)
-    }
-
     /// Writes one OpenEXR file with a layer a plane, named `hybrid.phi_30` (22.5° is `22p5`), each with `Y` or linear
-    /// `R`, `G`, `B` (f_r, sr⁻¹), and `A`: 1 where there is a value.
-    ///
-    /// # Errors
-    /// Whatever `out` reports.
+    /// `R`, `G`, `B` (f_r, sr⁻¹), and `A`: 1 where there is a value; errors are those of `out`.
     pub fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
         let mut list = Channels32::new();
         for ((plane, phi), pixels) in self.plates.each().zip(&self.pixels) {
             // A second point would begin a layer of its own.
             let phi = phi.to_string().replace('.', "p");
             let layer = format!("{}.phi_{phi}.", plane.name);
-            let value = |p: &Pixel| match p {
-                Pixel::Value(rgb) => (*rgb, 1.0),
-                _ => Default::default(),
-            };
+            let value = |p: &Pixel<_>| p.value().map_or_else(Default::default, |rgb| (*rgb, 1.0));
             let pixels: Vec<_> = pixels.iter().map(value).collect();
             push_layer(&mut list, &layer, self.channel_names, &pixels);
         }
@@ -129,13 +101,13 @@ impl BrdfSlices {
     }
 }
 
-/// The colour of a pixel without data, of stripes.
-pub(super) fn no_data(pixel: usize, resolution: usize) -> Ink {
-    NO_DATA[(pixel % resolution + pixel / resolution) % 10 / 5]
-}
-
 /// A BRDF at the middles of the pixels of a plane, at an azimuth (rad).
-pub(super) fn look(brdf: &dyn Brdf, plane: &Plane, phi: f64, resolution: usize) -> Vec<Pixel> {
+pub(super) fn look(
+    brdf: &dyn Brdf,
+    plane: &Plane,
+    phi: f64,
+    resolution: usize,
+) -> Vec<Pixel<[f64; 3]>> {
     let pair = |p| plane.form.inverse(&plane.coords(p, phi));
     let pairs: Vec<_> = middles(resolution).map(pair).collect();
     let inside: Vec<_> = pairs.iter().flatten().copied().collect();
@@ -145,14 +117,6 @@ pub(super) fn look(brdf: &dyn Brdf, plane: &Plane, phi: f64, resolution: usize) 
         Some(_) => found.next().flatten().map_or(Pixel::Missing, Pixel::Value),
     };
     pairs.iter().map(pixel).collect()
-}
-
-fn log(pixel: &Pixel) -> Option<f64> {
-    match pixel {
-        // Black is darker than any level.
-        Pixel::Value(rgb) => Some(luminance(*rgb).max(1e-300).ln()),
-        _ => None,
-    }
 }
 
 /// Colours and isolines of luminance.

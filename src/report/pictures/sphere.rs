@@ -120,10 +120,7 @@ impl SphereImage {
     }
 
     /// Writes an OpenEXR file with `A`, the share of a pixel that the sphere covers, and linear `R`, `G`,
-    /// `B`, which are multiplied by it.
-    ///
-    /// # Errors
-    /// Whatever `out` reports.
+    /// `B`, which are multiplied by it; errors are those of `out`.
     pub(crate) fn write_exr(&self, out: &mut (impl Write + Seek)) -> io::Result<()> {
         let mut list = Channels32::new();
         push_layer(&mut list, "", &["R", "G", "B"], &self.covered());

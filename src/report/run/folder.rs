@@ -1,36 +1,10 @@
-//! The folder of a run.
+//! The folder of a run: its records in [`Record::FILE`], one a line, appended as they come, from which a run goes on; all wall
+//! times in [`TIMINGS`], so that every other file of equal runs is equal; [`CONFIG`]; and [`MANIFEST`], which is written last.
 //!
-//! ```text
-//! results.jsonl   one record per line, appended as they come; a run goes on from here
-//! timings.jsonl   all wall times; every other file of equal runs is equal
-//! config.toml     the resolved config; running it again gives the same results
-//! manifest.json   version, status, inputs, files; written last
-//! ```
-//!
-//! Records of a moment experiment are in `profiles.jsonl`, those of relations in `relations.jsonl`.
-//! At the end come tables and pictures of the records:
-//!
-//! ```text
-//! results.csv       the rows of the config in its order
-//! results.parquet   if asked: the same with typed columns
-//! ranking.csv       every choice at every allowance with its statistics
-//! report.html       rankings, comparisons and a verdict
-//! timings.svg       the errors against the wall times of timings.jsonl
-//! pictures/         the pictures of the report
-//! schedules/        if asked: one file per schedule
-//! slices/           if asked: one picture per reconstruction
-//! profiles.csv      one row per material, channel and view
-//! fits.csv          one row per material: what its profiles have been fitted with
-//! correlations.csv  one row per group and pair of quantities
-//! summary.json      one object per group: what its materials have in common
-//! relations.csv     one row per material, lighting, view and way to move it
-//! figures/          diagrams
-//! ```
-//!
-//! Every file but those of the records and their times is whole or not there.
+//! At the end come tables and pictures of the records. Every file but those of the records and their times is whole or not there.
 
 use super::manifest::{MANIFEST, Manifest};
-use super::rows::RowFile;
+use super::rows::{RowFile, no_folder, unwritable};
 use super::timings::{Machine, TIMINGS, remove};
 use crate::error::Error;
 use crate::experiment::{
@@ -45,32 +19,32 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Table;
 
-/// The resolved config of a run.
+/// The resolved config of a run: running it again gives the same results.
 pub const CONFIG: &str = "config.toml";
 const CONFIG_HEAD: &str = "\
 # Every key of this run with its value; running this file gives the same results.
 # Paths are relative to the folder that gonio is started in.
 
 ";
-/// The rows of an acquisition as a table.
+/// The rows of an acquisition as a table, in the order of the config.
 pub const RESULTS: &str = "results.csv";
 /// [`RESULTS`] with typed columns.
 pub const PARQUET: &str = "results.parquet";
-/// The table of every choice with its statistics.
+/// Every choice at every allowance with its statistics.
 pub const RANKING: &str = "ranking.csv";
-/// The report of a study.
+/// The report of a study: rankings, comparisons and a verdict.
 pub const REPORT: &str = "report.html";
 /// Errors against wall times: a picture of `timings.jsonl`.
 pub const TIMES: &str = "timings.svg";
-/// The profiles of a moment experiment as a table.
+/// The profiles of a moment experiment: a row per material, channel and view.
 pub const PROFILES: &str = "profiles.csv";
-/// The tables of a moment experiment beside its profiles.
+/// What the profiles of each material have been fitted with.
 pub const FITS: &str = "fits.csv";
-/// See [`FITS`].
+/// A row per group of materials and pair of quantities.
 pub const CORRELATIONS: &str = "correlations.csv";
-/// See [`FITS`].
+/// What the materials of each group have in common.
 pub const SUMMARY: &str = "summary.json";
-/// The relations as a table.
+/// The relations: a row per material, lighting, view and way to move it.
 pub const RELATIONS: &str = "relations.csv";
 
 /// Files made from all records: removed as soon as there is another record.
@@ -92,9 +66,9 @@ named! {
     /// A folder within a run's.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Below {
-        /// Files of schedules.
+        /// One file per schedule, if asked.
         Schedules = "schedules",
-        /// Pictures of slices.
+        /// One picture per reconstruction, if asked.
         Slices = "slices",
         /// Diagrams of a moment experiment or of relations.
         Figures = "figures",
@@ -103,7 +77,14 @@ named! {
     }
 }
 
-/// A run's folder while the run goes on; `R` is its record.
+impl Below {
+    /// A file in it, relative to the folder of a run.
+    fn file(self, name: &str) -> String {
+        format!("{}/{name}", self.name())
+    }
+}
+
+/// A run's folder while the run goes on; `R` is its record. What cannot be written is [`Error::Output`].
 pub struct RunFolder<R> {
     dir: PathBuf,
     file: RowFile,
@@ -125,10 +106,7 @@ impl<R: Record> RunFolder<R> {
     /// [`Error::Output`] if it cannot be written to, if a run is going on there, or if something
     /// else is; [`Error::Data`] if its records cannot be read.
     pub fn open(dir: &Path, force: bool, resolved: &Table) -> Result<Self, Error> {
-        let failed = |e: io::Error| {
-            let message = format!("cannot write to this folder: {e}; choose another with -o");
-            Error::output(dir, message)
-        };
+        let failed = |e| no_folder(dir, &e);
         if dir.exists() && !dir.is_dir() {
             return Err(Error::output(
                 dir,
@@ -215,9 +193,6 @@ impl<R: Record> RunFolder<R> {
 
     /// Appends records and hands them to the system, so that a crash of the program loses none of
     /// them, and one of the machine those of a second.
-    ///
-    /// # Errors
-    /// [`Error::Output`].
     pub(crate) fn write_rows(&mut self, rows: &[R]) -> Result<(), Error> {
         if rows.is_empty() {
             return Ok(());
@@ -236,9 +211,6 @@ impl<R: Record> RunFolder<R> {
     }
 
     /// Writes one of the named files at the top of the folder.
-    ///
-    /// # Errors
-    /// [`Error::Output`].
     pub(crate) fn write_file(
         &mut self,
         name: &'static str,
@@ -253,22 +225,18 @@ impl<R: Record> RunFolder<R> {
     }
 
     /// Writes a file in one of the folders below.
-    ///
-    /// # Errors
-    /// [`Error::Output`].
     pub(crate) fn write_below(
         &mut self,
         below: Below,
         name: &str,
         body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
     ) -> Result<(), Error> {
-        let dir = self.dir.join(below.name());
-        let path = dir.join(name);
-        self.file
-            .is_there()
-            .and_then(|()| fs::create_dir_all(&dir))
-            .and_then(|()| write_atomically(&path, body))
-            .map_err(|e| unwritable(&path, &e))?;
+        let file = below.file(name);
+        let path = self.dir.join(&file);
+        let there = self.file.is_there();
+        let there = there.and_then(|()| fs::create_dir_all(self.dir.join(below.name())));
+        let written = there.and_then(|()| write_atomically(&path, body));
+        written.map_err(|e| unwritable(&path, &e))?;
         let stage = match below {
             Below::Schedules => Stage::Report,
             Below::Slices | Below::Figures | Below::Pictures => {
@@ -277,22 +245,18 @@ impl<R: Record> RunFolder<R> {
             }
         };
         self.wrote(&path, stage);
-        self.files.insert(format!("{}/{name}", below.name()));
+        self.files.insert(file);
         Ok(())
     }
 
     /// Writes a picture, unless it is there: its name stands for its contents.
-    ///
-    /// # Errors
-    /// [`Error::Output`].
     pub(crate) fn write_picture<T: AsRef<[u8]>>(
         &mut self,
         name: &str,
         body: impl FnOnce() -> T,
     ) -> Result<(), Error> {
         if self.has(Below::Pictures, name) {
-            let name = format!("{}/{name}", Below::Pictures.name());
-            self.files.insert(name);
+            self.files.insert(Below::Pictures.file(name));
             return Ok(());
         }
         let bytes = body();
@@ -300,9 +264,6 @@ impl<R: Record> RunFolder<R> {
     }
 
     /// Takes over the files below another folder that are not here.
-    ///
-    /// # Errors
-    /// [`Error::Output`].
     pub(crate) fn copy_below(&mut self, from: &Path) -> Result<(), Error> {
         for below in Below::ALL {
             let Ok(entries) = fs::read_dir(from.join(below.name())) else {
@@ -323,13 +284,13 @@ impl<R: Record> RunFolder<R> {
 
     /// True if a file is in one of the folders below and need not be drawn again.
     pub(crate) fn has(&self, below: Below, name: &str) -> bool {
-        let drawn = self.files.contains(&format!("{}/{name}", below.name()));
-        drawn || (!self.redraw && self.dir.join(below.name()).join(name).exists())
+        let file = below.file(name);
+        self.files.contains(&file) || (!self.redraw && self.dir.join(file).exists())
     }
 
     /// The bytes of a file in one of the folders below, if it is there.
     pub(crate) fn below(&self, below: Below, name: &str) -> Option<Vec<u8>> {
-        fs::read(self.dir.join(below.name()).join(name)).ok()
+        fs::read(self.dir.join(below.file(name))).ok()
     }
 
     /// True if nothing was changed since the folder was opened: a finished run is still one.
@@ -338,9 +299,6 @@ impl<R: Record> RunFolder<R> {
     }
 
     /// Ends a run: sorts the records by the order of `keys`, and writes the manifest.
-    ///
-    /// # Errors
-    /// [`Error::Output`].
     pub(crate) fn finish(
         mut self,
         keys: &[RowKey],
@@ -356,10 +314,9 @@ impl<R: Record> RunFolder<R> {
         for below in Below::ALL {
             // Those of an earlier run of the same config.
             let entries = fs::read_dir(self.dir.join(below.name()));
-            for entry in entries.into_iter().flatten().flatten() {
-                let name = entry.file_name().to_string_lossy().into_owned();
-                self.files.insert(format!("{}/{name}", below.name()));
-            }
+            let names = entries.into_iter().flatten().flatten();
+            let names = names.map(|entry| below.file(&entry.file_name().to_string_lossy()));
+            self.files.extend(names);
         }
         manifest.files = self.files.iter().cloned().collect();
         write_atomically(&self.dir.join(MANIFEST), |out| {
@@ -405,10 +362,6 @@ fn config_text(resolved: &Table) -> Result<String, Error> {
 fn holds(dir: &Path, config: &str) -> bool {
     let there = files::read(&dir.join(CONFIG), files::CONFIG_LIMIT);
     there.is_ok_and(|there| there == config.as_bytes())
-}
-
-fn unwritable(path: &Path, e: &io::Error) -> Error {
-    Error::output(path, format!("cannot write this file: {e}"))
 }
 
 /// The manifest of a folder; `null` if there is none.

@@ -35,10 +35,7 @@ impl RowFile {
     /// Opens the file, which is made if need be.
     pub(crate) fn open(dir: &Path, name: &str) -> Result<Self, Error> {
         let path = dir.join(name);
-        let failed = |e: io::Error| {
-            let message = format!("cannot write to this folder: {e}; choose another with -o");
-            Error::output(dir, message)
-        };
+        let failed = |e| no_folder(dir, &e);
         // A pipe would open, and have no end.
         if path.exists() {
             files::open(&path).map_err(failed)?;
@@ -67,9 +64,8 @@ impl RowFile {
         let whole = read(&self.path, &self.file, &times, |row| {
             rows.push(Arc::new(row))
         })?;
-        self.file
-            .set_len(whole)
-            .map_err(|e| Error::output(&self.path, format!("cannot write this file: {e}")))?;
+        let cut = self.file.set_len(whole);
+        cut.map_err(|e| unwritable(&self.path, &e))?;
         Ok(rows)
     }
 
@@ -85,8 +81,6 @@ impl RowFile {
 
     /// Drops all records, of whatever version; a file that holds something else is left alone.
     pub(crate) fn clear<R: Record>(&mut self) -> Result<(), Error> {
-        let unwritable =
-            |e: io::Error| Error::output(&self.path, format!("cannot write this file: {e}"));
         let mut first = String::new();
         let mut start = (&self.file).take(FIRST_LINE);
         // What is no text is no record.
@@ -103,8 +97,8 @@ impl RowFile {
             );
             return Err(Error::data(&self.path, message));
         }
-        self.file.set_len(0).map_err(unwritable)?;
-        self.timings.clear().map_err(unwritable)
+        let cleared = self.file.set_len(0).and_then(|()| self.timings.clear());
+        cleared.map_err(|e| unwritable(&self.path, &e))
     }
 
     /// Appends records: they are with the system when this returns, and on the disk a second later.
@@ -142,6 +136,17 @@ impl RowFile {
         })?;
         self.timings.finish(&times, machine)
     }
+}
+
+/// What is wrong with a folder that cannot be written to.
+pub(super) fn no_folder(dir: &Path, e: &io::Error) -> Error {
+    let message = format!("cannot write to this folder: {e}; choose another with -o");
+    Error::output(dir, message)
+}
+
+/// What is wrong with a file that cannot be written.
+pub(super) fn unwritable(path: &Path, e: &io::Error) -> Error {
+    Error::output(path, format!("cannot write this file: {e}"))
 }
 
 #[cfg(unix)]

@@ -99,14 +99,9 @@ struct Stroke {
 }
 
 impl Canvas {
-    /// A white picture of a size in pixels with what `body` draws, as an SVG text.
-    pub(crate) fn draw(size: [f64; 2], body: impl FnOnce(&mut Canvas)) -> String {
-        Self::titled("", size, 0.0, body)
-    }
-
-    /// The picture with a title, whose further lines are notes in smaller letters; the middle of its first line is at the
-    /// height `y`. A title is never cut: one that is wider than the picture has several lines, and what `body` draws is
-    /// lower by these.
+    /// A white picture of a size in pixels with what `body` draws, as an SVG text. Further lines of its title are notes in
+    /// smaller letters; the middle of the first one is at the height `y`. A title is never cut: one that is wider than the
+    /// picture has several lines, and what `body` draws is lower by these.
     pub(crate) fn titled(
         title: &str,
         [width, height]: [f64; 2],
@@ -123,11 +118,8 @@ impl Canvas {
             } else {
                 (NOTE, NOTE_LINE)
             };
-            let how = Lettering::new(size, Align::Middle);
-            let how = Lettering {
-                bold: i == 0,
-                ..how
-            };
+            let mut how = Lettering::new(size, Align::Middle);
+            how.bold = i == 0;
             for text in wrapped(part, 1.08 * size, width - 2.0 * SIDES) {
                 lower += line;
                 above.text([0.5 * width, y + lower], &text, how);
@@ -137,14 +129,10 @@ impl Canvas {
         let [width, height] = [width, height + lower].map(|s| s.clamp(1.0, 1e5).ceil());
         let (drawn, images, texts) = (canvas.drawn, canvas.images, subscripts(&canvas.texts));
         let (above, w, h) = (subscripts(&above.texts), width * UNITS, height * UNITS);
-        let group = match lower {
-            0.0 => [String::new(), String::new()],
-            lower => [
-                format!("<g transform=\"translate(0 {})\">\n", lower * UNITS),
-                "</g>\n".into(),
-            ],
+        let (start, end) = match lower * UNITS {
+            0.0 => (String::new(), ""),
+            y => (format!("<g transform=\"translate(0 {y})\">\n"), "</g>\n"),
         };
-        let [start, end] = group;
         // The paper has a class, so that a page may take it away.
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \

@@ -38,7 +38,7 @@ pub fn forest_svg(forest: &Forest) -> String {
     let width = beside.max(MARGIN + 1.08 * widest(&mut groups.iter())) + MARGIN;
     let size = [width, bottom + 2.0 * axis::SIZE + 2.0 * LABEL + 8.0];
     let place = |v: f64| x.place(v).map(|t| left + t.clamp(0.0, 1.0) * WIDTH);
-    Canvas::draw(size, |canvas| {
+    Canvas::titled("", size, 0.0, |canvas| {
         // Beside the lines of each group: its name, above them, may be wide and stays clear.
         let mut top = MARGIN;
         for group in &forest.groups {
@@ -60,15 +60,12 @@ pub fn forest_svg(forest: &Forest) -> String {
             let at = left + t * WIDTH;
             canvas.line(&[[at, bottom], [at, bottom + 3.0]], FRAME, 0.8);
         }
-        for (t, _) in &x.labelled {
-            let at = left + t * WIDTH;
-            canvas.line(&[[at, bottom], [at, bottom + 5.0]], FRAME, 0.8);
-        }
-        canvas.line(&[[left, bottom], [left + WIDTH, bottom]], FRAME, 0.8);
         for (t, label) in &x.labelled {
             let at = left + t * WIDTH;
+            canvas.line(&[[at, bottom], [at, bottom + 5.0]], FRAME, 0.8);
             canvas.text([at, bottom + 6.0 + 0.6 * axis::SIZE], label, how);
         }
+        canvas.line(&[[left, bottom], [left + WIDTH, bottom]], FRAME, 0.8);
         how.size = LABEL;
         let label = fitted(&forest.label, LABEL, width - 2.0 * MARGIN);
         let below = bottom + 4.0 + 1.3 * axis::SIZE + LABEL;

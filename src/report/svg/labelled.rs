@@ -26,7 +26,7 @@ pub fn labelled(panel: &Panel) -> String {
     // A line for each name.
     let named = panel.series.iter().filter(|s| !s.name.is_empty()).count();
     let plot = [PLOT[0], PLOT[1].max(LINE * named as f64)];
-    let mut sheet = Sheet::sized("", &panels, 1, plot);
+    let mut sheet = Sheet::new("", &panels, 1, plot);
     let lines: Vec<&Series> = panel
         .series
         .iter()
@@ -39,7 +39,7 @@ pub fn labelled(panel: &Panel) -> String {
     let placed = &sheet.panels[0];
     let right = placed.at[0] + sheet.plot[0];
     sheet.size[0] = sheet.size[0].max(right + GAP + widest + MARGIN);
-    Canvas::draw(sheet.size, |canvas| {
+    Canvas::titled("", sheet.size, 0.0, |canvas| {
         sheet.draw(canvas);
         let placed = &sheet.panels[0];
         let mut ends = Vec::new();

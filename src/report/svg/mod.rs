@@ -38,12 +38,15 @@ pub(in crate::report) const GRID: Ink = [228, 228, 228];
 const FAINT: Ink = [130, 130, 130];
 
 /// Draws panels row after row, `columns` in a row (at least one), below a title, whose further lines are notes in
-/// smaller letters.
-///
-/// Names of series stand below the panels: once if no two are of one colour and mark, else below each.
-/// Equal panels give equal bytes.
+/// smaller letters. Names of series stand below the panels: once if no two are of one colour and mark, else below each.
 pub fn svg(title: &str, panels: &[Panel], columns: usize) -> String {
-    let sheet = Sheet::new(title, panels, columns);
+    let columns = columns.clamp(1, panels.len().max(1));
+    let plot = if columns == 1 {
+        [560.0, 340.0]
+    } else {
+        [380.0, 250.0]
+    };
+    let sheet = Sheet::new(title, panels, columns, plot);
     Canvas::titled(title, sheet.size, MARGIN + 0.7 * TITLE, |canvas| {
         sheet.draw(canvas)
     })
@@ -73,18 +76,8 @@ struct Placed<'a> {
 }
 
 impl<'a> Sheet<'a> {
-    fn new(title: &'a str, panels: &'a [Panel], columns: usize) -> Self {
-        let columns = columns.clamp(1, panels.len().max(1));
-        let plot = if columns == 1 {
-            [560.0, 340.0]
-        } else {
-            [380.0, 250.0]
-        };
-        Self::sized(title, panels, columns, plot)
-    }
-
-    /// The layout with frames of a given width and height, pixels.
-    fn sized(title: &'a str, panels: &'a [Panel], columns: usize, plot: [f64; 2]) -> Self {
+    /// The layout with `columns` frames in a row, of a given width and height, pixels.
+    fn new(title: &'a str, panels: &'a [Panel], columns: usize, plot: [f64; 2]) -> Self {
         let rulers = panels.iter().map(|panel| {
             let points = || panel.series.iter().flat_map(|s| s.points.iter());
             let shown = |p: &(f64, Option<f64>)| p.1.filter(|y| y.is_finite()).map(|_| p.0);

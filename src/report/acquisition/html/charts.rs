@@ -1,7 +1,7 @@
 //! The diagrams of a report.
 
 use super::super::findings::{Against, compared_at, level, method_beside};
-use super::super::order::{best_at, best_of_each, error_of, is_printed, sampling, whole};
+use super::super::order::{best_at, best_of_each, error_of, is_printed, sampling, wholes};
 use super::super::verdict::{Contest, number, of_all, said};
 use super::figure::chart;
 use super::materials::Material;
@@ -321,16 +321,13 @@ fn panel(ranking: &Ranking, lines: &[&Line], cost: &Cost, looks: &Looks) -> Pane
 
 /// Points of a line at a cost, where it has errors of all materials: means over fewer are others.
 fn course(line: &Line, cost: fn(&Cell) -> Option<f64>) -> Vec<Point> {
-    let cells = (0..line.cells.len()).filter_map(|a| whole(line, a));
-    cells
-        .filter_map(|c| Some((cost(c)?, Some(c.mean))))
-        .collect()
+    let points = wholes(line).filter_map(|c| Some((cost(c)?, Some(c.mean))));
+    points.collect()
 }
 
 /// Lines across the points of a curve, over the ranges of their costs where these are known.
 fn ranges(line: &Line, cost: &Cost) -> Vec<Point> {
-    let cells = (0..line.cells.len()).filter_map(|a| whole(line, a));
-    let each = cells.filter_map(|c| Some(((cost.range)(c)?, c.mean)));
+    let each = wholes(line).filter_map(|c| Some(((cost.range)(c)?, c.mean)));
     let ends = each.flat_map(|([low, high], y)| [(low, Some(y)), (high, Some(y)), (high, None)]);
     ends.collect()
 }

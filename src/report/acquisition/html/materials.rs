@@ -5,7 +5,7 @@ use super::figure::figures;
 use super::{MaterialPictures, folded, sampling_name};
 use crate::experiment::{Choice, Row};
 use crate::report::acquisition::table::error;
-use crate::report::each_once;
+use crate::report::{each_once, first_of_each};
 use crate::statistics::{EXACT, geometric_mean, is_exact};
 use maud::{Markup, html};
 use std::collections::{HashMap, HashSet};
@@ -45,6 +45,7 @@ pub(super) struct Line {
 }
 
 /// The best reconstruction: its name and coordinates, `nrmse` and readings, means over seeds.
+#[derive(Clone)]
 pub(super) struct Best {
     pub method: String,
     pub error: f64,
@@ -71,13 +72,9 @@ pub(super) fn tables(rows: &[&Row], allowances: &[String]) -> Vec<Material> {
     let mut seen = HashSet::new();
     let all = rows.iter().map(|r| r.choice());
     let choices: Vec<Choice> = all.filter(|c| seen.insert(c.clone())).collect();
-    let mut samplings: Vec<&Choice> = Vec::new();
-    for choice in &choices {
-        let sampling = |c: &Choice| [&c.parametrization, &c.warp].map(String::clone);
-        if !samplings.iter().any(|s| sampling(s) == sampling(choice)) {
-            samplings.push(choice);
-        }
-    }
+    let samplings = first_of_each(&choices, |a, b| {
+        a.parametrization == b.parametrization && a.warp == b.warp
+    });
     let methods = each_once(choices.iter().map(|choice| Choice {
         parametrization: String::new(),
         warp: String::new(),
@@ -97,16 +94,18 @@ pub(super) fn tables(rows: &[&Row], allowances: &[String]) -> Vec<Material> {
             readings: geometric_mean(&readings)?,
         })
     };
-    let best = |at: [&str; 3], sampling: &Choice| {
-        let all = methods.iter().filter_map(|m| found(at, sampling, m));
-        all.min_by(|x, y| x.error.total_cmp(&y.error))
-    };
-    let course = |material, measure, sampling: &Choice| {
-        let of = |m: &Choice| -> Vec<Best> {
-            let all = allowances.iter();
-            all.filter_map(|a| found([material, measure, a], sampling, m))
+    let line = |material, measure, sampling: &Choice| {
+        let of = |m: &Choice| -> Vec<Option<Best>> {
+            let each = allowances.iter();
+            each.map(|a| found([material, measure, a], sampling, m))
                 .collect()
         };
+        let all: Vec<_> = methods.iter().map(of).collect();
+        let best = |a: usize| {
+            let found = all.iter().filter_map(|of| of[a].clone());
+            found.min_by(|x, y| x.error.total_cmp(&y.error))
+        };
+        let best = (0..allowances.len()).map(best).collect();
         let mean = |course: &[Best]| {
             let logs = course.iter().map(|b| b.error.max(EXACT).ln());
             logs.sum::<f64>() / course.len().max(1) as f64
@@ -115,15 +114,12 @@ pub(super) fn tables(rows: &[&Row], allowances: &[String]) -> Vec<Material> {
             let fewer = y.len().cmp(&x.len());
             fewer.then(mean(x).total_cmp(&mean(y)))
         };
-        methods.iter().map(of).min_by(better).unwrap_or_default()
-    };
-    let line = |material, measure, sampling: &Choice| Line {
-        choice: sampling.clone(),
-        best: allowances
-            .iter()
-            .map(|a| best([material, measure, a], sampling))
-            .collect(),
-        course: course(material, measure, sampling),
+        let courses = all.into_iter().map(|of| of.into_iter().flatten().collect());
+        Line {
+            choice: sampling.clone(),
+            best,
+            course: courses.min_by(better).unwrap_or_default(),
+        }
     };
     let mut seen = HashSet::new();
     let firsts = rows.iter().filter(|r| seen.insert(&r.material));

@@ -77,44 +77,8 @@ pub fn html(
             materials::section(i, m, &findings.allowances, own, curves)
         })
         .collect();
-    let mut sections = vec![Section::new(
-        "verdict",
-        "Verdict",
-        verdict::section(findings, &looks),
-    )];
-    if let Some(body) = ranking::section(findings) {
-        sections.push(Section {
-            contents: rankings(findings),
-            ..Section::new("ranking", "Ranking", body)
-        });
-    }
-    let optional = [
-        (
-            "duels",
-            "Comparisons in pairs",
-            duels::section(findings, &looks),
-        ),
-        (
-            "curves",
-            "Error against cost",
-            charts::curves(findings, &looks),
-        ),
-        (
-            "calibration",
-            "Expected errors",
-            calibrations(findings, &looks),
-        ),
-        ("levels", "Readings for moments", levels(findings)),
-        ("variance", "Shares of the variance", variance(findings)),
-        (
-            "figures",
-            "Coordinates",
-            (!general.is_empty()).then(|| figures(general)),
-        ),
-    ];
-    let optional = optional.into_iter();
-    sections.extend(optional.filter_map(|(id, title, body)| Some(Section::new(id, title, body?))));
-    let of_materials = (!materials.is_empty()).then(|| Section {
+    let of_materials = Section {
+        body: (!materials.is_empty()).then(materials::legend),
         contents: page! {
             " " span.many {
                 @for (i, m) in materials.iter().enumerate() {
@@ -124,14 +88,31 @@ pub fn html(
             }
         },
         below: page! { @for section in of_materials { (section) } },
-        ..Section::new("materials", "Materials", materials::legend())
-    });
-    sections.extend(of_materials);
-    sections.push(Section::new(
-        "manifest",
-        "Config and inputs",
-        made_by::section(manifest, &plan.resolved),
-    ));
+        ..Section::new("materials", "Materials", None)
+    };
+    let ranking = Section {
+        contents: rankings(findings),
+        ..Section::new("ranking", "Ranking", ranking::section(findings))
+    };
+    let verdict = verdict::section(findings, &looks);
+    let duels = duels::section(findings, &looks);
+    let curves = charts::curves(findings, &looks);
+    let expected = calibrations(findings, &looks);
+    let figures = (!general.is_empty()).then(|| figures(general));
+    let made_by = made_by::section(manifest, &plan.resolved);
+    let mut sections = vec![
+        Section::new("verdict", "Verdict", Some(verdict)),
+        ranking,
+        Section::new("duels", "Comparisons in pairs", duels),
+        Section::new("curves", "Error against cost", curves),
+        Section::new("calibration", "Expected errors", expected),
+        Section::new("levels", "Readings for moments", levels(findings)),
+        Section::new("variance", "Shares of the variance", variance(findings)),
+        Section::new("figures", "Coordinates", figures),
+        of_materials,
+        Section::new("manifest", "Config and inputs", Some(made_by)),
+    ];
+    sections.retain(|section| section.body.is_some());
     let body = page! {
         nav aria-label="Contents" {
             details {
@@ -143,7 +124,7 @@ pub fn html(
         }
         main {
             @for of in &sections {
-                section id=(of.id) { h2 { (of.title) } (of.body) }
+                section id=(of.id) { h2 { (of.title) } @if let Some(body) = &of.body { (body) } }
                 (of.below)
             }
         }
@@ -179,10 +160,12 @@ pub(crate) fn frame(title: &str, heading: &str, body: Markup) -> String {
 }
 
 /// A section of a report, which the contents list.
+#[derive(Default)]
 struct Section {
     id: &'static str,
     title: &'static str,
-    body: Markup,
+    /// `None`: the report has no such section.
+    body: Option<Markup>,
     /// What stands behind its title in the contents.
     contents: Markup,
     /// What stands below it.
@@ -190,13 +173,12 @@ struct Section {
 }
 
 impl Section {
-    fn new(id: &'static str, title: &'static str, body: Markup) -> Self {
+    fn new(id: &'static str, title: &'static str, body: Option<Markup>) -> Self {
         Self {
             id,
             title,
             body,
-            contents: Markup::default(),
-            below: Markup::default(),
+            ..Self::default()
         }
     }
 }
