@@ -58,6 +58,18 @@ fn first_of_each<T>(
     list
 }
 
+/// Values by their keys, in the order of the first of each key.
+fn grouped<K: PartialEq, V>(items: impl IntoIterator<Item = (K, V)>) -> Vec<(K, Vec<V>)> {
+    let mut groups: Vec<(K, Vec<V>)> = Vec::new();
+    for (key, value) in items {
+        match groups.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, values)) => values.push(value),
+            None => groups.push((key, vec![value])),
+        }
+    }
+    groups
+}
+
 /// What writing to memory gives: memory takes every byte, and what is written there has a form for every value.
 pub(crate) fn in_memory<T, E: Display>(written: Result<T, E>) -> T {
     written.unwrap_or_else(|e| unreachable!("memory takes every byte: {e}"))

@@ -5,7 +5,7 @@ use super::order::{error_of, sampling};
 use super::table::error;
 use crate::error::count;
 use crate::experiment::{Choice, Factor, Findings, Line, NONE, OWN, Ranking, are_named};
-use crate::report::each_once;
+use crate::report::{each_once, grouped};
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
 
 /// A sampling and the reference, all else equal; the same two for all truths, errors and measures.
@@ -180,19 +180,9 @@ fn leaders(findings: &Findings, ranking: &Ranking, a: usize) -> Option<String> {
         let is_best = |l: &&Line| cell(l).is_some_and(|c| c.place == Some(1));
         ranking.lines.iter().find(is_best)
     };
-    let mut groups: Vec<(&Choice, Vec<&str>)> = Vec::new();
-    for (a, at) in findings.allowances.iter().enumerate() {
-        let Some(line) = best(a) else {
-            continue;
-        };
-        match groups
-            .iter_mut()
-            .find(|(choice, _)| *choice == &line.choice)
-        {
-            Some((_, all)) => all.push(at),
-            None => groups.push((&line.choice, vec![at])),
-        }
-    }
+    let allowances = findings.allowances.iter().enumerate();
+    let bests = allowances.filter_map(|(a, at)| Some((&best(a)?.choice, at.as_str())));
+    let groups = grouped(bests);
     let names = each_once(groups.iter().map(|(choice, _)| named(choice)));
     let by = |(choice, at): &(&Choice, Vec<&str>)| {
         let by = format!("by {} at {}", method(choice, findings), at.join(", "));

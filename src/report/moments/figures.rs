@@ -8,7 +8,8 @@ use crate::experiment::relations::RelationRow;
 use crate::moments::relations::{Along, AngleMoments, Relation};
 use crate::moments::{Channel, Component, FitErrors, Profile, SliceMoments};
 use crate::numeric::extent;
-use crate::report::svg::plot::{Axis, Mark, Panel, Series};
+use crate::report::grouped;
+use crate::report::svg::plot::{Axis, Mark, Panel, Point, Series};
 use std::f64::consts::PI;
 
 /// Diagrams on one sheet.
@@ -153,10 +154,7 @@ impl<'a> Curve<'a> {
 }
 
 /// Why a component has no diagram, and its largest absolute value.
-struct Vanished {
-    why: &'static str,
-    largest: f64,
-}
+type Vanished = (&'static str, f64);
 
 /// A diagram for each component of `list` that was asked for and does not vanish, with bands of the uncertainty where
 /// one is wide enough to be seen; and notes on the others, a line for each reason.
@@ -169,27 +167,17 @@ fn sheet(
 ) -> (Sheet, String) {
     let order = curves.iter().map(|c| c.profile.order.get()).max();
     let mut panels: Vec<Panel> = Vec::new();
-    let mut vanished: Vec<(Vanished, Vec<String>)> = Vec::new();
+    let mut vanished = Vec::new();
     for component in list.iter().filter(|c| Some(c.order()) <= order) {
-        let of = match panel(curves, *component, bilateral) {
-            Ok(panel) => {
-                panels.push(panel);
-                continue;
-            }
-            Err(of) => of,
-        };
-        let (name, _) = name_and_unit(*component);
-        match vanished.iter_mut().find(|(v, _)| v.why == of.why) {
-            Some((all, names)) => {
-                all.largest = all.largest.max(of.largest);
-                names.push(name);
-            }
-            None => vanished.push((of, vec![name])),
+        match panel(curves, *component, bilateral) {
+            Ok(panel) => panels.push(panel),
+            Err((why, size)) => vanished.push((why, (name_and_unit(*component).0, size))),
         }
     }
     let mut notes = String::new();
-    for (Vanished { why, largest }, names) in vanished {
-        let computed = match largest {
+    for (why, all) in grouped(vanished) {
+        let (names, sizes): (Vec<String>, Vec<f64>) = all.into_iter().unzip();
+        let computed = match sizes.into_iter().fold(0.0, f64::max) {
             0.0 => String::new(),
             largest => format!(" (computed: at most {largest:.0e})"),
         };
@@ -234,7 +222,7 @@ fn panel(curves: &[Curve<'_>], component: Component, bilateral: bool) -> Result<
         None
     };
     if let Some(why) = why {
-        return Err(Vanished { why, largest });
+        return Err((why, largest));
     }
     let ends = extent(found().map(|[v, _]| v)).unwrap_or_default();
     // A constant stands in the middle of an axis of its own size.
@@ -414,32 +402,28 @@ fn symbol(along: Along) -> &'static str {
 }
 
 fn rendered_over_views(rows: &[RelationRow]) -> Vec<Panel> {
-    let labels = ["energy", "mean (°)", "standard deviation (°)"];
-    let value = |i: usize, m: &AngleMoments| match i {
-        0 => m.energy,
-        1 => m.mean.to_degrees(),
+    let moments: [(_, fn(AngleMoments) -> f64); 3] = [
+        ("energy", |m| m.energy),
+        ("mean (°)", |m| m.mean.to_degrees()),
         // Of a form that can be negative it has none.
-        _ => m.variance.max(0.0).sqrt().to_degrees(),
-    };
-    let points = |i: usize, of: &dyn Fn(&Relation) -> Option<AngleMoments>| {
-        let point = |row: &RelationRow| {
-            let r = &row.relation;
-            (degrees(r.theta_o), of(r).map(|m| value(i, &m)))
+        ("standard deviation (°)", |m| {
+            m.variance.max(0.0).sqrt().to_degrees()
+        }),
+    ];
+    let panel = |(label, value): (&str, fn(AngleMoments) -> f64)| {
+        let points = |of: &dyn Fn(&Relation) -> Option<AngleMoments>| -> Vec<Point> {
+            let all = rows.iter().map(|row| &row.relation);
+            all.map(|r| (degrees(r.theta_o), of(r).map(value)))
+                .collect()
         };
-        rows.iter().map(point).collect::<Vec<_>>()
+        let rendered = points(&|r| r.rendered);
+        let mut series = vec![Series::new("rendered", 0, Mark::Line, rendered)];
+        for ((name, form), color) in FORMS.into_iter().zip(COLORS) {
+            let points = points(&|r| Some(form(r)?.moments));
+            series.push(Series::new(name, color, Mark::Dashed, points));
+        }
+        let title = format!("along {}", symbol(rows[0].relation.along));
+        Panel::new(title, ["θ_o (°)", label].map(Axis::linear), series)
     };
-    labels
-        .iter()
-        .enumerate()
-        .map(|(i, label)| {
-            let rendered = points(i, &|r| r.rendered);
-            let mut series = vec![Series::new("rendered", 0, Mark::Line, rendered)];
-            for ((name, form), color) in FORMS.into_iter().zip(COLORS) {
-                let points = points(i, &|r| Some(form(r)?.moments));
-                series.push(Series::new(name, color, Mark::Dashed, points));
-            }
-            let title = format!("along {}", symbol(rows[0].relation.along));
-            Panel::new(title, ["θ_o (°)", label].map(Axis::linear), series)
-        })
-        .collect()
+    moments.map(panel).into()
 }

@@ -6,19 +6,36 @@ use std::io::{self, Cursor};
 
 /// Pixels, `width` to a row, as a PNG file: sRGB, or sRGB and opacity if `N` is 4.
 pub(in crate::report) fn encoded<const N: usize>(pixels: &[[u8; N]], width: usize) -> Vec<u8> {
+    let size = [width, pixels.len() / width.max(1)].map(|s| in_memory(u32::try_from(s)));
+    let color = match N {
+        4 => ColorType::Rgba,
+        _ => ColorType::Rgb,
+    };
+    file(size, color, pixels.as_flattened(), None, Filter::Adaptive)
+}
+
+/// A PNG file of pixels of 8 bits a channel; of a palette with its colours, and its opacities if they are not all whole.
+pub(in crate::report) fn file(
+    [width, height]: [u32; 2],
+    color: ColorType,
+    bytes: &[u8],
+    palette: Option<&(Vec<u8>, Option<Vec<u8>>)>,
+    filter: Filter,
+) -> Vec<u8> {
     file_of(|file| {
-        let size = [width, pixels.len() / width.max(1)].map(u32::try_from);
-        let [width, height] = size.map(|s| s.map_err(io::Error::other));
-        let mut encoder = Encoder::new(file, width?, height?);
-        encoder.set_color(match N {
-            4 => ColorType::Rgba,
-            _ => ColorType::Rgb,
-        });
+        let mut encoder = Encoder::new(file, width, height);
+        encoder.set_color(color);
         encoder.set_depth(BitDepth::Eight);
         encoder.set_compression(Compression::Balanced);
-        encoder.set_filter(Filter::Adaptive);
+        encoder.set_filter(filter);
+        if let Some((colours, opacities)) = palette {
+            encoder.set_palette(colours);
+            if let Some(opacities) = opacities {
+                encoder.set_trns(opacities);
+            }
+        }
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(pixels.as_flattened())?;
+        writer.write_image_data(bytes)?;
         Ok(writer.finish()?)
     })
 }

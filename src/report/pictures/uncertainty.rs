@@ -60,7 +60,17 @@ pub(crate) fn uncertainty_svg(
         if let (Some(scale), Some(relative)) = (&scale, relative) {
             scale.key(canvas, [middle, below], relative.of);
         }
-        swatches(canvas, [middle, below + 66.0], &meanings(scale.is_some()));
+        let known = if scale.is_some() { ramp(0.4) } else { KNOWN };
+        let meanings = [
+            Swatch::new(known, "readings surround it"),
+            Swatch {
+                stripes: Some(STRIPE),
+                ..Swatch::new(known, "readings on one side only")
+            },
+            Swatch::new(UNKNOWN, "no reading within 30°"),
+        ];
+        let shown = &meanings[usize::from(scale.is_some())..];
+        swatches(canvas, [middle, below + 66.0], shown);
         let says = "rings: θ_o = 30°, 60°, 90°;  circle: the light, at azimuth 0;  dot: its mirror direction";
         text(canvas, [middle, below + 88.0], says, 11.5, false);
     })
@@ -131,22 +141,6 @@ fn rings(canvas: &mut Canvas, plot: &Plot, theta_deg: f64) {
     canvas.dot(light, 4.2, [255; 3]);
     canvas.dot(mirror, 3.4, [255; 3]);
     canvas.dot(mirror, 2.4, DARK);
-}
-
-/// What stripes and grey mean.
-fn meanings(coloured: bool) -> Vec<Swatch<'static>> {
-    let known = if coloured { ramp(0.4) } else { KNOWN };
-    let mut all = vec![
-        Swatch {
-            stripes: Some(STRIPE),
-            ..Swatch::new(known, "readings on one side only")
-        },
-        Swatch::new(UNKNOWN, "no reading within 30°"),
-    ];
-    if !coloured {
-        all.insert(0, Swatch::new(known, "readings surround it"));
-    }
-    all
 }
 
 /// Colours of relative uncertainties.

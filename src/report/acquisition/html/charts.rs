@@ -12,7 +12,7 @@ use crate::report::svg::plot::{
     Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Point, Series, color_of,
 };
 use crate::report::svg::{forest_svg, labelled, svg};
-use crate::report::{TIMES, each_once};
+use crate::report::{TIMES, each_once, grouped};
 use crate::statistics::{BAND, Paired, is_exact};
 use maud::{Markup, html};
 
@@ -75,10 +75,11 @@ pub(super) fn decisive(
     let least = best_of_each_budget(ranking, looks.factor);
     let lines: Vec<&Line> = least.iter().collect();
     let by = |line: &Line| {
-        let by = |(a, at): (usize, &String)| {
-            Some([at.clone(), method_beside(&best(line, a)?.choice, findings)])
-        };
-        let groups = grouped(findings.allowances.iter().enumerate().filter_map(by));
+        let allowances = findings.allowances.iter().enumerate();
+        let groups = grouped(allowances.filter_map(|(a, at)| {
+            let method = method_beside(&best(line, a)?.choice, findings);
+            Some((method, at.as_str()))
+        }));
         let each = groups.iter().map(|(by, at)| match groups.len() {
             1 => by.clone(),
             _ => format!("{by} at {}", at.join(", ")),
@@ -88,16 +89,12 @@ pub(super) fn decisive(
     let mut panel = panel(ranking, &lines, &READINGS, looks);
     let scope = &ranking.scope;
     panel.title = format!("{} against readings", scope.metric.name());
+    let by = lines.iter().map(|l| (by(l), looks.name(&l.choice)));
     let mut caption = format!(
         "Geometric mean over {}, {} pairs. Each point is the best at its budget. {}",
         count(scope.materials, "material"),
         scope.measure,
-        named_by(
-            lines
-                .iter()
-                .map(|l| [looks.name(&l.choice), by(l)])
-                .filter(|[_, by]| !by.is_empty())
-        )
+        named_by(by.filter(|(by, _)| !by.is_empty()))
     );
     let mut label = format!("{}: error against readings", scope_title(scope));
     if let Some(contest) = contest {
@@ -156,7 +153,7 @@ pub(super) fn curves(findings: &Findings, looks: &Looks) -> Option<Markup> {
             let panel = panel(ranking, &lines, cost, looks);
             let label = format!("{} {}", scope_title(&ranking.scope), cost.title);
             let lines = lines.iter();
-            let by = lines.map(|l| [looks.name(&l.choice), method_beside(&l.choice, findings)]);
+            let by = lines.map(|l| (method_beside(&l.choice, findings), looks.name(&l.choice)));
             charts.extend(curve(&panel, &label, &named_by(by)));
         }
         if !charts.is_empty() {
@@ -219,20 +216,8 @@ fn curve(panel: &Panel, label: &str, caption: &str) -> Option<Markup> {
     is_curved.then(|| chart(&labelled(panel), label, caption))
 }
 
-/// Names by their reconstructions: those with the same one together.
-fn grouped(lines: impl Iterator<Item = [String; 2]>) -> Vec<(String, Vec<String>)> {
-    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
-    for [name, method] in lines {
-        match groups.iter_mut().find(|g| g.0 == method) {
-            Some(group) => group.1.push(name),
-            None => groups.push((method, vec![name])),
-        }
-    }
-    groups
-}
-
-/// Lines and their reconstructions, as a caption.
-fn named_by(lines: impl Iterator<Item = [String; 2]>) -> String {
+/// Reconstructions and the lines that they are of, as a caption.
+fn named_by(lines: impl IntoIterator<Item = (String, String)>) -> String {
     let groups = grouped(lines);
     if let [(by, _)] = &groups[..] {
         return format!("All by {by}.");
@@ -444,14 +429,14 @@ pub(super) fn of_material(material: &Material, looks: &Looks) -> Option<Markup> 
             let points = inexact.map(|b| (b.readings, Some(b.error)));
             let series = looks.series(&line.choice, points.collect());
             let method = line.course.first().map(|b| b.method.clone());
-            by.extend(method.map(|method| [series.name.clone(), method]));
+            by.extend(method.map(|method| (method, series.name.clone())));
             series
         });
         let title = format!("nrmse, {} pairs", measure.name);
         let panel = Panel::new(title, ["readings", "nrmse"].map(Axis::log), series);
         let (of, measure) = (&material.name, &measure.name);
         let label = format!("{of}: nrmse against readings, {measure}");
-        charts.extend(curve(&panel, &label, &named_by(by.into_iter())));
+        charts.extend(curve(&panel, &label, &named_by(by)));
     }
     (!charts.is_empty()).then(|| html! { div.panels { @for c in &charts { (c) } } })
 }

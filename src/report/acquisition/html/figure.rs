@@ -1,11 +1,11 @@
 //! Figures inside the page, their pictures in fewer bytes: a page holds hundreds of them.
 
 use super::Picture;
-use crate::report::pictures::png::{Rgba, read};
+use crate::report::pictures::png::{Rgba, file, read};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, Render, html};
-use png::{BitDepth, ColorType, Compression, Encoder, Filter};
+use png::{ColorType, Filter};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -75,8 +75,8 @@ const OPACITY: u32 = 3;
 /// gets no smaller.
 fn shrunk(png: &[u8]) -> Option<Vec<u8>> {
     let (picture, bytes) = read(png)?;
-    let noisy = least(&picture)?.len() as f64 > NOISY * bytes as f64;
-    let file = least(&stepped(picture, STEPS[usize::from(noisy)]))?;
+    let noisy = least(&picture).len() as f64 > NOISY * bytes as f64;
+    let file = least(&stepped(picture, STEPS[usize::from(noisy)]));
     (file.len() < png.len()).then_some(file)
 }
 
@@ -92,7 +92,7 @@ fn stepped(mut picture: Rgba, steps: u32) -> Rgba {
 }
 
 /// The smallest file of a picture: grey, of a palette or of all colours, with a filter or without.
-fn least(picture: &Rgba) -> Option<Vec<u8>> {
+fn least(picture: &Rgba) -> Vec<u8> {
     let pixels = || picture.pixels.iter().copied();
     let opaque = pixels().all(|p| p[3] == 255);
     let mut palette: BTreeMap<(u32, [u8; 4]), u8> = BTreeMap::new();
@@ -128,32 +128,22 @@ fn least(picture: &Rgba) -> Option<Vec<u8>> {
     } else {
         (ColorType::Rgba, pixels().flatten().collect())
     };
-    let file = |filter| {
-        let mut file = Vec::new();
-        let mut encoder = Encoder::new(&mut file, picture.size[0], picture.size[1]);
-        encoder.set_color(color);
-        encoder.set_depth(BitDepth::Eight);
-        encoder.set_compression(Compression::Balanced);
-        encoder.set_filter(filter);
-        if color == ColorType::Indexed {
-            encoder.set_palette(
-                palette
-                    .keys()
-                    .flat_map(|(_, [r, g, b, _])| [*r, *g, *b])
-                    .collect::<Vec<_>>(),
-            );
-            if !opaque {
-                encoder.set_trns(palette.keys().map(|(_, p)| p[3]).collect::<Vec<_>>());
-            }
-        }
-        let mut writer = encoder.write_header().ok()?;
-        writer.write_image_data(&bytes).ok()?;
-        writer.finish().ok()?;
-        Some(file)
-    };
+    let palette = (color == ColorType::Indexed).then(|| {
+        let colours = || palette.keys().map(|(_, colour)| colour);
+        let opacities = (!opaque).then(|| colours().map(|c| c[3]).collect());
+        (
+            colours().flat_map(|c| &c[..3]).copied().collect(),
+            opacities,
+        )
+    });
     // Noise is smaller without a filter, all else with one.
-    let files = [Filter::NoFilter, Filter::Adaptive].map(file);
-    files.into_iter().flatten().min_by_key(Vec::len)
+    let [plain, filtered] = [Filter::NoFilter, Filter::Adaptive]
+        .map(|filter| file(picture.size, color, &bytes, palette.as_ref(), filter));
+    if filtered.len() < plain.len() {
+        filtered
+    } else {
+        plain
+    }
 }
 
 #[cfg(test)]

@@ -92,25 +92,17 @@ fn least(ranking: &Ranking, a: usize) -> f64 {
 /// A warning if there are too few materials for a significant difference of any of so many choices from the best.
 fn too_few(findings: &Findings, ranking: &Ranking) -> Option<String> {
     let allowances = 0..findings.allowances.len();
-    let (few, enough): (Vec<usize>, Vec<usize>) =
-        allowances.partition(|a| least(ranking, *a) >= SIGNIFICANCE);
+    let few = allowances.filter(|a| least(ranking, *a) >= SIGNIFICANCE);
+    let few: Vec<usize> = few.collect();
     let p = few.iter().map(|a| least(ranking, *a)).fold(1.0, f64::min);
-    let most = few
-        .iter()
-        .flat_map(|a| comparisons(ranking, *a).map(|p| p.n));
-    let n = count(most.max()?, "material");
-    let are = if n == count(1, "material") {
-        "is"
-    } else {
-        "are"
-    };
-    let at: Vec<&str> = few
-        .iter()
-        .map(|a| findings.allowances[*a].as_str())
-        .collect();
-    let at = match enough.len() {
-        0 => String::new(),
-        _ => format!(" at {}", at.join(", ")),
+    let all = few.iter().flat_map(|a| comparisons(ranking, *a));
+    let most = all.map(|p| p.n).max()?;
+    let n = count(most, "material");
+    let are = if most == 1 { "is" } else { "are" };
+    let at = few.iter().map(|a| findings.allowances[*a].as_str());
+    let at = match few.len() == findings.allowances.len() {
+        true => String::new(),
+        false => format!(" at {}", at.collect::<Vec<_>>().join(", ")),
     };
     Some(format!(
         "{n} {are} too few to separate so many choices{at}; one that is worse than the best on all of \
