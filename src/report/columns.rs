@@ -46,14 +46,11 @@ impl fmt::Display for Columns {
         let most = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let widths: Vec<usize> = (0..most).map(width).collect();
         for row in &self.rows {
-            let padded =
-                row.iter()
-                    .zip(&widths)
-                    .enumerate()
-                    .map(|(d, (cell, w))| match self.right.get(d) {
-                        Some(true) => format!("{cell:>w$}"),
-                        _ => format!("{cell:<w$}"),
-                    });
+            let cells = row.iter().zip(&widths).enumerate();
+            let padded = cells.map(|(d, (cell, w))| match self.right.get(d) {
+                Some(true) => format!("{cell:>w$}"),
+                _ => format!("{cell:<w$}"),
+            });
             writeln!(f, "{}", padded.collect::<Vec<_>>().join("  ").trim_end())?;
         }
         Ok(())

@@ -56,9 +56,8 @@ pub fn study_text(findings: &Findings) -> String {
     let is_shown = |s: &Scope| is_printed(&s.metric) && s.truth.is_none() && s.materials > 0;
     for ranking in findings.rankings.iter().filter(|r| is_shown(&r.scope)) {
         errors_of_each(findings, ranking, &mut out);
-        let duels = findings.duels.iter().find(|d| d.scope == ranking.scope);
-        let duels = duels.filter(|d| of_all(&d.scope));
-        let Some(duels) = duels else {
+        let duels = duels_of(findings, ranking);
+        let Some(duels) = duels.filter(|d| of_all(&d.scope)) else {
             continue;
         };
         for reference in references(findings, duels) {
@@ -77,6 +76,12 @@ pub fn study_text(findings: &Findings) -> String {
     out
 }
 
+/// The duels of the scope of a ranking.
+pub(super) fn duels_of<'f>(findings: &'f Findings, ranking: &Ranking) -> Option<&'f Duels> {
+    let mut all = findings.duels.iter();
+    all.find(|d| d.scope == ranking.scope)
+}
+
 /// The allowances as headings.
 pub(super) fn headings(findings: &Findings) -> Vec<&str> {
     let all = findings.allowances.iter();
@@ -91,11 +96,8 @@ fn errors_of_each(findings: &Findings, ranking: &Ranking, out: &mut String) {
     lines.sort_by_key(|l| all.iter().position(|name| *name == of(&l.choice)));
     let allowances = 0..findings.allowances.len();
     let means = lines.iter().map(|line| {
-        let name = format!(
-            "{}, {}",
-            of(&line.choice),
-            method_beside(&line.choice, findings)
-        );
+        let choice = &line.choice;
+        let name = format!("{}, {}", of(choice), method_beside(choice, findings));
         let means = allowances.clone().map(|a| whole(line, a).map(|c| c.mean));
         (name, means.collect())
     });
@@ -126,12 +128,10 @@ fn filled(lines: &[&Line]) -> String {
         let readings = || lines.iter().filter_map(|l| Some(whole(l, a)?.readings));
         Some(readings().reduce(f64::max)? / readings().reduce(f64::min)?)
     });
-    let spread: Vec<String> = spread
-        .map(|s| format!("{:.1}", 100.0 * (s - 1.0)))
-        .collect();
+    let spread = spread.map(|s| format!("{:.1}", 100.0 * (s - 1.0)));
     format!(
         "A budget is an upper limit: the most readings of a column are {} % more than the least.",
-        spread.join(", ")
+        spread.collect::<Vec<_>>().join(", ")
     )
 }
 
@@ -237,21 +237,17 @@ fn against_reference(
     out: &mut String,
 ) {
     let scope = &duels.scope;
-    let rows = ratios(findings, duels, best, reference);
-    let mut named: Vec<(String, Vec<Option<Paired>>)> = rows
-        .into_iter()
-        .map(|r| (format!("  {}", r.name), r.cells))
-        .collect();
+    let rows = ratios(findings, duels, best, reference).into_iter();
+    let named = rows.map(|r| (format!("  {}", r.name), r.cells));
+    let mut named: Vec<(String, Vec<Option<Paired>>)> = named.collect();
     let others = findings.duels.iter().filter(|d| {
         d.scope.truth.is_some()
             && d.scope.metric == scope.metric
             && d.scope.measure == scope.measure
     });
     for other in others {
-        let rows = ratios(findings, other, best, reference);
-        let asked = rows
-            .into_iter()
-            .filter(|r| is_challenger(findings, &r.choice));
+        let mut asked = ratios(findings, other, best, reference);
+        asked.retain(|r| is_challenger(findings, &r.choice));
         let truth = other.scope.truth.as_deref().unwrap_or_default();
         for row in asked {
             let name = format!("    {}, {truth} ({})", row.name, other.scope.materials);
@@ -301,11 +297,8 @@ fn against_reference(
 
 /// At which readings ratios stand.
 pub(super) fn at_readings(findings: &Findings) -> &'static str {
-    let counted = findings
-        .allowances
-        .iter()
-        .filter(|a| !Allowance::is_time(a));
-    match counted.count() {
+    let all = findings.allowances.iter();
+    match all.filter(|a| !Allowance::is_time(a)).count() {
         0 | 1 => "",
         n if n == findings.allowances.len() => {
             " at equal readings, where budgets enclose them (between two, errors go straight in log-log)"
@@ -382,10 +375,8 @@ pub(super) fn ratios(
         })
     };
     let kept = || METHOD.into_iter().chain([Factor::Coordinates]);
-    let mine = duels
-        .duels
-        .iter()
-        .filter(|d| are_alike(factor, kept(), &d.a, best));
+    let all = duels.duels.iter();
+    let mine = all.filter(|d| are_alike(factor, kept(), &d.a, best));
     mine.filter_map(named).collect()
 }
 
@@ -436,25 +427,20 @@ pub(super) const LEGEND: &str = "Error over the error that the reconstruction ex
 
 /// A table for each metric and measure.
 pub(super) fn calibrations(findings: &Findings) -> Vec<TextTable> {
-    let all = findings
-        .calibrations
-        .chunk_by(Calibration::is_of_same_error);
-    let head = || headings(findings).into_iter().map(str::to_owned).collect();
-    all.map(|of| TextTable {
+    let line = |line: &Calibration| {
+        let [sampling, method] = [sampling(&line.choice), method(&line.choice, findings)];
+        let cells = line.cells.iter().map(calibrated);
+        (format!("{sampling}, {method}"), cells.collect())
+    };
+    let table = |of: &[Calibration]| TextTable {
         title: format!("{} over expected, {}", of[0].metric.name(), of[0].measure),
-        head: head(),
-        lines: of.iter().map(|line| of_line(line, findings)).collect(),
-    })
-    .collect()
-}
-
-fn of_line(line: &Calibration, findings: &Findings) -> (String, Vec<String>) {
-    let name = format!(
-        "{}, {}",
-        sampling(&line.choice),
-        method(&line.choice, findings)
-    );
-    (name, line.cells.iter().map(calibrated).collect())
+        head: headings(findings).into_iter().map(String::from).collect(),
+        lines: of.iter().map(line).collect(),
+    };
+    let all = &findings.calibrations;
+    all.chunk_by(Calibration::is_of_same_error)
+        .map(table)
+        .collect()
 }
 
 fn calibrated(cell: &Option<Calibrated>) -> String {
@@ -462,10 +448,8 @@ fn calibrated(cell: &Option<Calibrated>) -> String {
         return "–".into();
     };
     let ninth = cell.ninth.map_or("–".into(), |r| format!("{r:.2}"));
-    let below = cell
-        .below
-        .map_or(String::new(), |b| format!(" {:.0} %", 100.0 * b));
-    format!("{:.2} {ninth}{below}", cell.median)
+    let below = cell.below.map(|b| format!(" {:.0} %", 100.0 * b));
+    format!("{:.2} {ninth}{}", cell.median, below.unwrap_or_default())
 }
 
 /// All tables as a text; empty if nothing was expected.

@@ -56,9 +56,8 @@ pub(super) fn wholes(line: &Line) -> impl Iterator<Item = &Cell> {
 fn common(ranking: &Ranking) -> Vec<usize> {
     let allowances = ranking.lines.iter().map(|l| l.cells.len()).max();
     let count = |a: usize| ranking.lines.iter().filter(move |l| whole(l, a).is_some());
-    let counts: Vec<usize> = (0..allowances.unwrap_or(0))
-        .map(|a| count(a).count())
-        .collect();
+    let counts = (0..allowances.unwrap_or(0)).map(|a| count(a).count());
+    let counts: Vec<usize> = counts.collect();
     let most = counts.iter().copied().max();
     let all = (0..counts.len()).filter(|a| Some(counts[*a]) == most);
     all.collect()

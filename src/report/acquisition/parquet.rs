@@ -64,13 +64,9 @@ fn field(name: &str, kind: Kind) -> Result<Arc<Type>, ParquetError> {
 }
 
 fn write(rows: &[&Row], columns: &[(String, Kind)], out: &mut Vec<u8>) -> Result<(), ParquetError> {
-    let fields: Result<_, _> = columns
-        .iter()
-        .map(|(name, kind)| field(name, *kind))
-        .collect();
-    let schema = Type::group_type_builder("results")
-        .with_fields(fields?)
-        .build()?;
+    let fields = columns.iter().map(|(name, kind)| field(name, *kind));
+    let schema = Type::group_type_builder("results").with_fields(fields.collect::<Result<_, _>>()?);
+    let schema = schema.build()?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_created_by(concat!("gonio ", env!("CARGO_PKG_VERSION")).into())
@@ -95,10 +91,8 @@ fn write_column<'a>(
     kind: Kind,
     cells: impl Iterator<Item = &'a Value> + Clone,
 ) -> Result<(), ParquetError> {
-    let defined: Vec<i16> = cells
-        .clone()
-        .map(|cell| i16::from(!cell.is_null()))
-        .collect();
+    let defined = cells.clone().map(|cell| i16::from(!cell.is_null()));
+    let defined: Vec<i16> = defined.collect();
     macro_rules! write {
         ($of:ty, $get:expr) => {{
             let values: Vec<_> = cells.filter_map($get).collect();

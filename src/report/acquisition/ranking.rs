@@ -51,11 +51,8 @@ pub fn instruments(rows: &[&Row]) -> String {
     let measures = each_once(rows.iter().map(|r| r.measure.as_str()));
     let mut out = String::new();
     for label in each_once(rows.iter().map(|r| r.allowed.as_str())) {
-        let here: Vec<&Row> = rows
-            .iter()
-            .copied()
-            .filter(|r| r.allowed == label)
-            .collect();
+        let here = rows.iter().copied().filter(|r| r.allowed == label);
+        let here: Vec<&Row> = here.collect();
         for metric in printed(rows) {
             for (of, measure) in measured(rows, metric) {
                 let of = match metric.is_of_moments() {
@@ -97,10 +94,8 @@ impl Layout<'_> {
     /// Table of the unreachable poses of an instrument, reasons and the errors they cause: a line per choice.
     fn reach(&self, instrument: &str, label: &str, rows: &[&Row]) -> String {
         let mine = || rows.iter().filter(|r| r.instrument == instrument);
-        let reasons: Vec<&str> = Unreachable::NAMES
-            .into_iter()
-            .filter(|reason| mine().any(|r| lost_to(r, reason) > 0))
-            .collect();
+        let is_met = |reason: &&str| mine().any(|r| lost_to(r, reason) > 0);
+        let reasons: Vec<&str> = Unreachable::NAMES.into_iter().filter(is_met).collect();
         if reasons.is_empty() {
             return format!("\n{instrument} reaches every pose of {label}\n");
         }
@@ -115,24 +110,17 @@ impl Layout<'_> {
             };
             let lost = |reason: &str| rows().map(|r| lost_to(r, reason)).sum::<usize>();
             let all = share(Unreachable::NAMES.into_iter().map(lost).sum());
-            let each = reasons
-                .iter()
-                .map(|reason| format!("\t{}", share(lost(reason))));
+            let each: Vec<String> = reasons.iter().map(|r| share(lost(r))).collect();
             // Shares, as errors of unlike materials cannot be averaged.
             let cost = |r: &&Row| Some(r.value("hole_nrmse")? / r.value("nrmse")?);
             let costs: Vec<f64> = rows().filter_map(cost).collect();
-            let cost = match costs.len() {
-                0 => "-".into(),
+            let mean = costs.iter().sum::<f64>() / costs.len() as f64;
+            let cost = match costs.is_empty() {
+                true => "-".into(),
                 // `+ 0.0` after rounding: no −0 %.
-                n => format!(
-                    "{}%",
-                    (100.0 * (costs.iter().sum::<f64>() / n as f64)).round() + 0.0
-                ),
+                false => format!("{}%", (100.0 * mean).round() + 0.0),
             };
-            columns.row(&format!(
-                "  {name}\t{all}{}\t{cost}",
-                each.collect::<String>()
-            ));
+            columns.row(&format!("  {name}\t{all}\t{}\t{cost}", each.join("\t")));
         }
         let measure = rows.first().map_or("", |r| r.measure.as_str());
         format!(
@@ -194,11 +182,8 @@ fn ranked(rows: &[&Row], metric: Metric) -> String {
         let mine = rows.iter().filter(|r| r.material == *m);
         compares(mine.filter_map(value))
     });
-    let rows: Vec<&Row> = rows
-        .iter()
-        .copied()
-        .filter(|r| materials.contains(&r.material.as_str()))
-        .collect();
+    let compared = |r: &&Row| materials.contains(&r.material.as_str());
+    let rows: Vec<&Row> = rows.iter().copied().filter(compared).collect();
     if rows.is_empty() {
         return String::new();
     }
@@ -213,9 +198,8 @@ fn ranked(rows: &[&Row], metric: Metric) -> String {
     );
     let budgets = each_once(rows.iter().map(|r| r.budget));
     let choices = each_once(rows.iter().map(|r| r.choice()));
-    let sets = choices
-        .iter()
-        .any(|c| c.sample_set != choices[0].sample_set);
+    let first = &choices[0].sample_set;
+    let sets = choices.iter().any(|c| c.sample_set != *first);
     let name = |c: &Choice| match sets {
         true => format!("{} {} {}", sampling(c), c.sample_set, by(c)),
         false => format!("{} {}", sampling(c), by(c)),
@@ -223,15 +207,11 @@ fn ranked(rows: &[&Row], metric: Metric) -> String {
     for (of, measure) in measured(&rows, metric) {
         // Errors of each choice and budget.
         let errors = |c: &Choice, budget: usize| -> Vec<f64> {
-            let mine = rows
-                .iter()
-                .filter(|r| r.measure == measure && r.budget == budget && r.choice() == *c);
-            mine.filter_map(value).collect()
+            let is_own = |r: &&&Row| r.measure == measure && r.budget == budget && r.choice() == *c;
+            rows.iter().filter(is_own).filter_map(value).collect()
         };
-        let cells = choices
-            .iter()
-            .map(|c| budgets.iter().map(|&b| errors(c, b)).collect());
-        let cells: Vec<Vec<Vec<f64>>> = cells.collect();
+        let by_budget = |c| budgets.iter().map(|&b| errors(c, b)).collect();
+        let cells: Vec<Vec<Vec<f64>>> = choices.iter().map(by_budget).collect();
         let is_whole = |cell: &[f64], k: usize| {
             !cell.is_empty() && cells.iter().all(|line| line[k].len() <= cell.len())
         };

@@ -1,10 +1,10 @@
 //! The answer of a study in a few sentences: what its materials show, and what they cannot.
 
-use super::findings::{against, is_challenger, level, method, method_but_for, p_text};
+use super::findings::{against, duels_of, is_challenger, level, method, method_but_for, p_text};
 use super::order::{error_of, sampling};
 use super::table::error;
 use crate::error::count;
-use crate::experiment::{Choice, Factor, Findings, Line, NONE, OWN, Ranking, are_named};
+use crate::experiment::{Choice, Duel, Factor, Findings, Line, NONE, OWN, Ranking, are_named};
 use crate::report::{each_once, grouped};
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
 
@@ -19,11 +19,9 @@ pub(super) struct Contest<'a> {
 
 impl<'a> Contest<'a> {
     pub(super) fn new(findings: &Findings, ranking: &Ranking, pair: &'a Pair) -> Option<Self> {
-        let duels = findings.duels.iter().find(|d| d.scope == ranking.scope)?;
-        let mut all = duels
-            .duels
-            .iter()
-            .filter_map(|d| against(findings, d, findings.reference.as_deref()?));
+        let reference = findings.reference.as_deref()?;
+        let all = duels_of(findings, ranking)?.duels.iter();
+        let mut all = all.filter_map(|d| against(findings, d, reference));
         let (_, mut cells) = all.find(|(sides, _)| sides == pair)?;
         // Without that of all allowances together.
         cells.truncate(findings.allowances.len());
@@ -232,16 +230,12 @@ fn leaders(findings: &Findings, ranking: &Ranking, a: usize) -> Option<String> {
 /// reference; in the reconstruction with the smallest error of the reference.
 pub(super) fn pair(findings: &Findings, ranking: &Ranking) -> Option<Pair> {
     let a = middle(findings);
-    let duels = findings.duels.iter().find(|d| d.scope == ranking.scope)?;
-    let own = duels
-        .duels
-        .iter()
-        .filter(|d| !are_named(&d.a.coordinates))
-        .filter(|d| d.cells.get(a).is_some_and(Option::is_some));
     let reference = findings.reference.as_deref()?;
-    let all: Vec<Pair> = own
-        .filter_map(|d| Some(against(findings, d, reference)?.0))
-        .collect();
+    let is_own =
+        |d: &&Duel| !are_named(&d.a.coordinates) && d.cells.get(a).is_some_and(Option::is_some);
+    let own = duels_of(findings, ranking)?.duels.iter().filter(is_own);
+    let all = own.filter_map(|d| Some(against(findings, d, reference)?.0));
+    let all: Vec<Pair> = all.collect();
     let known = all.iter().any(|[c, _]| is_challenger(findings, c));
     let mean = |choice: &Choice| {
         let line = ranking.lines.iter().find(|l| l.choice == *choice);

@@ -232,11 +232,8 @@ impl<'a> BouncesReport<'a> {
             ));
         }
         out += &columns.to_string();
-        if self
-            .charts
-            .iter()
-            .any(|c| c.best.as_ref().is_some_and(|b| !b.is_pure(self.purity)))
-        {
+        let mut bests = self.charts.iter().filter_map(|c| c.best.as_ref());
+        if bests.any(|b| !b.is_pure(self.purity)) {
             out += &format!(
                 "  boxes that hold less than {} % of the class do not count\n",
                 100.0 * LEAST_CAPTURE
@@ -259,10 +256,8 @@ impl<'a> BouncesReport<'a> {
 
     /// The report as one JSON object; angles in degrees.
     pub fn json(&self) -> Value {
-        let charts = self
-            .charts
-            .iter()
-            .map(|chart| (chart.name.to_owned(), self.chart(chart)));
+        let charts = self.charts.iter();
+        let charts = charts.map(|chart| (chart.name.to_owned(), self.chart(chart)));
         json!({
             "material": self.material,
             "paths": self.sample.followed,

@@ -80,9 +80,8 @@ fn draw(canvas: &mut Canvas, plot: &Plot, map: &Map) {
     let ink = |pixel: usize| map.shares(cell(pixel)).map_or(WHITE, mixed);
     plot.raster(canvas, &(0..side * side).map(ink).collect::<Vec<_>>());
     let [near, far] = SMOOTHED.map(|times| smooth(&map.light, times));
-    let light: Vec<Option<f64>> = from_top()
-        .map(|cell| Some(near[cell].iter().sum()))
-        .collect();
+    let light = from_top().map(|cell| Some(near[cell].iter().sum()));
+    let light: Vec<Option<f64>> = light.collect();
     if let Some(level) = level(&light) {
         // Seen on white cells too.
         plot.isolines(canvas, &light, level, EDGE, 3.4);

@@ -35,10 +35,8 @@ impl Distribution {
         let sums: Vec<f64> = of_rings.clone().map(|ring| ring.iter().sum()).collect();
         let total: f64 = sums.iter().sum();
         let rings = Steps::new(&sums, total);
-        let in_ring = of_rings
-            .zip(&sums)
-            .map(|(ring, sum)| Steps::new(ring, *sum));
-        let in_ring = in_ring.collect();
+        let in_ring = of_rings.zip(&sums);
+        let in_ring = in_ring.map(|(ring, sum)| Steps::new(ring, *sum)).collect();
         let cells = weights.iter().enumerate();
         let density = cells.map(|(cell, w)| w / (total * angle(cell / sectors)));
         Self {

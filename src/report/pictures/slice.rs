@@ -72,11 +72,8 @@ pub(super) fn write_channels(
     out: &mut (impl Write + Seek),
 ) -> io::Result<()> {
     let image = Image::from_channels((side, side), AnyChannels::sort(list));
-    image
-        .write()
-        .non_parallel()
-        .to_buffered(out)
-        .map_err(io::Error::other)
+    let written = image.write().non_parallel().to_buffered(out);
+    written.map_err(io::Error::other)
 }
 
 /// Adds the channels of a layer, 32 bits, row after row from the top: a channel for each name behind the prefix of the

@@ -97,12 +97,8 @@ impl Timings {
     }
 
     pub(crate) fn append(&self, lines: &[u8]) -> io::Result<()> {
-        let mut options = OpenOptions::new();
-        options
-            .append(true)
-            .create(true)
-            .open(&self.0)?
-            .write_all(lines)
+        let file = OpenOptions::new().append(true).create(true).open(&self.0);
+        file?.write_all(lines)
     }
 
     pub(crate) fn clear(&self) -> io::Result<()> {

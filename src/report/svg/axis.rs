@@ -52,10 +52,10 @@ impl Ruler {
         };
         let most = (length / if horizontal { 55.0 } else { 34.0 }).max(2.0) as usize;
         let candidates: Vec<Vec<(f64, String)>> = match axis.scale {
-            Scale::Linear => (1..=most)
-                .rev()
-                .map(|count| ruler.linear_ticks(ends, count, axis.label.contains("(°)")))
-                .collect(),
+            Scale::Linear => {
+                let ticks = |count| linear_ticks(ends, count, axis.label.contains("(°)"));
+                (1..=most).rev().map(ticks).collect()
+            }
             Scale::Log => ruler.log_candidates(most),
         };
         let good = candidates.into_iter().find(|labels| fits(labels));
@@ -70,34 +70,6 @@ impl Ruler {
     pub(crate) fn place(&self, value: f64) -> Option<f64> {
         let value = transformed(self.scale, value)?;
         Some((value - self.ends[0]) / (self.ends[1] - self.ends[0]))
-    }
-
-    fn linear_ticks(&self, ends: [f64; 2], count: usize, degrees: bool) -> Vec<(f64, String)> {
-        let [lo, hi] = ends;
-        let least = (hi - lo) / count as f64;
-        let power = 10f64.powf(least.log10().floor());
-        let round = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
-        let angles = [5.0, 10.0, 15.0, 30.0, 45.0, 90.0, 180.0];
-        let steps: &[f64] = if degrees && (2.0..=180.0).contains(&least) {
-            &angles
-        } else {
-            &round
-        };
-        // Rounding may leave the last one a little below.
-        let enough = steps.iter().copied().find(|s| *s >= least * (1.0 - 1e-9));
-        let step = enough.unwrap_or(10.0 * power);
-        let (first, last) = ((lo / step - 1e-6).ceil(), (hi / step + 1e-6).floor());
-        let ticks: Vec<f64> = (0..=(last - first).clamp(0.0, 100.0) as usize)
-            .map(|i| first + i as f64)
-            .filter(|k| *k <= last)
-            .collect();
-        let largest = first.abs().max(last.abs()) * step;
-        let label = |k: f64| match k {
-            0.0 => "0".into(),
-            k => number(k * step, step, largest),
-        };
-        let place = |k: f64| (k * step - lo) / (hi - lo);
-        ticks.into_iter().map(|k| (place(k), label(k))).collect()
     }
 
     /// Candidate sets of labels (place, text), from many to few.
@@ -129,7 +101,7 @@ impl Ruler {
         // Within half a decade there are few of these, or none.
         let [a, b] = self.ends.map(|e| 10f64.powf(e));
         let equal = [5, 4, 3, 2, 1].map(|count| {
-            let labels = self.linear_ticks([a, b], count, false);
+            let labels = linear_ticks([a, b], count, false);
             let place = |t: f64| ((a + t * (b - a)).log10() - lo) / (hi - lo);
             let labels = labels.into_iter().map(|(t, l)| (place(t), l));
             labels.collect()
@@ -156,6 +128,32 @@ impl Ruler {
         });
         places.filter(|t| (0.0..=1.0).contains(t)).collect()
     }
+}
+
+/// Ticks of a linear axis between two ends, `count` of them or fewer: places in [0, 1] and labels.
+fn linear_ticks([lo, hi]: [f64; 2], count: usize, degrees: bool) -> Vec<(f64, String)> {
+    let least = (hi - lo) / count as f64;
+    let power = 10f64.powf(least.log10().floor());
+    let round = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
+    let steps: &[f64] = match degrees && (2.0..=180.0).contains(&least) {
+        true => &[5.0, 10.0, 15.0, 30.0, 45.0, 90.0, 180.0],
+        false => &round,
+    };
+    // Rounding may leave the last one a little below.
+    let enough = steps.iter().copied().find(|s| *s >= least * (1.0 - 1e-9));
+    let step = enough.unwrap_or(10.0 * power);
+    let (first, last) = ((lo / step - 1e-6).ceil(), (hi / step + 1e-6).floor());
+    let largest = first.abs().max(last.abs()) * step;
+    let tick = |k: f64| {
+        let label = match k {
+            0.0 => "0".into(),
+            k => number(k * step, step, largest),
+        };
+        ((k * step - lo) / (hi - lo), label)
+    };
+    let count = (last - first).clamp(0.0, 100.0) as usize;
+    let ticks = (0..=count).map(|i| first + i as f64);
+    ticks.filter(|k| *k <= last).map(tick).collect()
 }
 
 /// A value on the scale of the axis: itself or its log10; `None` if it has no place.

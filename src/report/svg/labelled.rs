@@ -27,11 +27,8 @@ pub fn labelled(panel: &Panel) -> String {
     let named = panel.series.iter().filter(|s| !s.name.is_empty()).count();
     let plot = [PLOT[0], PLOT[1].max(LINE * named as f64)];
     let mut sheet = Sheet::new("", &panels, 1, plot);
-    let lines: Vec<&Series> = panel
-        .series
-        .iter()
-        .filter(|s| s.mark != Mark::Area)
-        .collect();
+    let lines = panel.series.iter().filter(|s| s.mark != Mark::Area);
+    let lines: Vec<&Series> = lines.collect();
     let names: Vec<&str> = lines.iter().map(|s| s.name.as_str()).collect();
     let names = all_fitted(&names, LEGEND, WIDEST);
     let widest = names.iter().map(|n| text_width(n, LEGEND));

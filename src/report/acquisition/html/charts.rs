@@ -54,9 +54,8 @@ fn best_of_each_budget(ranking: &Ranking, factor: Factor) -> Vec<Line> {
     let mut least: Vec<Line> = best_of_each(ranking, factor).into_iter().cloned().collect();
     for line in &mut least {
         let best = |a| {
-            best_at(ranking, factor, &line.choice, a)
-                .unwrap_or(line)
-                .cells[a]
+            let best = best_at(ranking, factor, &line.choice, a);
+            best.unwrap_or(line).cells[a]
         };
         line.cells = (0..line.cells.len()).map(best).collect();
     }
@@ -222,11 +221,9 @@ fn named_by(lines: impl IntoIterator<Item = (String, String)>) -> String {
     if let [(by, _)] = &groups[..] {
         return format!("All by {by}.");
     }
-    let groups = groups.into_iter();
-    let texts: Vec<String> = groups
-        .map(|(by, names)| format!("{}: by {by}", names.join(" · ")))
-        .collect();
-    texts.join("; ") + "."
+    let groups = groups.iter();
+    let texts = groups.map(|(by, names)| format!("{}: by {by}", names.join(" · ")));
+    texts.collect::<Vec<_>>().join("; ") + "."
 }
 
 /// The curves of `nrmse` against readings and minutes of the instrument as an SVG file: a row per cost, a column per measure.
@@ -241,11 +238,10 @@ pub fn study_timings(findings: &Findings) -> String {
 
 fn sheet(findings: &Findings, costs: &[Cost]) -> String {
     let looks = Looks::new(findings);
-    let of_all = |r: &&Ranking| r.scope.truth.is_none();
-    let rankings = || findings.rankings.iter().filter(of_all);
-    let (of_pairs, of_moments): (Vec<_>, Vec<_>) = rankings()
-        .filter(|r| is_printed(&r.scope.metric))
-        .partition(|r| !r.scope.metric.is_of_moments());
+    let rankings = of_all(findings);
+    let printed = rankings.iter().filter(|r| is_printed(&r.scope.metric));
+    let (of_moments, of_pairs): (Vec<&Ranking>, Vec<&Ranking>) =
+        printed.partition(|r| r.scope.metric.is_of_moments());
     let mut panels = Vec::new();
     for cost in costs {
         let panel = |r: &&Ranking| {
@@ -271,10 +267,8 @@ fn sheet(findings: &Findings, costs: &[Cost]) -> String {
         let lines: Vec<&Line> = lines.iter().take(LINES).collect();
         panels.push(panel(ranking, &lines, &READINGS, &looks));
     }
-    let of = count(
-        rankings().next().map_or(0, |r| r.scope.materials),
-        "material",
-    );
+    let materials = rankings.first().map_or(0, |r| r.scope.materials);
+    let of = count(materials, "material");
     let has_range = |p: &Panel| p.series.iter().any(|s| s.name.is_empty());
     let note = match panels.iter().any(has_range) {
         true => "\nacross a point: the least and the most its steps took",

@@ -190,9 +190,8 @@ pub(super) fn section(
 fn table(measure: &Measure, allowances: &[String]) -> Markup {
     let column = |a: usize| measure.lines.iter().filter_map(move |l| l.best[a].as_ref());
     let least = |a: usize| column(a).map(|b| b.error).fold(f64::INFINITY, f64::min);
-    let head = ["sampled in"]
-        .into_iter()
-        .chain(allowances.iter().map(String::as_str));
+    let allowed = allowances.iter().map(String::as_str);
+    let head = ["sampled in"].into_iter().chain(allowed);
     let rows = html! {
         tbody {
             @for line in measure.lines.iter().filter(|l| l.best.iter().any(Option::is_some)) {

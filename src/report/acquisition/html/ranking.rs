@@ -53,9 +53,8 @@ fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Markup {
     let mut lines = sorted(ranking);
     lines.retain(|line| line.cells.iter().any(Option::is_some));
     let allowances = 0..findings.allowances.len();
-    let separable: Vec<bool> = allowances
-        .map(|a| least(ranking, a) < SIGNIFICANCE)
-        .collect();
+    let separable = allowances.map(|a| least(ranking, a) < SIGNIFICANCE);
+    let separable: Vec<bool> = separable.collect();
     let (shown, rest) = lines.split_at(lines.len().min(SHOWN));
     html! {
         details id={ "ranking-" (number) } open[number == 0] {
@@ -114,10 +113,9 @@ fn too_few(findings: &Findings, ranking: &Ranking) -> Option<String> {
 
 /// Some lines; `separable`: the columns in which a difference from the best can be significant.
 fn part(findings: &Findings, lines: &[&Line], first: usize, separable: &[bool]) -> Markup {
+    let allowed = findings.allowances.iter().map(String::as_str);
     let head = ["#", "sampled in", "reconstructed by"].into_iter();
-    let head = head
-        .chain(findings.allowances.iter().map(String::as_str))
-        .chain(["order"]);
+    let head = head.chain(allowed).chain(["order"]);
     let rows = html! {
         tbody {
             @for (i, line) in lines.iter().enumerate() {

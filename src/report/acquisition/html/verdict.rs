@@ -5,20 +5,19 @@ use super::super::verdict::{Answer, Contest, Pair, method_of, middle, names, of_
 use super::charts::{self, Looks};
 use crate::brdf::Favours;
 use crate::error::count;
-use crate::experiment::{Findings, Metric};
+use crate::experiment::{Findings, Metric, Ranking};
 use maud::{Markup, html};
 
 pub(super) fn section(findings: &Findings, looks: &Looks) -> Markup {
     let rankings = of_all(findings);
-    let pair = rankings.first().and_then(|r| pair(findings, r));
+    let first = rankings.first();
+    let pair = first.and_then(|r| pair(findings, r));
     let answer = Answer::new(findings, &rankings, pair.as_ref());
     let contest = answer.contest.as_ref();
     let all = || answer.sentences.iter().chain(&answer.others);
     let is_open = all().any(|sentence| sentence.contains("undecided"));
-    let left_out = rankings.first().map(|r| r.scope.left_out.join(", "));
-    let chart = rankings
-        .first()
-        .and_then(|r| charts::decisive(findings, r, contest, looks));
+    let left_out = first.map(|r| r.scope.left_out.join(", "));
+    let chart = first.and_then(|r| charts::decisive(findings, r, contest, looks));
     let is_limited = contest.is_some_and(|c| c.limit(middle(findings)).is_some());
     let caveats = findings.truths.iter();
     let caveats = caveats.filter_map(|truth| caveat(findings, truth, pair.as_ref(), is_limited));
@@ -56,10 +55,9 @@ fn caveat(
         "Too few are alike to be told apart by what their formulas favour.",
         Favours::summary,
     );
-    let own = findings
-        .rankings
-        .iter()
-        .find(|r| r.scope.truth.as_deref() == Some(truth) && r.scope.metric == Metric::Nrmse);
+    let of_truth = |r: &&Ranking| r.scope.truth.as_deref() == Some(truth);
+    let mut own = findings.rankings.iter().filter(of_truth);
+    let own = own.find(|r| r.scope.metric == Metric::Nrmse);
     if own.is_none() && findings.truths.len() > 1 {
         return None;
     }
