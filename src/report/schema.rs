@@ -88,7 +88,6 @@ type Of<R> = Box<dyn Fn(&R) -> Cell>;
 pub(crate) struct Schema<R>(Vec<(String, Of<R>)>);
 
 impl<R> Schema<R> {
-    /// No columns.
     pub(crate) fn new() -> Self {
         Self(Vec::new())
     }
@@ -109,12 +108,10 @@ impl<R> Schema<R> {
         self
     }
 
-    /// Names of the columns.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.0.iter().map(|(name, _)| name.as_str())
     }
 
-    /// The cells of a row.
     pub(crate) fn cells(&self, row: &R) -> impl Iterator<Item = Cell> {
         self.0.iter().map(|(_, of)| of(row))
     }
@@ -172,7 +169,6 @@ impl Csv {
         self.row(cells.map(Cell::text));
     }
 
-    /// The rows.
     pub(crate) fn text(self) -> String {
         text(self.0)
     }

@@ -24,7 +24,6 @@ pub(super) fn cells(row: &Row) -> Map<String, Value> {
 /// A choice at an allowance: its ranking, its line, the allowance and its cell.
 type Place<'a> = (&'a Scope, &'a Line, &'a str, &'a Cell);
 
-/// The columns of the file.
 fn schema<'a>() -> Schema<Place<'a>> {
     columns! { (scope, line, allowed, cell) in Place<'a>;
         "metric" => scope.metric.name(),

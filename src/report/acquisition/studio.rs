@@ -47,7 +47,6 @@ const FUNCTIONS: &str = "functions.svg";
 /// A picture of a report: its file in the folder of pictures, and its caption.
 type Shown = [String; 2];
 
-/// The pictures of a study itself.
 fn general() -> Vec<Shown> {
     let hemispheres = "The first two axes of each parametrization on the hemisphere of light directions, for three views; \
                        the last pictures are turned to the back direction.";
@@ -101,7 +100,6 @@ impl<'a> Studio<'a> {
         self.parametrizations.iter().filter_map(of).collect()
     }
 
-    /// Draws the parametrizations.
     pub(crate) fn general(&self, folder: &mut RunFolder<Row>) -> Result<(), Error> {
         if !self.share.draws(0) {
             return Ok(());

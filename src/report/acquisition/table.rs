@@ -20,7 +20,6 @@ struct Lead {
 }
 
 impl Lead {
-    /// A column of numbers.
     fn number(heading: &'static str, width: usize, cell: fn(&Row) -> String) -> Self {
         Self {
             heading,
@@ -30,7 +29,6 @@ impl Lead {
         }
     }
 
-    /// A column of some names.
     fn name<'n>(
         heading: &'static str,
         names: impl Iterator<Item = &'n str>,
@@ -172,7 +170,6 @@ impl<'a> Table<'a> {
         out + &times([plan, measure, reconstruct, evaluate, spread])
     }
 
-    /// The columns before the errors.
     fn padded(&self, text: impl Fn(&Lead) -> String) -> String {
         let cells = self.lead.iter().map(|lead| {
             let (text, w) = (text(lead), lead.width);
@@ -238,12 +235,10 @@ fn times([plan, measure, reconstruct, evaluate, spread]: [String; 5]) -> String 
     text.trim_end().to_owned() + "\n"
 }
 
-/// Width of a column of errors.
 fn width(heading: &str) -> usize {
     count(heading).max(8)
 }
 
-/// Columns a text takes.
 fn count(text: &str) -> usize {
     text.chars().count()
 }

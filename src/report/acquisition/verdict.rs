@@ -12,17 +12,17 @@ use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
 pub(super) type Pair = [Choice; 2];
 
 /// The comparison of a pair in one ranking, at every allowance.
-pub(super) struct Contest<'a> {
-    pub pair: &'a Pair,
+pub(super) struct Contest {
+    pub pair: Pair,
     pub cells: Vec<Option<Paired>>,
 }
 
-impl<'a> Contest<'a> {
-    pub(super) fn new(findings: &Findings, ranking: &Ranking, pair: &'a Pair) -> Option<Self> {
+impl Contest {
+    pub(super) fn new(findings: &Findings, ranking: &Ranking, pair: &Pair) -> Option<Self> {
         let reference = findings.reference.as_deref()?;
         let all = duels_of(findings, ranking)?.duels.iter();
         let mut all = all.filter_map(|d| against(findings, d, reference));
-        let (_, mut cells) = all.find(|(sides, _)| sides == pair)?;
+        let (pair, mut cells) = all.find(|(sides, _)| sides == pair)?;
         // Without that of all allowances together.
         cells.truncate(findings.allowances.len());
         Some(Self { pair, cells })
@@ -50,7 +50,7 @@ impl<'a> Contest<'a> {
     /// The sentence about the comparison at an allowance, with its numbers.
     pub(super) fn said(&self, findings: &Findings, a: usize) -> Option<String> {
         let (cell, at) = (self.cell(a)?, findings.allowances.get(a)?);
-        let [x, y] = names(findings, self.pair);
+        let [x, y] = names(findings, &self.pair);
         let n = count(cell.n, "material");
         let interval = cell.interval.map_or(String::new(), |[low, high]| {
             format!(" (95 % {}–{})", share(low), share(high))
@@ -94,26 +94,26 @@ impl<'a> Contest<'a> {
     }
 }
 
-/// The sentences about one ranking of all materials, and those about the others.
+/// The sentences about the first ranking of all materials, and those about the others.
 pub(super) struct Answer<'a> {
-    pub contest: Option<Contest<'a>>,
+    pub ranking: Option<&'a Ranking>,
+    pub pair: Option<Pair>,
+    pub contest: Option<Contest>,
     pub sentences: Vec<String>,
     /// The ratio of the pair by the other errors and pairs.
     pub others: Option<String>,
 }
 
 impl<'a> Answer<'a> {
-    /// Rankings: those over all truths.
-    pub(super) fn new(
-        findings: &Findings,
-        rankings: &[&'a Ranking],
-        pair: Option<&'a Pair>,
-    ) -> Self {
+    pub(super) fn new(findings: &'a Findings) -> Self {
+        let mut rankings = of_all(findings).into_iter();
+        let ranking = rankings.next();
+        let pair = ranking.and_then(|r| pair(findings, r));
         let a = middle(findings);
         let at = |a: usize| findings.allowances.get(a).map_or("", String::as_str);
-        let contest_of = |ranking: &'a Ranking| Contest::new(findings, ranking, pair?);
-        let contest = rankings.first().and_then(|r| contest_of(r));
-        let mut sentences: Vec<String> = match rankings.first() {
+        let contest_of = |ranking: &Ranking| Contest::new(findings, ranking, pair.as_ref()?);
+        let contest = ranking.and_then(contest_of);
+        let mut sentences: Vec<String> = match ranking {
             None => vec!["There are no results.".into()],
             Some(ranking) => leaders(findings, ranking, a).into_iter().collect(),
         };
@@ -123,7 +123,7 @@ impl<'a> Answer<'a> {
                     OWN => " in their own coordinates",
                     _ => "",
                 };
-                sentences.push(match method_of(findings, contest.pair) {
+                sentences.push(match method_of(findings, &contest.pair) {
                     by if by.is_empty() => format!("All else equal{own}, {said}."),
                     by => format!("By {by}{own}, {said}."),
                 });
@@ -135,29 +135,27 @@ impl<'a> Answer<'a> {
             }
             sentences.extend(contest.limit(a).map(|limit| format!("{limit}.")));
         }
-        let other = |ranking: &&'a Ranking| {
+        let other = |ranking: &Ranking| {
             let short = contest_of(ranking)?.short(a)?;
             Some(format!("{short} by {}", error_of(&ranking.scope, " pairs")))
         };
-        let others = rankings.iter().skip(1);
-        let others = others.filter(|r| r.scope.metric.is_of_all_views());
+        let others = rankings.filter(|r| r.scope.metric.is_of_all_views());
         let others: Vec<String> = others.filter_map(other).collect();
         let others = others.join("; ");
         Self {
+            ranking,
             contest,
             sentences,
             others: (!others.is_empty())
                 .then(|| format!("By the other errors and pairs it is at {} {others}.", at(a))),
+            pair,
         }
     }
 }
 
 /// The sentences of a study as lines of a text.
 pub fn verdict_text(findings: &Findings) -> String {
-    let rankings = of_all(findings);
-    let pair = rankings.first().and_then(|r| pair(findings, r));
-    let answer = Answer::new(findings, &rankings, pair.as_ref());
-    format!("\n{}\n", answer.sentences.join("\n"))
+    format!("\n{}\n", Answer::new(findings).sentences.join("\n"))
 }
 
 /// The rankings over all truths.
@@ -228,7 +226,7 @@ fn leaders(findings: &Findings, ranking: &Ranking, a: usize) -> Option<String> {
 
 /// The pair of the verdict: challenger and reference where both exist, else the best and the
 /// reference; in the reconstruction with the smallest error of the reference.
-pub(super) fn pair(findings: &Findings, ranking: &Ranking) -> Option<Pair> {
+fn pair(findings: &Findings, ranking: &Ranking) -> Option<Pair> {
     let a = middle(findings);
     let reference = findings.reference.as_deref()?;
     let is_own =

@@ -15,9 +15,7 @@ use serde_json::{Value, json};
 
 /// All results about the light paths of a material.
 pub struct BouncesReport<'a> {
-    /// Name of the material.
     material: &'a str,
-    /// Its paths.
     sample: PathSample,
     /// Light that leaves, and the shares of the classes.
     shares: LightShares,
@@ -27,7 +25,6 @@ pub struct BouncesReport<'a> {
     class: Part,
     /// Share of its light that a box has at least.
     purity: f64,
-    /// A part for each parametrization.
     charts: Vec<ChartBounces>,
 }
 

@@ -50,7 +50,6 @@ impl SubsetReport<'_> {
         format!("Pairs of a box of {} coordinates{parts}", form.name())
     }
 
-    /// The report as text.
     pub(crate) fn text(&self) -> String {
         let form = &*self.subset.form;
         let mut out = format!(

@@ -213,7 +213,6 @@ impl Plot {
         }
     }
 
-    /// Draws the frame.
     pub(crate) fn frame(&self, canvas: &mut Canvas) {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
         self.line(canvas, &corners, FRAME, 0.8);

@@ -446,20 +446,15 @@ pub fn schedule_stem(key: &ScheduleKey<'_>) -> String {
         .map(|(has, letter)| if has { letter } else { '-' })
         .collect();
     let set = file_stem(&key.sample_set.name);
-    let instrument = match key.instrument {
-        Some(instrument) => format!("_{}", file_stem(&instrument.name)),
-        None => String::new(),
-    };
+    let part = |name: &str| format!("_{}", file_stem(name));
+    let instrument = key.instrument.map_or(String::new(), |i| part(&i.name));
+    let material = key.material.map_or(String::new(), |m| part(&m.name));
     let allowance = match key.allowance {
         Allowance::Poses(n) => n.to_string(),
         Allowance::Readings(n) => format!("{n}readings"),
         Allowance::Minutes(minutes) => format!("{minutes}min"),
     };
     let seed = key.seed;
-    let material = match key.material {
-        Some(material) => format!("_{}", file_stem(&material.name)),
-        None => String::new(),
-    };
     let stem = format!("{stem}_{symmetry}_{set}_{allowance}{instrument}{material}_seed{seed}");
     shortened(stem, LONGEST)
 }

@@ -59,7 +59,6 @@ impl Machine {
     }
 }
 
-/// The last line.
 #[derive(Serialize, Deserialize)]
 struct OfRun<M> {
     run: M,
@@ -88,7 +87,6 @@ impl Timings {
         text.lines().filter_map(of).collect()
     }
 
-    /// The line of the run.
     pub(crate) fn machine(&self) -> Option<Machine> {
         let lines = self.lines();
         let last = lines.lines().last()?;

@@ -1,7 +1,7 @@
 //! The answer in a few sentences, and what may be unfair about it.
 
 use super::super::findings::undecided;
-use super::super::verdict::{Answer, Contest, Pair, method_of, middle, names, of_all, pair};
+use super::super::verdict::{Answer, Contest, Pair, method_of, middle, names};
 use super::charts::{self, Looks};
 use crate::brdf::Favours;
 use crate::error::count;
@@ -9,18 +9,16 @@ use crate::experiment::{Findings, Metric, Ranking};
 use maud::{Markup, html};
 
 pub(super) fn section(findings: &Findings, looks: &Looks) -> Markup {
-    let rankings = of_all(findings);
-    let first = rankings.first();
-    let pair = first.and_then(|r| pair(findings, r));
-    let answer = Answer::new(findings, &rankings, pair.as_ref());
-    let contest = answer.contest.as_ref();
+    let answer = Answer::new(findings);
+    let (pair, contest) = (answer.pair.as_ref(), answer.contest.as_ref());
     let all = || answer.sentences.iter().chain(&answer.others);
     let is_open = all().any(|sentence| sentence.contains("undecided"));
-    let left_out = first.map(|r| r.scope.left_out.join(", "));
-    let chart = first.and_then(|r| charts::decisive(findings, r, contest, looks));
+    let left_out = answer.ranking.map(|r| r.scope.left_out.join(", "));
+    let ranking = answer.ranking;
+    let chart = ranking.and_then(|r| charts::decisive(findings, r, contest, looks));
     let is_limited = contest.is_some_and(|c| c.limit(middle(findings)).is_some());
     let caveats = findings.truths.iter();
-    let caveats = caveats.filter_map(|truth| caveat(findings, truth, pair.as_ref(), is_limited));
+    let caveats = caveats.filter_map(|truth| caveat(findings, truth, pair, is_limited));
     let caveats: Vec<Markup> = caveats.collect();
     html! {
         div.answer {
