@@ -114,16 +114,6 @@ pub enum Radius {
     CubeRoot,
 }
 
-impl Radius {
-    /// The formula, as captions print it.
-    pub(crate) fn caption(self) -> &'static str {
-        match self {
-            Radius::Linear => "ρ / max",
-            Radius::CubeRoot => "cube root of ρ / max",
-        }
-    }
-}
-
 /// Directions of the mesh along one angle, closer about `middle`, which is one of them.
 fn graded(middle: f64, half: i32) -> Vec<f64> {
     let step = |i: i32| {
@@ -203,11 +193,11 @@ pub fn slice_svg(
     };
     let values = values(slice, angles());
     let max = values.iter().flatten().copied().fold(0.0, f64::max);
-    let length = |v: f64| match radius {
-        _ if max <= 0.0 => 0.0,
-        Radius::Linear => v / max,
-        Radius::CubeRoot => (v / max).cbrt(),
+    let (radius, says): (fn(f64) -> f64, _) = match radius {
+        Radius::Linear => (|share| share, "ρ / max"),
+        Radius::CubeRoot => (f64::cbrt, "cube root of ρ / max"),
     };
+    let length = |v: f64| if max > 0.0 { radius(v / max) } else { 0.0 };
     let tip = |(v, [theta, phi]): (&Option<f64>, [f64; 2])| {
         Some(view_centered(theta, phi).vector() * length((*v)?))
     };
@@ -238,8 +228,7 @@ pub fn slice_svg(
 
     let share = open as f64 / ((thetas.len() - 1) * (phis.len() - 1)) as f64;
     let mut caption = format!(
-        "radius: {}; max = {}",
-        radius.caption(),
+        "radius: {says}; max = {}",
         match max {
             m if m == 0.0 || (1e-3..1e5).contains(&m) => format!("{m:.4} sr⁻¹"),
             m => format!("{m:.3e} sr⁻¹"),

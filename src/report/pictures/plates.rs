@@ -136,10 +136,8 @@ impl Plates {
 
     /// Every plane with its azimuth, degrees; those of the first parametrization first.
     pub(crate) fn each(&self) -> impl Iterator<Item = (&Plane, f64)> {
-        let all = |(plane, phis): (_, &'_ Vec<f64>)| -> Vec<(&Plane, f64)> {
-            phis.iter().map(|phi| (plane, *phi)).collect()
-        };
-        self.planes.iter().zip(&self.phi_deg).flat_map(all)
+        let all = self.planes.iter().zip(&self.phi_deg);
+        all.flat_map(|(plane, phis)| phis.iter().map(move |phi| (plane, *phi)))
     }
 
     /// A text with the azimuths that are 0 in the planes of an anisotropic BRDF; `None` for an

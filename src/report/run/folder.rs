@@ -3,7 +3,7 @@
 //!
 //! At the end come tables and pictures of the records. Every file but those of the records and their times is whole or not there.
 
-use super::manifest::{MANIFEST, Manifest};
+use super::manifest::{MANIFEST, Manifest, read_manifest};
 use super::rows::{RowFile, no_folder, unwritable};
 use super::timings::{Machine, TIMINGS, remove};
 use crate::error::Error;
@@ -12,6 +12,7 @@ use crate::experiment::{
 };
 use crate::files::{self, remove_parts, write_atomically};
 use crate::registry::named;
+use serde_json::Value;
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -175,7 +176,7 @@ impl<R: Record> RunFolder<R> {
 
     /// True if a whole run is here, and not a part of one.
     pub(crate) fn is_whole(dir: &Path) -> bool {
-        let manifest = manifest(dir);
+        let manifest: Value = read_manifest(dir);
         manifest["gonio"].is_string() && manifest["shard"].is_null()
     }
 
@@ -364,20 +365,14 @@ fn holds(dir: &Path, config: &str) -> bool {
     there.is_ok_and(|there| there == config.as_bytes())
 }
 
-/// The manifest of a folder; `null` if there is none.
-fn manifest(dir: &Path) -> serde_json::Value {
-    let manifest = files::read(&dir.join(MANIFEST), files::CONFIG_LIMIT).unwrap_or_default();
-    serde_json::from_slice(&manifest).unwrap_or_default()
-}
-
 /// Removes the schedules, slices and figures that a run wrote, and nothing else.
 fn clear(dir: &Path) -> io::Result<()> {
-    let manifest = manifest(dir);
+    let manifest: Value = read_manifest(dir);
     let listed = match (&manifest["gonio"], &manifest["files"]) {
-        (serde_json::Value::String(_), serde_json::Value::Array(files)) => files.as_slice(),
+        (Value::String(_), Value::Array(files)) => files.as_slice(),
         _ => &[],
     };
-    for name in listed.iter().filter_map(serde_json::Value::as_str) {
+    for name in listed.iter().filter_map(Value::as_str) {
         let Some((top, below)) = name.split_once('/') else {
             continue;
         };

@@ -3,12 +3,19 @@
 use super::timings::Timings;
 use crate::experiment::{Counts, Failure, Head, Input, Shard, Source, Tuned};
 use crate::files;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The file.
 pub(super) const MANIFEST: &str = "manifest.json";
+
+/// Fields of the manifest of a folder; what they are without one if there is none.
+pub(super) fn read_manifest<T: Default + DeserializeOwned>(dir: &Path) -> T {
+    let manifest = files::read(&dir.join(MANIFEST), files::CONFIG_LIMIT).unwrap_or_default();
+    serde_json::from_slice(&manifest).unwrap_or_default()
+}
 
 /// State of a run at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -76,8 +83,7 @@ pub struct MadeFrom {
 impl MadeFrom {
     /// Reads those of a folder; empty where a run has not ended.
     pub fn read(dir: &Path) -> Self {
-        let manifest = files::read(&dir.join(MANIFEST), files::CONFIG_LIMIT).unwrap_or_default();
-        let mut from: Self = serde_json::from_slice(&manifest).unwrap_or_default();
+        let mut from: Self = read_manifest(dir);
         if let Some(machine) = Timings::new(dir).machine() {
             (from.seconds, from.counts) = (machine.seconds, machine.counts);
         }

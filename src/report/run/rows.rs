@@ -91,11 +91,7 @@ impl RowFile {
         };
         let cut = !first.ends_with('\n') && first.starts_with('{');
         if read.is_err() || !(first.is_empty() || cut || is_record()) {
-            let message = format!(
-                "line 1 is no record of a run; allowed: the {} of one, or another folder with -o",
-                R::FILE
-            );
-            return Err(Error::data(&self.path, message));
+            return Err(no_record::<R>(&self.path, "line 1 is no record of a run"));
         }
         let cleared = self.file.set_len(0).and_then(|()| self.timings.clear());
         cleared.map_err(|e| unwritable(&self.path, &e))
@@ -142,6 +138,12 @@ impl RowFile {
 pub(super) fn no_folder(dir: &Path, e: &io::Error) -> Error {
     let message = format!("cannot write to this folder: {e}; choose another with -o");
     Error::output(dir, message)
+}
+
+/// What is wrong with a file that does not hold records.
+fn no_record<R: Record>(path: &Path, what: &str) -> Error {
+    let allowed = format!("the {} of one, or another folder with -o", R::FILE);
+    Error::data(path, format!("{what}; allowed: {allowed}"))
 }
 
 /// What is wrong with a file that cannot be written.
@@ -244,10 +246,6 @@ fn read<R: Record>(
 ) -> Result<u64, Error> {
     let unreadable =
         |e: &dyn std::fmt::Display| Error::data(path, format!("cannot read this file: {e}"));
-    let wrong = |what: &dyn std::fmt::Display| {
-        let allowed = format!("the {} of one, or another folder with -o", R::FILE);
-        Error::data(path, format!("{what}; allowed: {allowed}"))
-    };
     file.seek(SeekFrom::Start(0)).map_err(|e| unreadable(&e))?;
     let mut file = BufReader::new(file);
     let (mut line, mut whole) = (Vec::new(), 0);
@@ -261,7 +259,7 @@ fn read<R: Record>(
         let text = std::str::from_utf8(&line).map_err(|e| unreadable(&e))?;
         let none = |e| {
             let kind = "is no record of this kind of run";
-            wrong(&format_args!("line {number} {kind} ({})", reason(e)))
+            no_record::<R>(path, &format!("line {number} {kind} ({})", reason(e)))
         };
         let text = text.trim_end();
         let Key { key } = serde_json::from_str(text).map_err(none)?;
@@ -274,7 +272,7 @@ fn read<R: Record>(
     let first = line.iter().find(|byte| **byte != 0);
     match first {
         None | Some(b'{') => Ok(whole),
-        Some(_) => Err(wrong(&"its last line is no record of a run")),
+        Some(_) => Err(no_record::<R>(path, "its last line is no record of a run")),
     }
 }
 

@@ -11,7 +11,7 @@
 use crate::experiment::Counts;
 use crate::files::{self, write_atomically};
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -59,11 +59,6 @@ impl Machine {
     }
 }
 
-#[derive(Serialize, Deserialize)]
-struct OfRun<M> {
-    run: M,
-}
-
 /// The file in the folder of a run.
 pub(super) struct Timings(PathBuf);
 
@@ -90,8 +85,8 @@ impl Timings {
     pub(crate) fn machine(&self) -> Option<Machine> {
         let lines = self.lines();
         let last = lines.lines().last()?;
-        let of: OfRun<Machine> = serde_json::from_str(last).ok()?;
-        Some(of.run)
+        let of: Value = serde_json::from_str(last).ok()?;
+        Machine::deserialize(&of["run"]).ok()
     }
 
     pub(crate) fn append(&self, lines: &[u8]) -> io::Result<()> {
@@ -107,7 +102,7 @@ impl Timings {
     pub(crate) fn finish(&self, lines: &[u8], machine: &Machine) -> io::Result<()> {
         write_atomically(&self.0, |out| {
             out.write_all(lines)?;
-            serde_json::to_writer(&mut *out, &OfRun { run: machine })?;
+            serde_json::to_writer(&mut *out, &json!({ "run": machine }))?;
             out.write_all(b"\n")
         })
     }
