@@ -226,9 +226,8 @@ impl<'a> Studio<'a> {
             if cancelled() {
                 return Ok(());
             }
-            folder.write_picture(&format!("{name}.exr"), || {
-                file_of(|out| slices.write_exr(out))
-            })?;
+            let exr = || file_of(|out| slices.write_exr(out));
+            folder.write_picture(&format!("{name}.exr"), exr)?;
             folder.write_picture(&format!("{name}.svg"), || slices.svg(&material.name))?;
         }
         let drawn = self.drawn();
@@ -288,28 +287,23 @@ impl<'a> Studio<'a> {
             let (_, coordinates, preview) = &shown[i];
             let chart: Vec<_> = find(coordinates.name()).into_iter().collect();
             let map = ErrorMap::new(brdf, copies[i], &chart, CELLS);
-            let title = title(
-                "relative error (%) of the reconstruction",
-                coordinates,
-                &preview.method,
-            );
+            let what = "relative error (%) of the reconstruction";
+            let title = title(what, coordinates, &preview.method);
             (format!("{errors}.svg"), map.svg(&title).into_bytes())
         });
         if cancelled() {
             return Ok(());
         }
-        let files = shown
-            .par_iter()
-            .zip(all)
-            .map(|((name, coordinates, preview), made)| {
-                let title = title("truth and reconstruction", coordinates, &preview.method);
-                let exr = file_of(|out| made.write_exr(out));
-                let png = made.png();
-                let svg = made.svg(&title, &png).into_bytes();
-                // What is looked for is the last.
-                [("exr", exr), ("png", png), ("svg", svg)]
-                    .map(|(end, bytes)| (format!("{name}.{end}"), bytes))
-            });
+        let each = shown.par_iter().zip(all);
+        let files = each.map(|((name, coordinates, preview), made)| {
+            let title = title("truth and reconstruction", coordinates, &preview.method);
+            let exr = file_of(|out| made.write_exr(out));
+            let png = made.png();
+            let svg = made.svg(&title, &png).into_bytes();
+            // What is looked for is the last.
+            let files = [("exr", exr), ("png", png), ("svg", svg)];
+            files.map(|(end, bytes)| (format!("{name}.{end}"), bytes))
+        });
         let files: Vec<_> = files.collect();
         for (name, bytes) in files.into_iter().flatten().chain(map) {
             folder.write_picture(&name, || bytes)?;

@@ -107,23 +107,18 @@ pub fn correlations_csv(groups: &[Group]) -> String {
 
 /// `summary.json`: an object per group.
 pub fn summary_json(groups: &[Group]) -> String {
-    let summaries: serde_json::Map<String, Value> = groups
-        .iter()
-        .map(|group| (group.name.clone(), summary(group)))
-        .collect();
+    let summaries = groups.iter().map(|g| (g.name.clone(), summary(g)));
+    let summaries = Value::Object(summaries.collect());
     in_memory(serde_json::to_string_pretty(&summaries)) + "\n"
 }
 
 fn summary(group: &Group) -> Value {
     let in_degrees = |spread: Option<Spread>| spread.map(|s| s.scaled(1f64.to_degrees()));
     let shared = group.shared.as_ref().ok().and_then(|s| s[0].knots());
-    let horizon: serde_json::Map<String, Value> = HORIZON
-        .iter()
-        .map(|c| {
-            let median = median(group.first_channel().filter_map(|f| explained(f, *c)));
-            (format!("horizon_{c}"), json!(median))
-        })
-        .collect();
+    let horizon = HORIZON.map(|c| {
+        let median = median(group.first_channel().filter_map(|f| explained(f, c)));
+        (format!("horizon_{c}"), json!(median))
+    });
     json!({
         "materials": group.first_channel().count(),
         "channel": group.fits.first().map(|f| f.channel.name()),
@@ -136,7 +131,7 @@ fn summary(group: &Group) -> Value {
         "average_variance": group.spread(ProfileFits::average_variance),
         "variance_of_slope": group.relation.as_ref().ok(),
         "largest_odd": largest_odd(group),
-        "explained_by_horizon_median": horizon,
+        "explained_by_horizon_median": Value::from_iter(horizon),
     })
 }
 
@@ -215,18 +210,18 @@ fn group_table(group: &Group, published: Option<&PublishedNumbers>) -> String {
         let least = format!("energy {energy:.3}, slope {slope:.3}, variance {variance:.3}");
         line!("least correlation between R, G, B" => least);
     }
+    let undefined = || "undefined".to_owned();
     let relation = match &group.relation {
         // Of one material or two the quadratic is not determined.
         _ if n < 3 => "too few materials".into(),
         Ok(fit) => {
-            let r2 = fit.r_squared.map(|r| format!("{r:.3}"));
-            let r2 = r2.unwrap_or("undefined".into());
+            let r2 = fit.r_squared.map_or_else(undefined, |r| format!("{r:.3}"));
             format!("c {:.3}, R² {r2}", fit.coefficient)
         }
         Err(e) => e.to_string(),
     };
     line!("variance ≈ (π²/12)(1+µ) + c µ(1+µ)" => relation, mean_variance);
-    let odd = largest_odd(group).map_or("undefined".into(), |v| format!("{v:.1e}"));
+    let odd = largest_odd(group).map_or_else(undefined, |v| format!("{v:.1e}"));
     line!("largest moment odd in phi, standardised" => odd, odd_moments);
     for row in strongest(group) {
         let rank = row.spearman.unwrap_or(0.0);
@@ -234,12 +229,13 @@ fn group_table(group: &Group, published: Option<&PublishedNumbers>) -> String {
         line!(format!("correlation of {}, {}", row.a, row.b) => rank);
     }
     for component in HORIZON {
-        let values = group
-            .first_channel()
-            .filter_map(|f| explained(f, component));
-        let values: Vec<f64> = values.collect();
-        let (most, all) = (values.iter().filter(|v| **v > 0.5).count(), values.len());
-        if let Some(share) = median(values.into_iter()) {
+        let shares = || {
+            group
+                .first_channel()
+                .filter_map(|f| explained(f, component))
+        };
+        let (most, all) = (shares().filter(|v| *v > 0.5).count(), shares().count());
+        if let Some(share) = median(shares()) {
             let what = format!("share the horizon explains of {component}");
             let share = format!("median {:.0} %; most for {most} of {all}", 100.0 * share);
             line!(what => share, horizon);
@@ -293,10 +289,8 @@ fn shared_knots(group: &Group) -> String {
 
 /// Of two colour channels and a quantity: the least of Pearson's coefficients of three pairs.
 fn between(group: &Group, quantity: &str) -> Option<f64> {
-    let of_channels = group
-        .correlations
-        .iter()
-        .filter(|c| c.between == "channels");
+    let all = group.correlations.iter();
+    let of_channels = all.filter(|c| c.between == "channels");
     let pairs = of_channels.filter(|c| c.a.split(' ').next() == Some(quantity));
     pairs.filter_map(|c| c.pearson).min_by(f64::total_cmp)
 }

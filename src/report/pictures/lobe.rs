@@ -327,39 +327,3 @@ fn segments(eye: &Eye, points: impl Iterator<Item = DVec3>, ink: Ink, width: f64
     };
     points.windows(2).map(piece).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::brdf::Brdf;
-    use crate::brdf::testing::made;
-    use crate::geometry::Symmetry;
-    use crate::moments::Channel;
-
-    /// No data for φ < 0, a lobe elsewhere.
-    fn half() -> impl Brdf {
-        made(Symmetry::NONE, |pair| {
-            let v = pair.omega_i.vector();
-            (v.y >= 0.0).then_some([1.0 + v.x])
-        })
-    }
-
-    #[test]
-    fn flat_slices_have_theta_to_the_right_and_phi_up() {
-        let half = half();
-        let slice = Slice::new(&half, Channel::Luminance, 0.4).unwrap();
-        let flat = FlatSlice::new(&slice, 10);
-        for (i, value) in flat.values.iter().enumerate() {
-            let [theta, phi] = angles(10, i / 10, i % 10);
-            assert_eq!(*value, slice.value(theta, phi));
-            assert_eq!(value.is_none(), i >= 50);
-        }
-        assert!(flat.values[9] > flat.values[0]);
-        let mut csv = Vec::new();
-        flat.write_csv(&mut csv).unwrap();
-        let csv = String::from_utf8(csv).unwrap();
-        assert!(csv.contains("\n-81.000000000,81.000000000,") && csv.ends_with("-81.000000000,\n"));
-        let [lo, hi] = FlatSlice::range(std::slice::from_ref(&flat));
-        assert!(0.0 < lo && lo < hi && hi < 2.0);
-    }
-}
