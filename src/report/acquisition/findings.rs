@@ -381,23 +381,14 @@ pub(super) fn ratios(
 }
 
 fn shares(explained: &Explained, out: &mut String) {
-    let Explained {
-        scope,
-        factors,
-        shares,
-        ..
-    } = explained;
-    let of = if explained.scattered {
-        "scattered readings"
-    } else {
-        "grids"
+    let of = match explained.scattered {
+        true => "scattered readings",
+        false => "grids",
     };
-    let _ = writeln!(
-        out,
-        "\nWhat explains the variance of ln {}, {of}:",
-        error_of(scope, "")
-    );
-    for (name, share) in named_shares(factors, shares).into_iter().take(8) {
+    let error = error_of(&explained.scope, "");
+    let _ = writeln!(out, "\nWhat explains the variance of ln {error}, {of}:");
+    let named = named_shares(&explained.factors, &explained.shares);
+    for (name, share) in named.into_iter().take(8) {
         let _ = writeln!(out, "  {:>5.1} %  {name}", 100.0 * share);
     }
 }

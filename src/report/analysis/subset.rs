@@ -57,12 +57,8 @@ impl SubsetReport<'_> {
             form.name(),
             ranges(form.axes(), &self.subset.ranges)
         );
-        let SubsetMeasure {
-            quadrature,
-            counted,
-        } = self.measure;
-        let by_quadrature = ("by quadrature", quadrature);
-        let by_counting = ("counted", counted);
+        let by_quadrature = ("by quadrature", self.measure.quadrature);
+        let by_counting = ("counted", self.measure.counted);
         let [(name, best), (other_name, other)] = match self.measure.is_counted() {
             true => [by_counting, by_quadrature],
             false => [by_quadrature, by_counting],

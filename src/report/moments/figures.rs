@@ -394,13 +394,6 @@ fn vanishing(panel: &Panel) -> Option<f64> {
 /// Places of the forms in the colour cycle: no green beside red.
 const COLORS: [usize; 3] = [1, 6, 3];
 
-fn symbol(along: Along) -> &'static str {
-    match along {
-        Along::Theta => "θ",
-        Along::Phi => "φ",
-    }
-}
-
 fn rendered_over_views(rows: &[RelationRow]) -> Vec<Panel> {
     let moments: [(_, fn(AngleMoments) -> f64); 3] = [
         ("energy", |m| m.energy),
@@ -422,7 +415,10 @@ fn rendered_over_views(rows: &[RelationRow]) -> Vec<Panel> {
             let points = points(&|r| Some(form(r)?.moments));
             series.push(Series::new(name, color, Mark::Dashed, points));
         }
-        let title = format!("along {}", symbol(rows[0].relation.along));
+        let title = match rows[0].relation.along {
+            Along::Theta => "along θ",
+            Along::Phi => "along φ",
+        };
         Panel::new(title, ["θ_o (°)", label].map(Axis::linear), series)
     };
     moments.map(panel).into()

@@ -81,15 +81,12 @@ fn schema() -> Schema<RelationRow> {
 
 /// The head of the table for people.
 pub fn relations_head() -> String {
+    let forms: String = FORMS.map(|(form, _)| format!("  {form:^28}")).concat();
+    let moments = format!("  {:>8} {:>9} {:>9}", "energy", "mean", "variance").repeat(FORMS.len());
     format!(
         "Errors against rendering: energy and variance relative to it, mean in its standard deviations.\n\n\
-         {:33} {:>6}  {:^28}  {:^28}  {:^28}\n",
-        "", "", "printed", "corrected", "windowed"
-    ) + &format!(
-        "{:33} {:>6}  {h}  {h}  {h}\n",
-        "  material, lighting, along",
-        "view",
-        h = format_args!("{:>8} {:>9} {:>9}", "energy", "mean", "variance")
+         {:40}{forms}\n{:33} {:>6}{moments}\n",
+        "", "  material, lighting, along", "view"
     )
 }
 

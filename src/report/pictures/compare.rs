@@ -119,12 +119,6 @@ impl Comparison {
         text
     }
 
-    /// Reconstruction − truth in luminance.
-    fn differences(&self) -> impl Iterator<Item = Option<f64>> {
-        let both = self.truth.pixels.iter().zip(&self.reconstruction.pixels);
-        both.map(|(f, g)| Some(luminance((*g)?) - luminance((*f)?)))
-    }
-
     /// Width and height of the PNG.
     pub(crate) fn size(&self) -> [usize; 2] {
         let side = self.truth.resolution;
@@ -139,12 +133,14 @@ impl Comparison {
         let white = self.truth.white();
         // Stripes as wide on a small sphere as on a large one.
         let stripe = (side / 32).max(1);
-        let differences: Vec<_> = self.differences().collect();
+        let both = [&self.truth, &self.reconstruction];
         let colour = |sphere: usize, i: usize| match sphere {
             _ if self.unknown[i] => hatched(i, side, stripe),
-            0 => self.truth.shown(i, white),
-            1 => self.reconstruction.shown(i, white),
-            _ => signed(place(differences[i].unwrap_or(0.0) / white)),
+            0 | 1 => both[sphere].shown(i, white),
+            _ => {
+                let [f, g] = both.map(|image| image.pixels[i].map_or(0.0, luminance));
+                signed(place((g - f) / white))
+            }
         };
         let mut pixels = Vec::with_capacity(self.size()[0] * side);
         for row in 0..side {

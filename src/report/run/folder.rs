@@ -346,14 +346,6 @@ fn sorted<'r, R: Record>(rows: &'r [Arc<R>], keys: &[RowKey]) -> (Vec<&'r R>, Ve
     (mine, others.collect())
 }
 
-/// The records of a folder.
-///
-/// # Errors
-/// [`Error::Data`] if there are none or a line is none.
-pub fn read_rows<R: Record>(dir: &Path) -> Result<Vec<R>, Error> {
-    RowFile::read_from(&dir.join(R::FILE))
-}
-
 fn config_text(resolved: &Table) -> Result<String, Error> {
     let config = toml::to_string(resolved).map_err(|e| Error::Internal(e.to_string()))?;
     Ok(format!("{CONFIG_HEAD}{config}"))

@@ -158,16 +158,11 @@ impl Manifest {
         parts: Option<MadeFrom>,
     ) -> Self {
         let (config, options, missing) = match parts {
-            Some(MadeFrom {
-                inputs,
-                options,
-                missing,
-                ..
-            }) if !inputs.is_empty() => {
-                let mut inputs = inputs.into_iter();
+            Some(parts) if !parts.inputs.is_empty() => {
+                let mut inputs = parts.inputs.into_iter();
                 let config = inputs.next();
                 materials = inputs.collect();
-                (config, options, missing)
+                (config, parts.options, parts.missing)
             }
             _ => {
                 let config = Input {

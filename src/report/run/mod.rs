@@ -9,7 +9,8 @@ mod timings;
 pub(super) use folder::coordinates_stem;
 pub use folder::{
     Below, CONFIG, CORRELATIONS, FITS, PARQUET, PROFILES, RANKING, RELATIONS, REPORT, RESULTS,
-    RunFolder, SUMMARY, TIMES, file_stem, read_rows, schedule_stem, slice_name,
+    RunFolder, SUMMARY, TIMES, file_stem, schedule_stem, slice_name,
 };
 pub use manifest::{MadeFrom, Manifest, Outcome, Status};
+pub use rows::read_rows;
 pub use timings::Machine;

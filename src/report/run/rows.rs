@@ -69,16 +69,6 @@ impl RowFile {
         Ok(rows)
     }
 
-    /// The records of a file that is not being written.
-    pub(crate) fn read_from<R: Record>(path: &Path) -> Result<Vec<R>, Error> {
-        let file = files::open(path);
-        let file = file.map_err(|e| Error::data(path, format!("cannot read this file: {e}")))?;
-        let mut rows = Vec::new();
-        let times = Timings::new(path.parent().unwrap_or(Path::new(""))).read();
-        read(path, &file, &times, |row| rows.push(row))?;
-        Ok(rows)
-    }
-
     /// Drops all records, of whatever version; a file that holds something else is left alone.
     pub(crate) fn clear<R: Record>(&mut self) -> Result<(), Error> {
         let mut first = String::new();
@@ -132,6 +122,23 @@ impl RowFile {
         })?;
         self.timings.finish(&times, machine)
     }
+}
+
+/// The records of a folder that no run writes to.
+///
+/// # Errors
+/// [`Error::Data`] if there are none or a line is none.
+pub fn read_rows<R: Record>(dir: &Path) -> Result<Vec<R>, Error> {
+    let path = &dir.join(R::FILE);
+    let file = files::open(path).map_err(|e| unreadable(path, &e))?;
+    let mut rows = Vec::new();
+    read(path, &file, &Timings::new(dir).read(), |row| rows.push(row))?;
+    Ok(rows)
+}
+
+/// What is wrong with a file that cannot be read.
+fn unreadable(path: &Path, e: &dyn std::fmt::Display) -> Error {
+    Error::data(path, format!("cannot read this file: {e}"))
 }
 
 /// What is wrong with a folder that cannot be written to.
@@ -244,8 +251,7 @@ fn read<R: Record>(
     times: &Times,
     mut take: impl FnMut(R),
 ) -> Result<u64, Error> {
-    let unreadable =
-        |e: &dyn std::fmt::Display| Error::data(path, format!("cannot read this file: {e}"));
+    let unreadable = |e: &dyn std::fmt::Display| unreadable(path, e);
     file.seek(SeekFrom::Start(0)).map_err(|e| unreadable(&e))?;
     let mut file = BufReader::new(file);
     let (mut line, mut whole) = (Vec::new(), 0);
