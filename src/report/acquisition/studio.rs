@@ -74,10 +74,8 @@ pub struct Studio<'a> {
 impl<'a> Studio<'a> {
     /// A studio under the light of the plan; [`Error::Config`] if that cannot be built.
     pub(crate) fn new(plan: &'a Plan, shard: Option<Shard>) -> Result<Self, Error> {
-        let spec = &plan.pictures.lighting;
-        let lighting = spec
-            .build()
-            .map_err(|e| Error::config("pictures.lighting", e))?;
+        let lighting = plan.pictures.lighting.build();
+        let lighting = lighting.map_err(|e| Error::config("pictures.lighting", e))?;
         let names = each_once(plan.parametrizations.iter().map(|c| c.name()));
         Ok(Self {
             plan,
@@ -247,9 +245,8 @@ impl<'a> Studio<'a> {
             if cancelled() {
                 return Ok(());
             }
-            let router = self
-                .router
-                .get_or_insert_with(|| Router::counting(&counters));
+            let router = &mut self.router;
+            let router = router.get_or_insert_with(|| Router::counting(&counters));
             // Too few readings for a schedule of this symmetry: there is nothing to show.
             if let Some(preview) = preview(self.plan, material, brdf, i, router)? {
                 shown.push((name, &self.plan.parametrizations[i], preview));

@@ -34,12 +34,10 @@ impl Lead {
         names: impl Iterator<Item = &'n str>,
         cell: fn(&Row) -> String,
     ) -> Self {
-        let widest = names.chain([heading]).map(count).max();
+        let widest = names.map(count).fold(count(heading), usize::max);
         Self {
-            heading,
-            width: widest.unwrap_or(0),
             is_right: false,
-            cell,
+            ..Self::number(heading, widest, cell)
         }
     }
 }
@@ -154,19 +152,13 @@ impl<'a> Table<'a> {
             let all: Option<f64> = rows.iter().map(|r| of(r)).sum();
             all.map(|all| all * per_measure)
         };
-        let [half, whole] = [
-            sum(|r| r.seconds_range().map(|[low, high]| (high - low) / 2.0)),
-            sum(Row::seconds),
-        ];
-        let spread = half.zip(whole).map(|(half, whole)| 100.0 * half / whole);
+        let half = sum(|r| r.seconds_range().map(|[low, high]| (high - low) / 2.0));
+        let spread = half.zip(sum(Row::seconds));
+        let spread = spread.map(|(half, whole)| 100.0 * half / whole);
         let spread = spread.map_or(String::new(), |percent| format!("{percent:.0}"));
-        let seconds = [
-            first.plan_seconds,
-            first.measure_seconds,
-            sum(|r| r.reconstruct_seconds),
-            sum(|r| r.evaluate_seconds),
-        ];
-        let [plan, measure, reconstruct, evaluate] = seconds.map(ms);
+        let [plan, measure] = [first.plan_seconds, first.measure_seconds].map(ms);
+        let sums = [sum(|r| r.reconstruct_seconds), sum(|r| r.evaluate_seconds)];
+        let [reconstruct, evaluate] = sums.map(ms);
         out + &times([plan, measure, reconstruct, evaluate, spread])
     }
 

@@ -288,8 +288,6 @@ fn fits_sheet(group: &Group, curves: &[Curve<'_>], name: String, of: &str) -> Sh
         let axes = ["material, by RMSE", label].map(Axis::linear);
         Panel::new("errors of the fit", axes, both)
     };
-    // One scale a row.
-    let ranges = [0, 3, 6];
     let energy = |p: &Profile, v: usize| p.slices[v].moments.energy();
     let mean = |p: &Profile, v: usize| Some(p.slices[v].moments.mean()?[0].to_degrees());
     let variance = |p: &Profile, v: usize| p.slices[v].moments.average_variance();
@@ -311,12 +309,13 @@ fn fits_sheet(group: &Group, curves: &[Curve<'_>], name: String, of: &str) -> Sh
         ],
         columns: 3,
     };
-    for row in ranges {
-        let points = sheet.panels[row..row + 2].iter().flat_map(|p| &p.series);
-        let values = points.flat_map(|s| &s.points).filter_map(|p| p.1);
+    // One scale a row, but for the errors at its end.
+    for row in sheet.panels.chunks_mut(3) {
+        let series = row[..2].iter().flat_map(|p| &p.series);
+        let values = series.flat_map(|s| &s.points).filter_map(|p| p.1);
         if let Some([lo, hi]) = extent(values).filter(|[lo, hi]| hi > lo) {
             let room = 0.04 * (hi - lo);
-            for panel in &mut sheet.panels[row..row + 2] {
+            for panel in &mut row[..2] {
                 panel.y.range = Some([lo - room, hi + room]);
             }
         }

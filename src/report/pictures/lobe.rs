@@ -21,7 +21,6 @@ pub struct FlatSlice {
 }
 
 impl FlatSlice {
-    /// Largest resolution.
     pub(crate) const MAX_RESOLUTION: usize = 4096;
 
     /// Looks at `resolution` × `resolution` directions; clamped to [1, 4096].

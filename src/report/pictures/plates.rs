@@ -71,7 +71,6 @@ pub(super) enum Pixel<T> {
 }
 
 impl<T> Pixel<T> {
-    /// The value, if there is one.
     pub(crate) fn value(&self) -> Option<&T> {
         match self {
             Self::Value(value) => Some(value),

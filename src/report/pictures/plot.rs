@@ -275,7 +275,6 @@ pub(crate) fn text(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64, bol
     canvas.text(at, text, Lettering { bold, ..how });
 }
 
-/// Draws a text that is read from below.
 pub(super) fn text_upwards(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64) {
     let how = Lettering::new(size, Align::Middle);
     canvas.text(at, text, how.bold().upwards());

@@ -265,7 +265,6 @@ fn to_mirror(d: DVec3, omega_o: Direction) -> DVec3 {
     DVec3::new(o.z * d.x + o.x * d.z, d.y, o.z * d.z - o.x * d.x)
 }
 
-/// Shading of pixels.
 struct Shader<'a> {
     brdfs: &'a [&'a dyn Brdf],
     lighting: &'a dyn Lighting,

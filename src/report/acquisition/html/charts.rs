@@ -315,9 +315,7 @@ fn ranges(line: &Line, cost: &Cost) -> Vec<Point> {
 /// sets a colour per set. Equal in all diagrams of a report.
 pub(super) struct Looks {
     factor: Factor,
-    /// Sample sets, each once.
     sets: Vec<String>,
-    /// Parametrizations and their warps, each once.
     samplings: Vec<(String, String)>,
 }
 

@@ -55,17 +55,10 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Option<Markup> {
 
 fn table(findings: &Findings, rows: &[Against], reference: &str) -> Markup {
     let ratio = format!("error / {reference}");
-    let head = [
-        "sampled in",
-        "at",
-        &ratio,
-        "95 %",
-        "p",
-        "better on",
-        "worse on",
-        "alike on",
-        "verdict",
-    ];
+    let counts = "p\tbetter on\tworse on\talike on\tverdict".split('\t');
+    let head = ["sampled in", "at", &ratio, "95 %"]
+        .into_iter()
+        .chain(counts);
     let rows = html! {
         @for row in rows {
             tbody {

@@ -98,10 +98,8 @@ fn least(picture: &Rgba) -> Vec<u8> {
     let mut palette: BTreeMap<(u32, [u8; 4]), u8> = BTreeMap::new();
     // By brightness, so that neighbours on the palette are alike.
     let key = |p: [u8; 4]| {
-        (
-            3 * u32::from(p[0]) + 6 * u32::from(p[1]) + u32::from(p[2]),
-            p,
-        )
+        let [r, g, b, _] = p.map(u32::from);
+        (3 * r + 6 * g + b, p)
     };
     for pixel in pixels() {
         palette.insert(key(pixel), 0);
@@ -116,15 +114,11 @@ fn least(picture: &Rgba) -> Vec<u8> {
     let (color, bytes): (_, Vec<u8>) = if opaque && pixels().all(|p| p[0] == p[1] && p[1] == p[2]) {
         (ColorType::Grayscale, pixels().map(|p| p[0]).collect())
     } else if few {
-        (
-            ColorType::Indexed,
-            pixels().map(|p| palette[&key(p)]).collect(),
-        )
+        let places = pixels().map(|p| palette[&key(p)]);
+        (ColorType::Indexed, places.collect())
     } else if opaque {
-        (
-            ColorType::Rgb,
-            pixels().flat_map(|[r, g, b, _]| [r, g, b]).collect(),
-        )
+        let colours = pixels().flat_map(|[r, g, b, _]| [r, g, b]);
+        (ColorType::Rgb, colours.collect())
     } else {
         (ColorType::Rgba, pixels().flatten().collect())
     };

@@ -154,7 +154,6 @@ pub(super) fn legend() -> Markup {
     }
 }
 
-/// The section of a material.
 pub(super) fn section(
     number: usize,
     material: &Material,

@@ -168,7 +168,6 @@ struct Section {
     body: Option<Markup>,
     /// What stands behind its title in the contents.
     contents: Markup,
-    /// What stands below it.
     below: Markup,
 }
 
@@ -260,7 +259,6 @@ fn levels(findings: &Findings) -> Option<Markup> {
     })
 }
 
-/// A table of texts.
 fn of_texts(of: &TextTable) -> Markup {
     let head = std::iter::once("").chain(of.head.iter().map(String::as_str));
     table(

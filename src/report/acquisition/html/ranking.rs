@@ -30,7 +30,6 @@ pub(super) fn section(findings: &Findings) -> Option<Markup> {
     })
 }
 
-/// Explanation of the tables' columns and marks.
 fn legend(findings: &Findings) -> Markup {
     html! {
         p {
