@@ -1,7 +1,7 @@
 //! The argument CONFIG|BRDF of commands that look at materials.
 
 use super::config_args::keys_of_material;
-use super::{Progress, build, choose_material, detail, keep_named, say};
+use super::{Progress, build, choose_material, detail, keep_named, say, set_below};
 use crate::brdf::{Brdf, Channels};
 use crate::error::{Error, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
@@ -47,8 +47,8 @@ impl BrdfArgs {
     /// The config: the one that is named, or one that holds nothing but the material.
     pub(super) fn source(&self) -> Result<Source, Error> {
         let path = Path::new(&self.target);
-        let single = |keys: String| {
-            let text = format!("experiment = \"moments\"\n\n[[material]]\n{keys}\n");
+        let of_keys = |keys: String| {
+            let text = format!("experiment = \"moments\"\n{keys}\n");
             Source::new(self.target.as_str(), text)
         };
         let of_config = is_config(&self.target);
@@ -61,10 +61,9 @@ impl BrdfArgs {
             }
             _ if of_dir => {
                 let dir = toml::Value::from(path.to_string_lossy().into_owned());
-                let text = format!("experiment = \"moments\"\nmaterials_dir = {dir}\n");
-                Source::new(self.target.as_str(), text)
+                of_keys(format!("materials_dir = {dir}"))
             }
-            Some(keys) => single(keys),
+            Some(keys) => of_keys(format!("\n[[material]]\n{keys}")),
             None => {
                 let message = format!(
                     "this is neither a config (*.toml), a table ({}), a folder of them, readings ({}) nor \
@@ -76,19 +75,11 @@ impl BrdfArgs {
                 return Err(Error::config(excerpt(&self.target), message));
             }
         };
-        for assignment in &self.set {
-            let first = assignment
-                .split(['.', '='])
-                .next()
-                .unwrap_or_default()
-                .trim();
-            let of = match of_config || TABLES.contains(&first) {
-                true => "",
-                false if of_dir => "merl.",
-                false => "material.0.",
-            };
-            source.set(&format!("{of}{assignment}"), format!("--set {assignment}"))?;
-        }
+        set_below(&mut source, &self.set, |first| match first {
+            first if of_config || TABLES.contains(&first) => "",
+            _ if of_dir => "merl.",
+            _ => "material.0.",
+        })?;
         if !Kind::of_config(&source)?.has_profiles() {
             // Its own run may not want moments; this command does.
             source.set("quantities=[\"moments\"]", "quantities".into())?;
@@ -109,9 +100,7 @@ impl BrdfArgs {
         let plan = self.plan()?;
         let (channels, materials) = (plan.seen_in(Channels::Luminance), plan.materials);
         let mut failed = 0;
-        let mut progress = Progress::with_work(materials.len() as u64, "");
-        for material in &materials {
-            progress.doing(|| material.name.clone());
+        Progress::over(&materials, |material, progress| {
             match build(material, channels.clone()) {
                 Ok(brdf) => visit(material, &*brdf)?,
                 Err(e) if materials.len() == 1 => return Err(e),
@@ -120,8 +109,8 @@ impl BrdfArgs {
                     failed += 1;
                 }
             }
-            progress.advance(1.0);
-        }
+            Ok(())
+        })?;
         if failed == 0 {
             return Ok(());
         }
@@ -135,10 +124,8 @@ impl BrdfArgs {
     /// The only material, and its BRDF in some channels, or in the wavelengths of its scene.
     pub(super) fn one(&self, channels: Channels) -> Result<(Material, Box<dyn Brdf>), Error> {
         let mut plan = self.plan()?;
-        let brdf = build(
-            choose_material(&plan.materials, None)?,
-            plan.seen_in(channels),
-        )?;
+        let material = choose_material(&plan.materials, None)?;
+        let brdf = build(material, plan.seen_in(channels))?;
         Ok((plan.materials.swap_remove(0), brdf))
     }
 

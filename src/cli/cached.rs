@@ -26,10 +26,7 @@ pub(super) struct CachedBrdf<'a> {
 /// A hash of bytes, cut off.
 fn hash<const N: usize>(bytes: &[u8]) -> [u8; N] {
     let mut cut = [0; N];
-    blake3::Hasher::new()
-        .update(bytes)
-        .finalize_xof()
-        .fill(&mut cut);
+    cut.copy_from_slice(&blake3::hash(bytes).as_bytes()[..N]);
     cut
 }
 
@@ -81,22 +78,19 @@ impl<'a> CachedBrdf<'a> {
             }
         }
         if !known.is_empty() {
-            note(&format!(
-                "gonio: goes on from {} pairs of {}",
-                known.len(),
-                path.display()
-            ));
+            let (pairs, file) = (known.len(), path.display());
+            note(&format!("gonio: goes on from {pairs} pairs of {file}"));
         }
         let file = OpenOptions::new().create(true).append(true).open(&path);
         let file = file.map_err(failed)?;
         let whole = head.len() + records.len() / size * size;
-        let begun = match held.len() < head.len() {
-            true => file
-                .set_len(0)
-                .and_then(|()| (&file).write_all(head.as_bytes())),
-            false => file.set_len(whole as u64),
-        };
-        begun.map_err(failed)?;
+        if held.len() < head.len() {
+            let emptied = file.set_len(0);
+            emptied.and_then(|()| (&file).write_all(head.as_bytes()))
+        } else {
+            file.set_len(whole as u64)
+        }
+        .map_err(failed)?;
         Ok(Self {
             brdf,
             path,
@@ -141,10 +135,8 @@ impl<'a> CachedBrdf<'a> {
         // A thread that panicked wrote whole records or none.
         let mut file = self.file.lock().unwrap_or_else(|e| e.into_inner());
         if let Some(Err(e)) = file.as_mut().map(|file| file.write_all(records)) {
-            say(&format!(
-                "gonio: values are no longer kept: {}: {e}",
-                self.path.display()
-            ));
+            let path = self.path.display();
+            say(&format!("gonio: values are no longer kept: {path}: {e}"));
             *file = None;
         }
     }

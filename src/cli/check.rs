@@ -44,10 +44,8 @@ impl Check {
         self.seed.apply(&mut source)?;
         let plan = any_plan(&source)?;
         let json = self.json.wanted();
-        let mut description = Description {
-            json,
-            sheet: Map::new(),
-        };
+        let sheet = Map::new();
+        let mut description = Description { json, sheet };
         let infeasible = match &plan {
             AnyPlan::Acquisition(plan) => description.acquisition(plan)?,
             AnyPlan::Moments(plan) => description.moments(plan).map(|()| None)?,
@@ -141,10 +139,9 @@ impl Description {
     /// An acquisition; also returns the first plan that an instrument cannot carry out.
     fn acquisition(&mut self, plan: &Plan) -> Result<Option<Error>, Error> {
         self.head(plan.head())?;
-        let names = plan.methods.iter().map(|m| {
-            let most = m.up_to.map_or(String::new(), |n| format!(" up to {n}"));
-            m.label() + &most
-        });
+        let most = |n: usize| format!(" up to {n}");
+        let names = plan.methods.iter();
+        let names = names.map(|m| m.label() + &m.up_to.map(most).unwrap_or_default());
         let names: Vec<_> = names.collect();
         let measures: Vec<_> = plan.measures.iter().map(|m| m.name()).collect();
         let used = plan.used_units();
@@ -173,35 +170,26 @@ impl Description {
         self.time(plan, plan.seconds_by_method(&used))?;
         if let Some(table) = &plan.moments {
             let (spec, estimator) = (&table.spec, table.estimator.label());
-            self.fact(
-                "moments",
-                json!({
-                    "views": spec.views,
-                    "max_view_deg": spec.max_view_deg,
-                    "order": spec.order.get(),
-                    "estimator": estimator,
-                }),
-            );
+            let (max_view_deg, order) = (spec.max_view_deg, spec.order.get());
+            let views = count(spec.views, "view");
             self.text(&format!(
-                "moments: {} up to {}°, to order {}, by {estimator}; one profile a material and a reconstruction\n",
-                count(spec.views, "view"),
-                spec.max_view_deg,
-                spec.order.get(),
+                "moments: {views} up to {max_view_deg}°, to order {order}, by {estimator}; one profile a material and a reconstruction\n"
             ))?;
+            let moments = json!({
+                "views": spec.views,
+                "max_view_deg": max_view_deg,
+                "order": order,
+                "estimator": estimator,
+            });
+            self.fact("moments", moments);
         }
         // Those of readings and minutes are found for each instrument, see below.
-        let known = plan
-            .symmetries()
-            .into_iter()
-            .filter(|_| !plan.budgets.is_empty());
-        for symmetry in known {
-            self.text(&format!("\nschedules for {}\n", symmetry))?;
+        let known = plan.symmetries().into_iter();
+        for symmetry in known.filter(|_| !plan.budgets.is_empty()) {
+            self.text(&format!("\nschedules for {symmetry}\n"))?;
             schedules(plan, &used, symmetry, self)?;
         }
-        match plan.instruments.is_empty() {
-            true => Ok(None),
-            false => ways(plan, self),
-        }
+        ways(plan, self)
     }
 
     /// The time of reconstructions, and the method that takes most of it.
@@ -209,30 +197,26 @@ impl Description {
         let all: f64 = times.iter().sum();
         self.fact("core_seconds", all);
         let cores = rayon::current_num_threads();
-        let times = times.iter().zip(&plan.methods);
-        let longest = times.max_by(|a, b| a.0.total_cmp(b.0));
-        let longest =
-            longest.filter(|(seconds, _)| **seconds > 0.5 * all && plan.methods.len() > 1);
-        let longest = longest.map_or(String::new(), |(seconds, method)| {
-            format!(
-                ", {:.0} % of it by {}",
-                100.0 * seconds / all,
-                method.label()
-            )
-        });
-        let by_minutes = match plan.minutes.is_empty() {
-            true => String::new(),
-            false => format!(", if the instrument takes {POSES_A_MINUTE} poses a minute"),
-        };
-        let learns = match plan.sample_sets.iter().any(|set| set.learns()) {
-            true => "; to choose poses from readings comes on top",
-            false => "",
-        };
-        self.text(&format!(
-            "to reconstruct and compare: about {} on {}, within a factor of three{by_minutes}{longest}{learns}\n",
+        let mut text = format!(
+            "to reconstruct and compare: about {} on {}, within a factor of three",
             HumanDuration(Duration::from_secs_f64((all / cores as f64).max(1.0))),
             count(cores, "core"),
-        ))
+        );
+        if !plan.minutes.is_empty() {
+            text += &format!(", if the instrument takes {POSES_A_MINUTE} poses a minute");
+        }
+        let times = times.iter().zip(&plan.methods);
+        if let Some((seconds, method)) = times.max_by(|a, b| a.0.total_cmp(b.0))
+            && *seconds > 0.5 * all
+            && plan.methods.len() > 1
+        {
+            let percent = 100.0 * seconds / all;
+            text += &format!(", {percent:.0} % of it by {}", method.label());
+        }
+        if plan.sample_sets.iter().any(|set| set.learns()) {
+            text += "; to choose poses from readings comes on top";
+        }
+        self.text(&(text + "\n"))
     }
 
     /// Text for people.
@@ -290,9 +274,8 @@ fn source(args: &ConfigArgs) -> Result<Source, Error> {
         Some(preset) if !args.config.exists() => args.apply(Source::new(preset.name, preset.text)),
         _ if is_name(&args.config) => {
             let names = one_of(&name, presets.iter().map(|preset| preset.name));
-            let message =
-                format!("there is no such file; allowed: a config, or an instrument: {names}");
-            Err(Error::config(excerpt(&name), message))
+            let message = "there is no such file; allowed: a config, or an instrument";
+            Err(Error::config(excerpt(&name), format!("{message}: {names}")))
         }
         _ => args.source(),
     }
@@ -353,22 +336,22 @@ fn schedules(
             None => FROM_READINGS.into(),
             Some(Err(e)) => {
                 row["problem"] = e.to_string().into();
-                format!("{e}")
+                e.to_string()
             }
             Some(Ok(schedule)) => {
                 row["poses"] = schedule.poses.len().into();
                 row["unphysical_share"] = schedule.unphysical_share.into();
-                let shape = schedule.lattice.as_ref().map(|lattice| lattice.shape());
-                row["nodes"] = json!(shape.as_ref().map(|shape| shape.to_vec()));
-                let shape = shape.map(|shape| {
+                let shape = schedule.lattice.as_ref().map(|l| l.shape().to_vec());
+                let shown = shape.as_ref().map(|shape| {
                     let shape: Vec<_> = shape.iter().map(usize::to_string).collect();
                     shape.join("×")
                 });
+                row["nodes"] = json!(shape);
                 format!(
                     "{:>8}  {:>10.4}  {}",
                     schedule.poses.len(),
                     schedule.unphysical_share,
-                    shape.unwrap_or_else(|| "scattered".into())
+                    shown.unwrap_or("scattered".into())
                 )
             }
         };

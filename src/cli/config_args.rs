@@ -1,6 +1,6 @@
 //! The argument CONFIG of commands that look at experiments.
 
-use super::{detail, set_all};
+use super::{detail, set_all, set_below};
 use crate::error::Error;
 use crate::experiment::{Source, is_config_key, keys_of_file, materials};
 use crate::files::is_stream;
@@ -15,11 +15,10 @@ const OF_TABLES: (&str, &str) = ("configs/merl.toml", include_str!("../../config
 /// Keys of a material, as a config writes them, of a file of one or of a kind; `None` of another target.
 pub(super) fn keys_of_material(target: &Path) -> Option<String> {
     let is_kind = |name: &&str| materials().into_iter().any(|entry| entry.kind == *name);
-    // A file may be called as a kind is.
-    let file = || keys_of_file(target).map(|keys| keys.to_string());
     match target.to_str().filter(is_kind) {
+        // A file may be called as a kind is.
         Some(kind) if !target.is_file() => Some(format!("kind = \"{kind}\"")),
-        _ => file(),
+        _ => keys_of_file(target).map(|keys| keys.to_string()),
     }
 }
 
@@ -59,14 +58,10 @@ impl ConfigArgs {
                 }
                 let text = format!("{config}\n[[material]]\n{keys}\n");
                 let mut source = Source::new(name, text);
-                for assignment in &self.set {
-                    let first = assignment.split(['.', '=']).next().unwrap_or_default();
-                    let of = match is_config_key(first.trim()) {
-                        true => "",
-                        false => "material.0.",
-                    };
-                    source.set(&format!("{of}{assignment}"), format!("--set {assignment}"))?;
-                }
+                set_below(&mut source, &self.set, |first| match is_config_key(first) {
+                    true => "",
+                    false => "material.0.",
+                })?;
                 Ok(source)
             }
         }
@@ -80,17 +75,13 @@ impl ConfigArgs {
 
     /// Name of what is done, for folders of results.
     pub(super) fn stem(&self) -> String {
-        let folder = match self.config.is_dir() {
-            true => self.config.canonicalize().ok(),
-            false => None,
-        };
+        let folder = self.config.canonicalize().ok().filter(|dir| dir.is_dir());
         let name = match &folder {
             Some(folder) => folder.file_name(),
             None => self.config.file_stem(),
         };
-        name.unwrap_or("run".as_ref())
-            .to_string_lossy()
-            .into_owned()
+        let name = name.unwrap_or("run".as_ref());
+        name.to_string_lossy().into_owned()
     }
 }
 

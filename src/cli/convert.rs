@@ -2,8 +2,8 @@
 
 use super::tabulate::TableArgs;
 use super::{
-    ReadingArgs, ReadingsFile, ThreadArgs, assumed, format_names, format_of, print, read_schedule,
-    refuse_unwritable, say, write_file, writer,
+    ReadingArgs, ReadingsFile, ThreadArgs, assumed, format_names, format_of, listed, print,
+    read_schedule, refuse_unwritable, say, write_file, writer,
 };
 use crate::brdf::{self, Brdf, BrdfSpec, Channels, laws};
 use crate::error::{Error, count};
@@ -99,11 +99,8 @@ impl Convert {
         }
         self.reading
             .refuse_lost(input, brdf.cells_without_reading())?;
-        print(&format!(
-            "table: {}, {}\n",
-            known_in(brdf.channels()),
-            brdf.symmetry()
-        ))?;
+        let channels = known_in(brdf.channels());
+        print(&format!("table: {channels}, {}\n", brdf.symmetry()))?;
         if own == format && self.reading.no_reading.is_none() && self.table.keeps() {
             return keep(input, output);
         }
@@ -174,9 +171,8 @@ impl Convert {
     fn schedule(&self, file: &ScheduleFile, format: Format, output: &Path) -> Result<(), Error> {
         let write = writer(&WRITE_SCHEDULE, &format, output)?;
         refuse_unwritable(output, self.force)?;
-        write_file(output, |out| {
-            write(&file.schedule, Sequence::Order(&file.order), out)
-        })?;
+        let order = Sequence::Order(&file.order);
+        write_file(output, |out| write(&file.schedule, order, out))?;
         let mut text = format!("kept: {}\n", count(file.order.len(), "pose"));
         if !file.axes.is_empty() {
             let axes = file.axes.join(", ");
@@ -197,13 +193,10 @@ fn keep(input: &Path, output: &Path) -> Result<(), Error> {
 }
 
 fn known_in(channels: &Channels) -> String {
-    match channels.wavelengths() {
-        Some(w) => {
-            let nm: Vec<String> = w.nm().iter().map(ToString::to_string).collect();
-            format!("{} nm", nm.join(", "))
-        }
-        None if channels.count() == 1 => "luminance".into(),
-        None => "R, G, B".into(),
+    match channels {
+        Channels::Luminance => "luminance".into(),
+        Channels::Rgb => "R, G, B".into(),
+        Channels::Wavelengths(w) => format!("{} nm", listed(w.nm())),
     }
 }
 
@@ -223,6 +216,7 @@ fn laws_of(brdf: &dyn Brdf, copy: &dyn Brdf) -> String {
 fn facts(read: &Readings) -> [(&'static str, String); 9] {
     let (m, about) = (&read.measurement, &read.about);
     let name = |name: &Option<String>| name.clone().unwrap_or("not named".into());
+    let seed = about.seed.map(|seed| seed.to_string());
     let symmetry = match about.is_bare {
         true => "symmetries not said".into(),
         false => m.schedule.parametrization.symmetry().to_string(),
@@ -244,10 +238,8 @@ fn facts(read: &Readings) -> [(&'static str, String); 9] {
         true => "a grid",
         false => "scattered poses",
     };
-    let without = m
-        .outcomes
-        .iter()
-        .filter(|o| **o != Outcome::Reading && **o != Outcome::NotVisited);
+    let known = [Outcome::Reading, Outcome::NotVisited];
+    let without = m.outcomes.iter().filter(|o| !known.contains(o));
     [
         ("readings", m.readings().to_string()),
         ("poses without a reading", without.count().to_string()),
@@ -257,30 +249,23 @@ fn facts(read: &Readings) -> [(&'static str, String); 9] {
         ("layout", format!("{layout}, {symmetry}")),
         ("material", name(&about.material)),
         ("instrument", name(&about.instrument)),
-        (
-            "seed",
-            about.seed.map_or("none".into(), |seed| seed.to_string()),
-        ),
+        ("seed", seed.unwrap_or("none".into())),
     ]
 }
 
 /// How far values (relative) and directions (rad) moved, at most; `None` if readings were lost or averaged. `order` is that of
 /// the files.
 fn differences(before: &Measurement, order: &[u32], after: &Measurement) -> Option<[f64; 2]> {
-    let read: Vec<usize> = (0..after.outcomes.len())
-        .filter(|i| after.value(*i).is_some())
-        .collect();
+    let has_value = |i: &usize| after.value(*i).is_some();
+    let read: Vec<usize> = (0..after.outcomes.len()).filter(has_value).collect();
     if order.len() != read.len() || before.channels.count() != after.channels.count() {
         return None;
     }
     let (mut angle, mut value) = (0.0_f64, 0.0_f64);
     for (i, j) in order.iter().map(|i| *i as usize).zip(read) {
-        let [a, b] = [
-            &before.schedule.poses[i].pair,
-            &after.schedule.poses[j].pair,
-        ];
-        for (a, b) in [(a.omega_i, b.omega_i), (a.omega_o, b.omega_o)] {
-            angle = angle.max(a.vector().distance(b.vector()));
+        let [a, b] = [&before.schedule.poses[i], &after.schedule.poses[j]];
+        for (a, b) in a.pair.vectors().iter().zip(b.pair.vectors()) {
+            angle = angle.max(a.distance(b));
         }
         let [a, b] = [before.value(i)?, after.value(j)?];
         for (a, b) in a.iter().zip(b).filter(|(a, b)| a != b) {

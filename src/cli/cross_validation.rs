@@ -86,7 +86,7 @@ impl CrossValidationArgs {
         self,
         measurement: &Measurement,
         path: &Path,
-        methods: Vec<Arc<dyn Reconstruct>>,
+        mut methods: Vec<Arc<dyn Reconstruct>>,
         coordinates: Option<&str>,
     ) -> Result<Option<Arc<dyn Reconstruct>>, Error> {
         let sheets = match self.cross_validation {
@@ -103,22 +103,19 @@ impl CrossValidationArgs {
             }
             Err(e) => return Err(Error::config("--cross-validation", e)),
         };
-        let methods = match methods.is_empty() {
-            true => {
-                let mut all = validation.candidates();
-                all.retain(|method| {
-                    let its = method.coordinates().map(|c| c.kind.as_str());
-                    coordinates.is_none() || its == coordinates
-                });
-                all
-            }
-            false => methods,
-        };
-        let progress =
-            Progress::with_work(validation.tasks(methods.len()) as u64, "cross-validates");
+        if methods.is_empty() {
+            methods = validation.candidates();
+            methods.retain(|method| {
+                let its = method.coordinates().map(|c| c.kind.as_str());
+                coordinates.is_none() || its == coordinates
+            });
+        }
+        let tasks = validation.tasks(methods.len()) as u64;
+        let progress = Progress::with_work(tasks, "cross-validates");
+        let failed = |e| Error::data(path, e);
         let ranked = validation
             .rank(methods, || progress.count(1))
-            .map_err(|e| Error::data(path, e))?;
+            .map_err(failed)?;
         drop(progress);
         let all = measurement.readings();
         let of = match validation.readings() {
@@ -143,12 +140,9 @@ impl CrossValidationArgs {
         let Some((best, scores)) = ranked.into_iter().next() else {
             return Ok(None);
         };
-        print(&format!(
-            "errors of {} at readings left out:\n",
-            best.label()
-        ))?;
-        let within = validation.within(&*best);
-        let within = within.map_err(|e| Error::data(path, e))?;
+        let label = best.label();
+        print(&format!("errors of {label} at readings left out:\n"))?;
+        let within = validation.within(&*best).map_err(failed)?;
         print_scores(&scores, within)?;
         let stated = measurement.details.as_ref();
         if within.is_none() && stated.is_some_and(|d| d.type_b.iter().any(|u| *u > 0.0)) {

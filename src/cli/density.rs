@@ -68,11 +68,11 @@ impl DensityArgs {
         self.threads.apply()?;
         let mut symmetry: Option<Symmetry> = None;
         let mut files: Vec<Vec<DirectionPair>> = Vec::new();
+        let assume = Assume {
+            otherwise: Symmetry::FULL,
+            ..assumed()
+        };
         for path in &self.schedules {
-            let assume = Assume {
-                otherwise: Symmetry::FULL,
-                ..assumed()
-            };
             let schedule = read_schedule(path, &assume)?.schedule;
             let folded = schedule.parametrization.symmetry();
             if symmetry.is_some_and(|known| known != folded) {
@@ -86,17 +86,13 @@ impl DensityArgs {
         let symmetry = symmetry.unwrap_or(Symmetry::FULL);
         let elevation = self.elevation.to_radians();
         let mut lines: Vec<Line> = Vec::new();
-        let pairs = files.iter().flatten();
-        let counted = pairs
-            .filter(|pair| analysis::is_within(pair, elevation))
-            .count();
+        let is_within = |pair: &&DirectionPair| analysis::is_within(pair, elevation);
+        let counted = files.iter().flatten().filter(is_within).count();
         for (name, form) in analysis::fine_and_plain(symmetry) {
             let warp = form.warp_name();
             let too_few = |what: &str| {
-                let message = format!(
-                    "within {}° there are too few {what}; allowed: more",
-                    self.elevation
-                );
+                let most = self.elevation;
+                let message = format!("within {most}° there are too few {what}; allowed: more");
                 Error::config("--elevation", message)
             };
             let points = || format!("points of {name} coordinates");
@@ -137,12 +133,11 @@ impl DensityArgs {
         if self.json.wanted() {
             return print_json(&lines);
         }
-        let mut columns = Columns::new(
-            "coordinates\t>mean ln density\t>less than the first\t>of their own points",
-        );
-        let known = |value: f64, error: Option<f64>| {
-            let error = error.map_or(String::new(), |error| format!(" ± {error:.2}"));
-            format!("{value:.2}{error}")
+        let head = "coordinates\t>mean ln density\t>less than the first\t>of their own points";
+        let mut columns = Columns::new(head);
+        let known = |value: f64, error: Option<f64>| match error {
+            Some(error) => format!("{value:.2} ± {error:.2}"),
+            None => format!("{value:.2}"),
         };
         for (i, line) in lines.iter().enumerate() {
             let warp = match line.warp.as_str() {
@@ -153,23 +148,18 @@ impl DensityArgs {
                 0 => String::new(),
                 _ => known(line.less_than_first, line.standard_error_of_less),
             };
-            columns.row(&format!(
-                "{}{warp}\t{}\t{less}\t{}",
-                line.coordinates,
-                known(line.log_density, line.standard_error),
-                known(line.of_own_points, line.standard_error_of_own)
-            ));
+            let (coordinates, own) = (&line.coordinates, line.of_own_points);
+            let all = known(line.log_density, line.standard_error);
+            let own = known(own, line.standard_error_of_own);
+            columns.row(&format!("{coordinates}{warp}\t{all}\t{less}\t{own}"));
         }
         let poses: usize = files.iter().map(Vec::len).sum();
         let left = match poses - counted {
             0 => String::new(),
             left => format!("; {left} beyond {}° are left out", self.elevation),
         };
-        print(&format!(
-            "{} of {}{left}\n\n{columns}",
-            count(counted, "pose"),
-            count(files.len(), "file")
-        ))
+        let (poses, files) = (count(counted, "pose"), count(files.len(), "file"));
+        print(&format!("{poses} of {files}{left}\n\n{columns}"))
     }
 }
 

@@ -100,10 +100,10 @@ impl Distortion {
     fn alignment(&self) -> Result<(), Error> {
         let (rows, outcome) = self.all_shares(&Weight::ALL, false);
         self.write(&AlignmentRow::rows(&rows), alignment_table, outcome)?;
-        let Some(path) = &self.picture else {
-            return Ok(());
-        };
-        write_text(path, &alignment_svg(&rows))
+        match &self.picture {
+            Some(path) => write_text(path, &alignment_svg(&rows)),
+            None => Ok(()),
+        }
     }
 
     /// The shares of every material in every parametrization; `gradients`: the energies of its gradient, too.
@@ -123,17 +123,11 @@ impl Distortion {
                 let form = entry.form(material.symmetry.with_isotropy(true));
                 for &weight in weights {
                     let view = View::new(brdf, scale, &*form, weight);
-                    let found = view.distortion();
+                    let (name, kind, axes) = (&material.name, entry.kind, form.axes());
+                    let (of, found) = ((scale, weight), view.distortion());
                     let gradients = gradients.then(|| view.gradients());
-                    let (name, axes) = (&material.name, form.axes());
-                    rows.extend(SharesRow::rows(
-                        name,
-                        entry.kind,
-                        axes,
-                        (scale, weight),
-                        &found,
-                        gradients.as_ref(),
-                    ));
+                    let found = SharesRow::rows(name, kind, axes, of, &found, gradients.as_ref());
+                    rows.extend(found);
                 }
             }
             Ok(())
@@ -156,7 +150,7 @@ impl Distortion {
         let entries = parametrization::all();
         let rows = entries
             .iter()
-            .filter_map(|entry| analysis::anisotropy(entry, &pairs));
+            .filter_map(|e| analysis::anisotropy(e, &pairs));
         self.write(&rows.collect::<Vec<_>>(), stretch_table, Ok(()))
     }
 

@@ -1,13 +1,13 @@
 //! Whether a BRDF that goes into a file reflects more than it receives.
 
-use super::{print, say};
+use super::{listed, print, say};
 use crate::brdf::{Brdf, Channels, Presence, laws, of_wrapped};
 use crate::error::Error;
 use crate::geometry::{Direction, DirectionPair};
 use crate::measurement::Measurement;
 use crate::reconstruct::Predictive;
 use crate::sampling::{Random, cosine_hemisphere};
-use crate::schedule::Quantity;
+use crate::schedule::{Choice, Quantity};
 use clap::Args;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -78,11 +78,11 @@ impl<'a> Known<'a> {
         let pair = |i| DirectionPair::new(light, cosine_hemisphere(random.point(i)));
         let pairs: Vec<DirectionPair> = (0..SEEN).map(pair).collect();
         let [mut error, mut all] = [0.0; 2];
-        for known in self
+        let predicted = self
             .predictive
             .iter()
-            .flat_map(|known| known.predict(&pairs))
-        {
+            .flat_map(|known| known.predict(&pairs));
+        for known in predicted {
             let f = known.mean.exp();
             error += f * known.variance.sqrt();
             all += f;
@@ -111,10 +111,10 @@ fn common_uncertainty(measurement: &Measurement) -> f64 {
         return 0.0;
     };
     let (mut uncertainty, mut value) = (0.0, 0.0);
-    for i in 0..measurement.outcomes.len() {
+    for (i, own) in details.type_b.chunks(n).enumerate() {
         if let Some(values) = measurement.value(i) {
             value += values.iter().sum::<f64>();
-            uncertainty += details.type_b[i * n..(i + 1) * n].iter().sum::<f64>();
+            uncertainty += own.iter().sum::<f64>();
         }
     }
     if value > 0.0 {
@@ -147,10 +147,10 @@ fn filling(brdf: &dyn Brdf, light: Direction, channel: usize) -> f64 {
         }
     }
     let nearest = |hole: &DVec3| {
-        let towards = |(sensor, _): &(DVec3, f64)| sensor.dot(*hole);
-        let nearest = known
+        let towards = known
             .iter()
-            .max_by(|a, b| towards(a).total_cmp(&towards(b)));
+            .map(|(sensor, value)| (sensor.dot(*hole), value));
+        let nearest = towards.max_by(|a, b| a.0.total_cmp(&b.0));
         nearest.map_or(0.0, |(_, value)| *value)
     };
     let all: f64 = known.iter().map(|(_, value)| value).sum();
@@ -219,12 +219,9 @@ impl std::fmt::Display for Albedo {
             write!(f, " ({channel})")?;
         }
         if self.missing > HOLES {
-            let share = 100.0 * (1.0 - self.missing);
-            let filled = self.filled;
-            write!(
-                f,
-                " from {share:.0} % of the hemisphere, {filled:.4} if the rest is as what is nearest to it"
-            )?;
+            let (share, filled) = (100.0 * (1.0 - self.missing), self.filled);
+            write!(f, " from {share:.0} % of the hemisphere, ")?;
+            write!(f, "{filled:.4} if the rest is as what is nearest to it")?;
         }
         Ok(())
     }
@@ -256,25 +253,28 @@ fn albedos(brdf: &dyn Brdf, lights: &[f64], known: Option<&Known<'_>>) -> Vec<Al
 
 /// What readings may be whose albedos are above 1 as those of f_r: the quantity of which they are possible, and its key.
 fn other_quantity(albedos: &[Albedo]) -> String {
-    let most = albedos
-        .iter()
-        .map(|albedo| albedo.value)
-        .fold(0.0, f64::max);
+    let most = albedos.iter().map(|a| a.value).fold(0.0, f64::max);
     let pair = DirectionPair::from_spherical(0.0, 0.0, 0.0, 0.0);
+    let albedo = |quantity: Quantity| most / quantity.of_one(&pair);
     let mut others = [Quantity::ReflectanceFactor, Quantity::Percent].into_iter();
     // The least factor that makes them possible, and not far less.
-    let possible = |quantity: &Quantity| (0.01..=1.0).contains(&(most / quantity.of_one(&pair)));
-    let known = |quantity| Quantity::ALL.iter().find(|choice| choice.value == quantity);
-    others
-        .find(possible)
-        .and_then(known)
-        .map_or(String::new(), |choice| {
-            let albedo = most / choice.value.of_one(&pair);
+    let possible = others.find(|quantity| (0.01..=1.0).contains(&albedo(*quantity)));
+    let choice = Quantity::ALL
+        .iter()
+        .find(|choice| Some(choice.value) == possible);
+    let sentence = choice.map(
+        |Choice {
+             value,
+             name,
+             meaning,
+         }| {
+            let albedo = albedo(*value);
             format!(
-                "; if the readings are {} ({}), it is {albedo:.3}: --quantity {}",
-                choice.name, choice.meaning, choice.name
+                "; if the readings are {name} ({meaning}), it is {albedo:.3}: --quantity {name}"
             )
-        })
+        },
+    );
+    sentence.unwrap_or_default()
 }
 
 impl EnergyArgs {
@@ -295,37 +295,30 @@ impl EnergyArgs {
                 None => format!("none at {degrees}°, where no light was read"),
             }
         });
-        print(&format!("albedo: {}\n", texts.join(", ")))?;
-        let relative = known.map_or(0.0, |known| {
-            known.uncertainty(Direction::from_spherical(0.0, 0.0))
-        });
+        print(&format!("albedo: {}\n", listed(texts)))?;
+        let normal = Direction::from_spherical(0.0, 0.0);
+        let relative = known.map_or(0.0, |known| known.uncertainty(normal));
         if relative > EXCUSE {
+            let [found, taken] = [relative, EXCUSE].map(|share| 100.0 * share);
             say(&format!(
-                "gonio: the readings leave an uncertainty of {:.0} % (k = 2), too much to judge energy by: {:.0} % are taken",
-                100.0 * relative,
-                100.0 * EXCUSE
+                "gonio: the readings leave an uncertainty of {found:.0} % (k = 2), too much to judge energy by: {taken:.0} % are taken"
             ));
         }
-        match judged.iter().find(|albedo| albedo.gains()) {
-            Some(albedo) if !self.accept_energy => Err(Error::Violation(format!(
+        if let Some(albedo) = judged.iter().find(|albedo| albedo.gains())
+            && !self.accept_energy
+        {
+            let other = known.map(|_| other_quantity(judged)).unwrap_or_default();
+            return Err(Error::Violation(format!(
                 "the albedo is {albedo}; allowed: at most 1 within its uncertainty, or \
-                 --accept-energy; nothing was written{}",
-                known.map_or(String::new(), |_| other_quantity(judged))
-            ))),
-            _ => {
-                let gains: Vec<String> = grazing
-                    .iter()
-                    .filter(|albedo| albedo.gains())
-                    .map(Albedo::to_string)
-                    .collect();
-                if !gains.is_empty() {
-                    say(&format!(
-                        "gonio: the albedo is above 1 of grazing light: {}",
-                        gains.join(", ")
-                    ));
-                }
-                Ok(())
-            }
+                 --accept-energy; nothing was written{other}"
+            )));
         }
+        let grazing = listed(grazing.iter().filter(|albedo| albedo.gains()));
+        if !grazing.is_empty() {
+            say(&format!(
+                "gonio: the albedo is above 1 of grazing light: {grazing}"
+            ));
+        }
+        Ok(())
     }
 }

@@ -1,13 +1,11 @@
 //! `gonio init`: starters, each a config that runs as it is.
 
-use super::{choices, note, print, refuse_unwritable, written};
+use super::{choices, note, print, refuse_unwritable, write_quietly};
 use crate::error::Error;
 use crate::experiment::{ADVICE, config_schema, instrument_schema};
-use crate::files::write_atomically;
 use crate::schedule::{Choice, choice};
 use clap::Args;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -65,16 +63,15 @@ impl Init {
         let Choice {
             value: text, name, ..
         } = self.starter;
-        let path = self.output;
-        let path = path.unwrap_or_else(|| format!("{name}.toml").into());
+        let usual = || format!("{name}.toml").into();
+        let path = self.output.unwrap_or_else(usual);
         if path == Path::new("-") {
             return print(text);
         }
         refuse_unwritable(&path, self.force)?;
-        let is_instrument = *name == INSTRUMENT;
-        let (schema, json) = match is_instrument {
-            true => ("gonio-instrument.schema.json", instrument_schema()),
-            false => ("gonio-config.schema.json", config_schema()),
+        let (schema, json) = match *name {
+            INSTRUMENT => ("gonio-instrument.schema.json", instrument_schema()),
+            _ => ("gonio-config.schema.json", config_schema()),
         };
         let schema_path = path.with_file_name(schema);
         if schema_path == path {
@@ -88,10 +85,8 @@ impl Init {
         }
         // Editors of TOML check and complete by the file that this comment names, relative to the config.
         let text = format!("#:schema {schema}\n{text}");
-        let result = write_atomically(&path, |out| out.write_all(text.as_bytes()));
-        written(&path, result)?;
-        let result = write_atomically(&schema_path, |out| writeln!(out, "{json:#}"));
-        written(&schema_path, result)?;
+        write_quietly(&path, text)?;
+        write_quietly(&schema_path, format!("{json:#}\n"))?;
         note(&format!(
             "{} is written, and {} for editors; next: gonio check {0}",
             path.display(),

@@ -1,6 +1,6 @@
 //! `gonio list`: what a config can name, straight from the registries.
 
-use super::{JsonArgs, print, print_json};
+use super::{JsonArgs, listed, print, print_json};
 use crate::acquisition;
 use crate::brdf::{BrdfSpec, Channels};
 use crate::error::{Error, excerpt, one_of};
@@ -124,10 +124,8 @@ impl Section {
             let Member { name, summary, .. } = member;
             let line = format!("  {name:<width$}{:gap$}{summary}", "");
             out += &format!("{}\n", line.trim_end());
-            let keys = member.keys.iter().map(|keys| {
-                let keys = keys.iter().map(|(k, v)| format!("{k} = {v}"));
-                keys.collect::<Vec<_>>().join(", ")
-            });
+            let keys = member.keys.iter();
+            let keys = keys.map(|keys| listed(keys.iter().map(|(k, v)| format!("{k} = {v}"))));
             for line in member.facts.iter().cloned().chain(keys) {
                 out += &format!("{:20}{line}\n", "");
             }
@@ -176,7 +174,7 @@ fn sections(family: Family) -> Vec<Section> {
     let (title, members): (_, Vec<Member>) = match family {
         Family::Experiments => (
             "experiments: experiment = …",
-            (Kind::ALL.iter().map(|k| Member::new(k.name(), k.summary()))).collect(),
+            (Kind::ALL.map(|k| Member::new(k.name(), k.summary()))).into(),
         ),
         Family::Estimators => (
             "estimators of moments: estimator = { kind = … } in [moments]",
@@ -225,10 +223,7 @@ fn sections(family: Family) -> Vec<Section> {
         ),
         Family::Measures => (
             "measures: measures = [ … ]",
-            (Measure::ALL
-                .iter()
-                .map(|m| Member::new(m.name(), summary(*m))))
-            .collect(),
+            (Measure::ALL.map(|m| Member::new(m.name(), summary(m)))).into(),
         ),
         Family::Columns => return columns(),
     };
@@ -253,10 +248,8 @@ fn parametrizations() -> Vec<Member> {
     let all = parametrization::all();
     let mut members = entries(&all, |p| p.resolved());
     for (member, entry) in members.iter_mut().zip(&all) {
-        let [isotropic, general] = [Symmetry::FULL, Symmetry::NONE].map(|symmetry| {
-            let symbols = entry.axes(symmetry).into_iter().map(|a| a.symbol);
-            symbols.collect::<Vec<_>>().join(", ")
-        });
+        let [isotropic, general] = [Symmetry::FULL, Symmetry::NONE]
+            .map(|symmetry| listed(entry.axes(symmetry).iter().map(|axis| axis.symbol)));
         let axes = format!("isotropic: {isotropic}; anisotropic: {general}");
         member.facts.push(axes);
     }
@@ -265,8 +258,7 @@ fn parametrizations() -> Vec<Member> {
 
 /// A format with its extensions and what its files hold.
 fn format(format: formats::Format) -> Member {
-    let endings = format.extensions.iter().map(|e| format!(".{e}"));
-    let endings = endings.collect::<Vec<_>>().join(", ");
+    let endings = listed(format.extensions.iter().map(|e| format!(".{e}")));
     let fact = format!("{endings}: {}", format.holds().join(", "));
     Member::new(format.name, format.summary).with_facts([fact])
 }

@@ -2,8 +2,8 @@
 
 use super::schedule::out_of_reach;
 use super::{
-    ConfigArgs, ReadingsFile, ThreadArgs, assumed, build, choose_material, format_names, note,
-    planned_instrument, print, read_schedule,
+    ConfigArgs, ReadingsFile, ThreadArgs, assumed, build, choose_material, format_names, listed,
+    note, planned_instrument, print, read_schedule,
 };
 use crate::error::{Error, count};
 use crate::experiment::{IDEAL, Plan, PlannedInstrument};
@@ -155,11 +155,9 @@ impl Measure {
             [] => Ok(None),
             [one] => Ok(Some(one.clone())),
             several => {
-                let names: Vec<_> = several.iter().map(|i| i.name.as_str()).collect();
+                let (count, names) = (several.len(), listed(several.iter().map(|i| &i.name)));
                 let message = format!(
-                    "this config has {} instruments; choose one with --instrument ({})",
-                    several.len(),
-                    names.join(", ")
+                    "this config has {count} instruments; choose one with --instrument ({names})"
                 );
                 Err(Error::config(self.config.display().to_string(), message))
             }

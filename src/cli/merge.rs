@@ -3,7 +3,9 @@
 use super::run::{End, Shown};
 use super::{any_plan, note, read_text};
 use crate::error::{Error, count, count_are};
-use crate::experiment::{AnyPlan, Expected, Record, RowKey, Source, asks_the_same, material_key};
+use crate::experiment::{
+    AnyPlan, Expected, Material, Record, RowKey, Source, asks_the_same, material_key,
+};
 use crate::report::{CONFIG, Machine, MadeFrom, Manifest, Outcome, RunFolder, read_rows};
 use clap::Args;
 use std::collections::{BTreeSet, HashMap};
@@ -47,8 +49,7 @@ impl Merge {
         source: &Source,
         started: SystemTime,
     ) -> Result<(), Error> {
-        let taken = !self.force && self.output.join(E::Record::FILE).exists();
-        if taken {
+        if !self.force && self.output.join(E::Record::FILE).exists() {
             let message = "a run is here already; choose another folder with -o, or --force";
             return Err(Error::output(&self.output, message));
         }
@@ -75,7 +76,7 @@ impl Merge {
             let of = |(place, row): &(usize, E::Record)| {
                 (expected[*place].material, row.material().1.to_owned())
             };
-            let meant = meant_materials(plan, dir, &rows.iter().map(of).collect())?;
+            let meant = meant_materials(plan, dir, rows.iter().map(of).collect())?;
             for (place, row) in rows {
                 let (material, material_key) = row.material();
                 if meant.get(&expected[place].material).map(String::as_str) != Some(material_key) {
@@ -106,17 +107,14 @@ impl Merge {
             }
         }
         if others > 0 {
-            note(&format!(
-                "gonio: {} of other configs left out",
-                count(others, "row")
-            ));
+            let rows = count(others, "row");
+            note(&format!("gonio: {rows} of other configs left out"));
         }
         let sorted = found.into_iter().flatten().map(|(_, row)| row);
         let sorted: Vec<E::Record> = sorted.collect();
         let keys: Vec<RowKey> = sorted.iter().map(|r| r.key().to_owned()).collect();
-        let key_of = |name: &String| made_from.get(name).map(|(key, _)| key.clone());
-        let materials = head.materials.iter().map(|m| key_of(&m.name));
-        let materials: Vec<Option<RowKey>> = materials.collect();
+        let key_of = |m: &Material| Some(made_from.get(&m.name)?.0.clone());
+        let materials: Vec<Option<RowKey>> = head.materials.iter().map(key_of).collect();
         let (found, of) = (keys.len(), expected.len());
         let mut folder = RunFolder::open(&self.output, self.force, head.resolved)?;
         folder.write_rows(&sorted)?;
@@ -127,10 +125,9 @@ impl Merge {
             rows: found,
             incomplete: found < of && !from.are_all(),
             // What one part could not do another may have.
-            failures: if found < of {
-                from.failures.clone()
-            } else {
-                Vec::new()
+            failures: match found < of {
+                true => from.failures.clone(),
+                false => Vec::new(),
             },
             tuned: from.tuned.clone(),
             ..Outcome::default()
@@ -146,49 +143,37 @@ impl Merge {
         };
         end.conclude(plan, &mut folder, &mut seconds, &mut counts)?;
         let path = folder.finish(&keys, manifest, &Machine::new(started, seconds, counts))?;
-        note(&format!(
-            "\n{found} of {} in {}",
-            count_are(of, "row"),
-            path.display()
-        ));
-        if found < of {
-            return Err(Error::Incomplete {
+        let all = count_are(of, "row");
+        note(&format!("\n{found} of {all} in {}", path.display()));
+        match found < of {
+            true => Err(Error::Incomplete {
                 rows: found,
                 of,
                 path,
-            });
+            }),
+            false => Ok(()),
         }
-        Ok(())
     }
 
     /// The config of the parts, which must be the same but for the places of files.
     fn config(&self) -> Result<Source, Error> {
-        let mut config: Option<(PathBuf, Source, toml::Table)> = None;
+        let mut config: Option<(String, String, toml::Table)> = None;
         for dir in &self.parts {
             let path = dir.join(CONFIG);
             let text = read_text(&path)?;
             let table: toml::Table = text.parse().map_err(|e: toml::de::Error| {
                 Error::data(&path, format!("this is no config: {}", e.message()))
             })?;
-            match &config {
-                None => {
-                    let name = path.display().to_string();
-                    config = Some((path, Source::new(name, text), table));
-                }
-                Some((first, _, other)) if !asks_the_same(other, &table) => {
-                    let message = format!(
-                        "this is another config than {}; allowed: parts of one run",
-                        first.display()
-                    );
-                    return Err(Error::data(path, message));
-                }
-                Some(_) => {}
+            let name = path.display().to_string();
+            let (first, _, other) = config.get_or_insert((name, text, table.clone()));
+            if !asks_the_same(other, &table) {
+                let message =
+                    format!("this is another config than {first}; allowed: parts of one run");
+                return Err(Error::data(path, message));
             }
         }
-        match config {
-            Some((_, source, _)) => Ok(source),
-            None => Err(Error::Internal("a folder is required".into())),
-        }
+        let config = config.map(|(name, text, _)| Source::new(name, text));
+        config.ok_or_else(|| Error::Internal("a folder is required".into()))
     }
 }
 
@@ -197,27 +182,25 @@ impl Merge {
 fn meant_materials<E: Shown>(
     plan: &E,
     dir: &Path,
-    found: &BTreeSet<(usize, RowKey)>,
+    found: BTreeSet<(usize, RowKey)>,
 ) -> Result<HashMap<usize, RowKey>, Error> {
-    let mut meant = HashMap::new();
-    for several in found.iter().collect::<Vec<_>>().chunk_by(|a, b| a.0 == b.0) {
+    let found = Vec::from_iter(found);
+    let meant = found.chunk_by(|a, b| a.0 == b.0).map(|several| {
         let position = several[0].0;
         let material = &plan.head().materials[position];
-        if let ([(_, only)], false) = (several, material.spec.tables().files.is_empty()) {
-            meant.insert(position, only.clone());
-            continue;
-        }
-        match material_key(material) {
-            Ok(key) => meant.insert(position, key),
-            Err(_) => {
-                let message = format!(
-                    "it holds rows of several materials called {}, and its files are not here to \
-                     tell which is meant; allowed: parts whose files are here, or of one material",
-                    material.name
-                );
-                return Err(Error::data(dir, message));
-            }
+        let key = match several {
+            [(_, only)] if !material.spec.tables().files.is_empty() => Ok(only.clone()),
+            _ => material_key(material),
         };
-    }
-    Ok(meant)
+        let key = key.map_err(|_| {
+            let message = format!(
+                "it holds rows of several materials called {}, and its files are not here to \
+                 tell which is meant; allowed: parts whose files are here, or of one material",
+                material.name
+            );
+            Error::data(dir, message)
+        });
+        Ok((position, key?))
+    });
+    meant.collect()
 }

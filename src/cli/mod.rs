@@ -49,6 +49,7 @@ use crate::experiment::{AnyPlan, Material, Plan, PlannedInstrument, Source};
 use crate::files;
 use crate::formats::{Format, READ_SCHEDULE, Use, WRITE_TABLE};
 use crate::instrument::{self, Order};
+use crate::parametrization::{self, ParametrizationSpec};
 use crate::registry::Entry;
 use crate::report::each_once;
 use crate::schedule::{Assume, Choice, ScheduleFile};
@@ -204,17 +205,13 @@ const MOST_THREADS: u16 = 1024;
 /// Refuses what no thread pool is made of.
 fn check_threads() -> Result<(), Error> {
     const VARIABLE: &str = "RAYON_NUM_THREADS";
-    let asked = std::env::var(VARIABLE).ok();
-    match asked.filter(|text| text.parse().is_ok_and(|n: u64| n > MOST_THREADS.into())) {
-        Some(text) => {
-            let message = format!("allowed is a whole number from 1 to {MOST_THREADS}");
-            Err(Error::config(
-                format!("{VARIABLE} = {}", excerpt(&text)),
-                message,
-            ))
-        }
-        None => Ok(()),
+    let asked = std::env::var(VARIABLE).unwrap_or_default();
+    if asked.parse().is_ok_and(|n: u64| n > MOST_THREADS.into()) {
+        let place = format!("{VARIABLE} = {}", excerpt(&asked));
+        let message = format!("allowed is a whole number from 1 to {MOST_THREADS}");
+        return Err(Error::config(place, message));
     }
+    Ok(())
 }
 
 /// Prints the help that was asked for, or why a command line is refused, and ends the process.
@@ -240,10 +237,7 @@ fn end_with(e: &clap::Error) -> ! {
 fn signed(command: clap::Command) -> clap::Command {
     let command = command.mut_args(|arg| {
         let valued = !arg.is_positional() && arg.get_action().takes_values();
-        match valued {
-            true => arg.allow_negative_numbers(true),
-            false => arg,
-        }
+        arg.allow_negative_numbers(valued)
     });
     command.mut_subcommands(signed)
 }
@@ -297,14 +291,11 @@ fn any_plan(source: &Source) -> Result<AnyPlan, Error> {
 
 /// Says what is peculiar about materials that are used, or about their files.
 fn remark(materials: &[Material]) {
-    let several = materials.len() > 1;
-    for material in materials {
-        let name = match several {
-            true => format!("{}: ", material.name),
-            false => String::new(),
-        };
-        for remark in &material.remarks {
-            say(&format!("gonio: {name}{remark}"));
+    for Material { name, remarks, .. } in materials {
+        let of = (materials.len() > 1).then(|| format!("{name}: "));
+        let of = of.unwrap_or_default();
+        for remark in remarks {
+            say(&format!("gonio: {of}{remark}"));
         }
     }
 }
@@ -317,8 +308,7 @@ fn choose_material<'a>(
     match (name, materials) {
         (None, [only]) => Ok(only),
         (None, _) => {
-            let names: Vec<_> = materials.iter().map(|m| m.name.as_str()).collect();
-            let allowed = names.join(", ");
+            let allowed = listed(materials.iter().map(|m| &m.name));
             let message = format!("this config has several materials; allowed: one of {allowed}");
             Err(Error::config("--material", message))
         }
@@ -333,10 +323,13 @@ fn member<T: ?Sized>(
     name: &str,
     family: &[Entry<T>],
 ) -> Result<Entry<T>, Error> {
-    let found = family.iter().find(|e| e.kind == name);
-    found
-        .copied()
-        .ok_or_else(|| no_member(option, what, name, family.iter().map(|e| e.kind)))
+    let found = family.iter().find(|e| e.kind == name).copied();
+    found.ok_or_else(|| no_member(option, what, name, family.iter().map(|e| e.kind)))
+}
+
+/// The parametrization that an option names.
+fn parametrization_of(option: &str, name: &str) -> Result<Entry<ParametrizationSpec>, Error> {
+    member(option, "parametrization", name, &parametrization::all())
 }
 
 /// The error of a name that an option gives and no member of a family has.
@@ -347,10 +340,8 @@ fn no_member<'a>(
     family: impl IntoIterator<Item = &'a str>,
 ) -> Error {
     let (found, allowed) = (excerpt(name), one_of(name, family));
-    Error::config(
-        option,
-        format!("{found:?} is no {what}; allowed: {allowed}"),
-    )
+    let message = format!("{found:?} is no {what}; allowed: {allowed}");
+    Error::config(option, message)
 }
 
 /// A member of a family with the keys of `--set`.
@@ -362,8 +353,20 @@ fn with_keys<T: ?Sized>(entry: &Entry<T>, set: &[String]) -> Result<Box<T>, Erro
 
 /// Sets the keys of every `--set`.
 fn set_all(source: &mut Source, set: &[String]) -> Result<(), Error> {
-    set.iter()
-        .try_for_each(|assignment| source.set(assignment, format!("--set {assignment}")))
+    set_below(source, set, |_| "")
+}
+
+/// Sets the keys of every `--set`, each below the table that the first word of the key belongs to.
+fn set_below(
+    source: &mut Source,
+    set: &[String],
+    table: impl Fn(&str) -> &'static str,
+) -> Result<(), Error> {
+    set.iter().try_for_each(|assignment| {
+        let first = assignment.split(['.', '=']).next().unwrap_or_default();
+        let key = format!("{}{assignment}", table(first.trim()));
+        source.set(&key, format!("--set {assignment}"))
+    })
 }
 
 /// The first member of a list of the config that has the name an option gives.
@@ -411,11 +414,8 @@ fn planned_instrument(plan: &Plan, name: &str) -> Result<PlannedInstrument, Erro
 /// The BRDF of a material.
 fn build(material: &Material, channels: Channels) -> Result<Box<dyn Brdf>, Error> {
     detail(|| {
-        let tables = material.spec.tables().files;
-        let files = tables
-            .iter()
-            .map(|file| format!(", reads {}", file.display()));
-        let files: String = files.collect();
+        let tables = material.spec.tables().files.into_iter();
+        let files: String = tables.map(|f| format!(", reads {}", f.display())).collect();
         format!("gonio: material {}{files}", material.name)
     });
     let brdf = material.spec.build(channels);
@@ -448,11 +448,10 @@ fn doubt(material: &Material, brdf: &dyn Brdf) {
 fn one_value<T: Clone + Send + Sync + 'static>(
     all: Vec<(T, PossibleValue)>,
 ) -> impl TypedValueParser<Value = T> {
-    let (values, names): (Vec<T>, Vec<PossibleValue>) = all.into_iter().unzip();
-    let place = names.clone();
+    let names: Vec<PossibleValue> = all.iter().map(|(_, name)| name.clone()).collect();
     PossibleValuesParser::new(names).try_map(move |name| {
-        let place = place.iter().position(|value| value.get_name() == name);
-        let found = place.map(|place| values[place].clone());
+        let found = all.iter().find(|(_, value)| value.get_name() == name);
+        let found = found.map(|(value, _)| value.clone());
         found.ok_or_else(|| ParameterError::new("value", name, "one of the list"))
     })
 }
@@ -462,11 +461,8 @@ fn choices<T: Copy + Send + Sync>(
     all: &'static [Choice<T>],
 ) -> impl TypedValueParser<Value = &'static Choice<T>> {
     let named = all.iter().map(|choice| {
-        let value = PossibleValue::new(choice.name);
-        match choice.meaning {
-            "" => (choice, value),
-            meaning => (choice, value.help(meaning)),
-        }
+        let meaning = Some(choice.meaning).filter(|meaning| !meaning.is_empty());
+        (choice, PossibleValue::new(choice.name).help(meaning))
     });
     one_value(named.collect())
 }
@@ -516,13 +512,17 @@ fn read_text(path: &Path) -> Result<String, Error> {
         .map_err(|e| Error::data(path, format!("cannot read this file: {e}")))
 }
 
+/// Texts in one line, with commas.
+fn listed(all: impl IntoIterator<Item: ToString>) -> String {
+    let texts = all.into_iter().map(|one| one.to_string());
+    texts.collect::<Vec<_>>().join(", ")
+}
+
 /// Prints results. A reader that has seen enough (`| head`) is no error.
 fn print(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
-    written(
-        Path::new("stdout"),
-        out.write_all(text.as_bytes()).and_then(|()| out.flush()),
-    )
+    let done = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    written(Path::new("stdout"), done)
 }
 
 /// The outcome of writing results to `path`; a reader that has seen enough is no error.
@@ -538,6 +538,12 @@ fn written(path: &Path, result: io::Result<()>) -> Result<(), Error> {
 /// Bytes of ours as text.
 fn text(bytes: Vec<u8>) -> Result<String, Error> {
     String::from_utf8(bytes).map_err(Error::internal)
+}
+
+/// Writes bytes into a file, without a note.
+fn write_quietly(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Error> {
+    let body = |out: &mut BufWriter<File>| out.write_all(bytes.as_ref());
+    written(path, files::write_atomically(path, body))
 }
 
 /// Writes a file, and notes its path on stderr.
@@ -568,11 +574,8 @@ fn refuse_existing(path: &Path, force: bool) -> Result<(), Error> {
 
 /// Refuses what [`refuse_existing`] does, and a file whose folder is not there.
 fn refuse_unwritable(path: &Path, force: bool) -> Result<(), Error> {
-    let destination = destination(path)?;
-    let dir = destination
-        .parent()
-        .filter(|dir| !dir.as_os_str().is_empty());
-    match dir.filter(|dir| !dir.is_dir()) {
+    let is_missing = |dir: &&Path| !dir.as_os_str().is_empty() && !dir.is_dir();
+    match destination(path)?.parent().filter(is_missing) {
         Some(dir) => {
             let message = format!("there is no folder {}", dir.display());
             Err(Error::output(path, message))

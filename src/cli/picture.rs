@@ -1,8 +1,8 @@
 //! `gonio picture`.
 
 use super::{
-    BrdfArgs, Progress, ThreadArgs, commands, make_folder, member, not_built, note, print,
-    refuse_existing, write_file,
+    BrdfArgs, Progress, ThreadArgs, commands, make_folder, member, not_built, note,
+    parametrization_of, print, refuse_existing, write_file, write_text,
 };
 use crate::brdf::{Brdf, Channels};
 use crate::error::{Error, count, excerpt, one_of};
@@ -18,6 +18,7 @@ use crate::report::pictures::{
 };
 use crate::schedule;
 use clap::Args;
+use std::fmt::Display;
 use std::io::Write;
 use std::ops::RangeBounds;
 use std::path::{Path, PathBuf};
@@ -76,13 +77,9 @@ struct Charts {
 
 impl Charts {
     fn entries(&self) -> Result<Vec<Entry<ParametrizationSpec>>, Error> {
-        self.names.iter().map(|name| entry(name)).collect()
+        let named = |name: &String| parametrization_of("--parametrization", name);
+        self.names.iter().map(named).collect()
     }
-}
-
-fn entry(name: &str) -> Result<Entry<ParametrizationSpec>, Error> {
-    let all = parametrization::all();
-    member("--parametrization", "parametrization", name, &all)
 }
 
 /// View elevations, each a picture in a row.
@@ -148,7 +145,7 @@ impl Hemispheres {
         let [svg] = self.folder.free("hemispheres", ["svg"])?;
         let text = hemispheres_svg(&charts, views);
         make_folder(&self.folder.output)?;
-        write_file(&svg, |out| out.write_all(text.as_bytes()))
+        write_text(&svg, &text)
     }
 }
 
@@ -171,7 +168,7 @@ impl Functions {
         let [svg] = self.folder.free("functions", ["svg"])?;
         let text = test_functions_svg(&charts, views, phis);
         make_folder(&self.folder.output)?;
-        write_file(&svg, |out| out.write_all(text.as_bytes()))
+        write_text(&svg, &text)
     }
 }
 
@@ -209,7 +206,7 @@ impl Slices {
         let slices = BrdfSlices::new(&*brdf, &charts, phis, self.resolution.into());
         let text = slices.svg(&name);
         make_folder(&self.folder.output)?;
-        write_file(&svg, |out| out.write_all(text.as_bytes()))?;
+        write_text(&svg, &text)?;
         write_file(&exr, |out| slices.write_exr(out))
     }
 }
@@ -237,24 +234,21 @@ impl Scene {
     fn light(&self) -> Result<Box<dyn Lighting>, Error> {
         let path = Path::new(&self.lighting);
         let panorama = formats::of_name(path).and_then(|f| f.read_environment);
-        let spec = match panorama {
-            Some(read) => read(path.into()),
-            None => {
-                let all = lighting::all();
-                // Kinds without an example have no defaults.
-                let mut named = all.iter().filter(|e| !e.examples.is_empty());
-                let Some(entry) = named.find(|e| e.kind == self.lighting) else {
-                    let kinds = all.iter().filter(|e| !e.examples.is_empty());
-                    let message = format!(
-                        "{:?} is neither a panorama ({}) nor a kind of light; allowed \
-                         kinds: {}",
-                        excerpt(&self.lighting),
-                        READ_ENVIRONMENT.extensions("*."),
-                        one_of(&self.lighting, kinds.map(|e| e.kind))
-                    );
-                    return Err(Error::config("--lighting", message));
-                };
-                registry::read_text(entry, "").map_err(Error::internal)?
+        let mut kinds = lighting::all();
+        // Kinds without an example have no defaults.
+        kinds.retain(|e| !e.examples.is_empty());
+        let named = kinds.iter().find(|e| e.kind == self.lighting);
+        let spec = match (panorama, named) {
+            (Some(read), _) => read(path.into()),
+            (None, Some(entry)) => registry::read_text(entry, "").map_err(Error::internal)?,
+            (None, None) => {
+                let message = format!(
+                    "{:?} is neither a panorama ({}) nor a kind of light; allowed kinds: {}",
+                    excerpt(&self.lighting),
+                    READ_ENVIRONMENT.extensions("*."),
+                    one_of(&self.lighting, kinds.iter().map(|e| e.kind))
+                );
+                return Err(Error::config("--lighting", message));
             }
         };
         spec.build().map_err(|e| not_built("--lighting", e))
@@ -284,10 +278,8 @@ impl Sphere {
             render_sphere(brdf, &*light, resolution, samples as usize)
         };
         let image = watched(&*brdf, resolution as usize, draw);
-        note(&format!(
-            "gonio: drawn in {:.2} s",
-            start.elapsed().as_secs_f64()
-        ));
+        let seconds = start.elapsed().as_secs_f64();
+        note(&format!("gonio: drawn in {seconds:.2} s"));
         make_folder(&self.folder.output)?;
         write_file(&png, |out| out.write_all(&image.png(image.white())))?;
         write_file(&exr, |out| image.write_exr(out))
@@ -355,8 +347,8 @@ impl Compare {
                 ));
             };
             let Some(warp) = WarpSpec::named(name.trim()) else {
-                let all = parametrization::warps();
-                let allowed = one_of(name, all.iter().map(|e| e.kind));
+                let all = parametrization::warps().into_iter();
+                let allowed = one_of(name, all.map(|e| e.kind));
                 let name = excerpt(name);
                 return refuse(format!(
                     "{name:?} is no warp; allowed: {allowed}; of power its exponent too: power-0.4"
@@ -371,7 +363,7 @@ impl Compare {
 
     fn run(self) -> Result<(), Error> {
         self.scene.threads.apply()?;
-        let chart = entry(&self.parametrization)?;
+        let chart = parametrization_of("--parametrization", &self.parametrization)?;
         let methods = reconstruct::all();
         let name = &self.reconstruction;
         let method = member("--reconstruction", "reconstruction", name, &methods)?;
@@ -381,9 +373,7 @@ impl Compare {
         let warps = self.warps()?;
         let form = chart.warped(truth.symmetry(), &warps);
         let form = form.map_err(|e| Error::config("--warp", e))?;
-        let names = warps
-            .iter()
-            .map(|(axis, warp)| format!("{axis}:{}", warp.name()));
+        let names = warps.iter().map(|(axis, w)| format!("{axis}:{}", w.name()));
         let names = std::iter::once(chart.kind.to_owned()).chain(names);
         let (coordinates, budget) = (names.collect::<Vec<_>>(), self.budget);
         // A colon is no part of a file's name on every system.
@@ -396,17 +386,14 @@ impl Compare {
             true => ("grid", "fill = true"),
             false => ("sobol", ""),
         };
-        let sets = schedule::all();
-        let set = sets.iter().find(|e| e.kind == set);
+        let set = schedule::all().into_iter().find(|e| e.kind == set);
         let set = set.ok_or_else(|| Error::Internal("a sample set is gone".into()))?;
-        let set = registry::read_text(set, keys).map_err(Error::internal)?;
-        let poses = set
-            .plan(&form, budget, 1)
-            .map_err(|e| Error::config("--budget", e))?;
+        let set = registry::read_text(&set, keys).map_err(Error::internal)?;
+        let refused = |e: &dyn Display| Error::config("--budget", e);
+        let poses = set.plan(&form, budget, 1).map_err(|e| refused(&e))?;
         let measurement = Ideal.measure(&*truth, &Arc::new(poses));
-        let copy = method
-            .reconstruct(&measurement)
-            .map_err(|e| Error::config("--budget", e))?;
+        let copy = method.reconstruct(&measurement);
+        let copy = copy.map_err(|e| refused(&e))?;
         let [resolution, samples] = [self.scene.resolution.into(), self.scene.samples];
         let draw = |copy: &dyn Brdf, resolution| {
             Comparison::new(&*truth, copy, &*light, resolution, samples as usize)
@@ -422,7 +409,7 @@ impl Compare {
         let text = pictures.svg(&title, &bytes);
         make_folder(&self.folder.output)?;
         print(&format!("{title}\n{}\n", pictures.errors()))?;
-        write_file(&svg, |out| out.write_all(text.as_bytes()))?;
+        write_text(&svg, &text)?;
         write_file(&png, |out| out.write_all(&bytes))?;
         write_file(&exr, |out| pictures.write_exr(out))
     }

@@ -2,7 +2,8 @@
 
 use super::{is_quiet, say};
 use crate::brdf::{Brdf, ObservedBrdf, Presence};
-use crate::experiment::Event;
+use crate::error::Error;
+use crate::experiment::{Event, Material};
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::{IsTerminal, stderr};
@@ -79,6 +80,20 @@ impl Progress {
         progress.begin(work);
         progress.bar.set_message(what.to_owned());
         progress
+    }
+
+    /// Visits materials with a bar of their names, which is returned.
+    pub(super) fn over(
+        materials: &[Material],
+        mut visit: impl FnMut(&Material, &Self) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
+        let mut progress = Self::with_work(materials.len() as u64, "");
+        for material in materials {
+            progress.doing(|| material.name.clone());
+            visit(material, &progress)?;
+            progress.advance(1.0);
+        }
+        Ok(progress)
     }
 
     /// A bar that is not shown, which counts.

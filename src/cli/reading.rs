@@ -81,24 +81,15 @@ fn half_angles(text: &str) -> Result<[f64; 2], ParameterError> {
 impl ReadingArgs {
     /// Refuses a file in which so many cells stand for no reading, with `--strict`.
     pub(crate) fn refuse_lost(&self, path: &Path, lost: usize) -> Result<(), Error> {
-        match self.strict && lost > 0 {
-            true => {
-                let message = format!(
-                    "{} lost, see above; allowed with --strict: none",
-                    count_are(lost, "reading")
-                );
-                Err(Error::data(path, message))
-            }
-            false => Ok(()),
+        if self.strict && lost > 0 {
+            let lost = count_are(lost, "reading");
+            let message = format!("{lost} lost, see above; allowed with --strict: none");
+            return Err(Error::data(path, message));
         }
+        Ok(())
     }
 
-    /// The readings of a file; warnings about it go to stderr.
-    pub fn read(&self, path: &Path, assume: Assume) -> Result<Readings, Error> {
-        self.read_all(&[path.into()], &assume)
-    }
-
-    /// The readings of one material in several files, with notes on them; there is one file or more.
+    /// The readings of one material in one file or more; warnings about them go to stderr.
     pub(crate) fn read_all(&self, paths: &[PathBuf], assume: &Assume) -> Result<Readings, Error> {
         let assume = Assume {
             conventions: Conventions {

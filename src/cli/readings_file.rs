@@ -1,6 +1,6 @@
 //! Files of readings that are written: one, or one for each direction of the light in a folder.
 
-use super::{format_of, make_folder, note, refuse_unwritable, write_file, writer, written};
+use super::{format_of, listed, make_folder, note, refuse_unwritable, write_file, writer, written};
 use crate::error::Error;
 use crate::files;
 use crate::formats::{self, Format, WRITE_READINGS, WriteReadings};
@@ -36,12 +36,9 @@ impl<'a> ReadingsFile<'a> {
         if !self.format.keeps_uncertainties() {
             let formats = formats::all().into_iter();
             let names = formats.filter(|f| f.write_readings.is_some() && f.keeps_uncertainties());
-            let names: Vec<&str> = names.map(|f| f.name).collect();
-            let message = format!(
-                "{} has no place for uncertainties; allowed: {}, or .svg",
-                self.format.name,
-                names.join(", ")
-            );
+            let (name, names) = (self.format.name, listed(names.map(|f| f.name)));
+            let message =
+                format!("{name} has no place for uncertainties; allowed: {names}, or .svg");
             return Err(Error::output(self.path, message));
         }
         Ok(self)
@@ -76,11 +73,8 @@ impl<'a> ReadingsFile<'a> {
         if self.format.one_light {
             return by_light(measurement, Sequence::Order(poses)).concat();
         }
-        let read = poses
-            .iter()
-            .copied()
-            .filter(|p| measurement.value(*p as usize).is_some());
-        read.collect()
+        let has_value = |p: &u32| measurement.value(*p as usize).is_some();
+        poses.iter().copied().filter(has_value).collect()
     }
 
     /// True if it is a folder, with a file for each direction of the light.
@@ -103,10 +97,8 @@ impl<'a> ReadingsFile<'a> {
             note(&format!("gonio: {sentence}"));
         }
         if !format.left_out.is_empty() && measurement.readings() == 0 {
-            let message = format!(
-                "there is no reading, and {} holds nothing else",
-                format.name
-            );
+            let name = format.name;
+            let message = format!("there is no reading, and {name} holds nothing else");
             return Err(Error::output(self.path, message));
         }
         if !format.one_light {
@@ -114,16 +106,14 @@ impl<'a> ReadingsFile<'a> {
         }
         let lights = by_light(measurement, sequence);
         if !self.is_folder() {
-            return match lights.len() {
-                1 => file(self.path, sequence),
-                several => Err(Error::output(
-                    self.path,
-                    format!(
-                        "{several} directions of the light; allowed: one in a file of {0}, or -o FOLDER --format {0}",
-                        format.name
-                    ),
-                )),
-            };
+            if lights.len() == 1 {
+                return file(self.path, sequence);
+            }
+            let (several, name) = (lights.len(), format.name);
+            let message = format!(
+                "{several} directions of the light; allowed: one in a file of {name}, or -o FOLDER --format {name}"
+            );
+            return Err(Error::output(self.path, message));
         }
         // All of them are ready before anything that is there is touched.
         let dir = self.path;

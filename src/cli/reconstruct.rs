@@ -4,13 +4,13 @@ use super::cross_validation::{CrossValidationArgs, print_scores, table_of};
 use super::energy::{EnergyArgs, Known};
 use super::{
     BrdfArgs, ReadingArgs, ReadingsFile, ThreadArgs, assumed, build, choose_material, format_names,
-    format_of, is_config, member, no_member, one_value, print, refuse_other_endings,
-    refuse_unwritable, say, suspected, tabulate, with_bound, with_keys, written,
+    format_of, is_config, listed, no_member, one_value, parametrization_of, print,
+    refuse_other_endings, refuse_unwritable, say, suspected, tabulate, with_bound, with_keys,
+    write_quietly,
 };
 use crate::brdf::Brdf;
 use crate::error::{self, Error, ParameterError, count};
 use crate::experiment::{AnyPlan, Kind, Plan};
-use crate::files::write_atomically;
 use crate::formats::{self, Format, READ_READINGS, Tabulation, WRITE_READINGS, WRITE_TABLE};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::{About, Flags, Measurement, Outcome};
@@ -23,7 +23,6 @@ use crate::schedule::{Assume, Sequence, Unreachable};
 use crate::validation::{Reconstruction, ReferenceReadings, expected};
 use clap::Args;
 use clap::builder::{PossibleValue, TypedValueParser};
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -141,14 +140,13 @@ fn shares(covered: &Covered<'_>, readings: usize) -> String {
     let all = Coverage::ALL.into_iter().zip(covered.shares());
     let mut few = all.clone();
     if few.any(|(of, share)| of == Coverage::Interpolated && share < FEW) {
-        let readings = count(readings, "reading");
+        let all = count(readings, "reading");
         say(&format!(
-            "gonio: hardly any of this table is between its {readings}"
+            "gonio: hardly any of this table is between its {all}"
         ));
     }
     let shares = all.map(|(of, share)| format!("{:.1} % {}", 100.0 * share, of.name()));
-    let shares: Vec<String> = shares.collect();
-    format!("coverage of the table: {}\n", shares.join(", "))
+    format!("coverage of the table: {}\n", listed(shares))
 }
 
 /// What a reconstruction is compared with.
@@ -178,29 +176,23 @@ impl Reconstruct {
         let is_svg = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("svg");
         let is_table = |path: &&Path| !path.extension().is_some_and(is_svg);
         let where_uncertain = self.uncertainty.as_deref().filter(is_table);
-        let where_uncertain = where_uncertain
-            .map(|path| ReadingsFile::new(None, path)?.for_uncertainties())
-            .transpose()?;
-        let files = [
-            &self.output,
-            &self.picture,
-            &self.uncertainty,
-            &self.error_map,
-        ];
-        let outputs = files.into_iter().chain([&self.checked]).flatten();
-        let mut outputs: Vec<&PathBuf> = outputs.collect();
-        for path in files.into_iter().flatten() {
+        let for_uncertainties = |path| ReadingsFile::new(None, path)?.for_uncertainties();
+        let where_uncertain = where_uncertain.map(for_uncertainties).transpose()?;
+        let files = [&self.output, &self.picture, &self.uncertainty];
+        let files = files.into_iter().chain([&self.error_map]).flatten();
+        let mut outputs: Vec<&PathBuf> = files.collect();
+        for path in &outputs {
             refuse_unwritable(path, self.force)?;
         }
+        outputs.extend(&self.checked);
         outputs.sort();
         if let Some(pair) = outputs.windows(2).find(|pair| pair[0] == pair[1]) {
             let message = "two of the files to be written have this name; allowed: one each";
             return Err(Error::output(pair[0], message));
         }
-        let checked = self.checked.as_ref();
-        let checked = checked
-            .map(|path| ReadingsFile::new(None, path))
-            .transpose()?;
+        let checked = self.checked.as_deref();
+        let checked = checked.map(|path| ReadingsFile::new(None, path));
+        let checked = checked.transpose()?;
         if let Some(file) = &checked {
             file.refuse_existing(self.force)?;
         }
@@ -209,16 +201,10 @@ impl Reconstruct {
             None => None,
         };
         if let Some(name) = &self.parametrization {
-            member(
-                "--parametrization",
-                "parametrization",
-                name,
-                &parametrization::all(),
-            )?;
+            parametrization_of("--parametrization", name)?;
         }
-        let all = parametrization::all();
         let map_in = self.error_map_in.iter();
-        let map_in = map_in.map(|name| member("--error-map-in", "parametrization", name, &all));
+        let map_in = map_in.map(|name| parametrization_of("--error-map-in", name));
         let mut map_in: Vec<_> = map_in.collect::<Result<_, _>>()?;
         if self.reconstruction.as_deref() == Some(AUTO) && self.cross_validation.is_none() {
             return Err(Error::config(
@@ -283,9 +269,7 @@ impl Reconstruct {
                 if let Some(path) = &self.error_map {
                     let map = ErrorMap::new(&*truth, brdf, &map_in, CELLS);
                     let title = format!("{name}: relative error (%) of {}", made_of(&made));
-                    let svg = map.svg(&title);
-                    let drawn = write_atomically(path, |out| out.write_all(svg.as_bytes()));
-                    written(path, drawn)?;
+                    write_quietly(path, map.svg(&title))?;
                 }
             }
             Some(Truth::Readings(jury)) => {
@@ -334,8 +318,7 @@ impl Reconstruct {
         };
         let title = format!("{what} {}", made_of(&made));
         let svg = uncertainty_svg(&title, relative, &made.cover().map_err(failed)?);
-        let drawn = write_atomically(path, |out| out.write_all(svg.as_bytes()));
-        written(path, drawn)
+        write_quietly(path, svg)
     }
 
     /// The measurement of a file or several, and notes on it.
@@ -380,12 +363,9 @@ impl Reconstruct {
         let method = self.named()?;
         let methods = method.iter().cloned().collect();
         let path = &self.measurements[0];
-        let best = self.cross_validation.choose(
-            measurement,
-            path,
-            methods,
-            self.parametrization.as_deref(),
-        )?;
+        let coordinates = self.parametrization.as_deref();
+        let validation = self.cross_validation;
+        let best = validation.choose(measurement, path, methods, coordinates)?;
         let best = method.or(best);
         Ok(best.unwrap_or_else(|| reconstruct::default_for(measurement)))
     }
@@ -398,15 +378,10 @@ impl Reconstruct {
         let format = formats::of_file(path);
         if format.is_some_and(|f| f.read_readings.is_some() && f.table.read.is_none()) {
             let (other, notes) = self.read(&[path.to_owned()])?;
-            print(&format!(
-                "against {}: {}{notes}",
-                path.display(),
-                material_of(&other)
-            ))?;
-            return match ReferenceReadings::new(&other) {
-                Ok(jury) => Ok(Some(Truth::Readings(jury))),
-                Err(e) => Err(Error::data(path, e)),
-            };
+            let text = material_of(&other);
+            print(&format!("against {}: {text}{notes}", path.display()))?;
+            let jury = ReferenceReadings::new(&other).map_err(|e| Error::data(path, e))?;
+            return Ok(Some(Truth::Readings(jury)));
         }
         let source = BrdfArgs::new(target.clone(), Vec::new(), None).source()?;
         let (materials, metrics, measures) =
@@ -428,11 +403,9 @@ impl Reconstruct {
 
 /// What a title calls a reconstruction.
 fn made_of(made: &Reconstruction) -> String {
-    let readings = count(made.measurement.readings(), "reading");
-    format!(
-        "the reconstruction by {} of {readings}",
-        made.method.label()
-    )
+    let (method, readings) = (made.method.label(), made.measurement.readings());
+    let readings = count(readings, "reading");
+    format!("the reconstruction by {method} of {readings}")
 }
 
 /// An angle of a pose, rad.
@@ -463,8 +436,7 @@ fn material_of(measurement: &Measurement) -> String {
     }
     let list = |counts: Vec<(&str, usize)>| {
         let some = counts.into_iter().filter(|(_, n)| *n > 0);
-        let some: Vec<_> = some.map(|(name, n)| format!("{name} {n}")).collect();
-        some.join(", ")
+        listed(some.map(|(name, n)| format!("{name} {n}")))
     };
     let holes = list(holes);
     if !holes.is_empty() {
@@ -477,10 +449,8 @@ fn material_of(measurement: &Measurement) -> String {
             text += &format!("flags: {flags}\n");
         }
     }
-    let read = || {
-        let poses = schedule.poses.iter().zip(outcomes);
-        poses.filter(|(_, o)| **o == Outcome::Reading)
-    };
+    let read = schedule.poses.iter().zip(outcomes);
+    let read = read.filter(|(_, o)| **o == Outcome::Reading);
     let ranges: [(&str, Angle); 3] = [
         ("theta_i", |p| p.pair.omega_i.theta()),
         ("theta_o", |p| p.pair.omega_o.theta()),
@@ -488,22 +458,20 @@ fn material_of(measurement: &Measurement) -> String {
     ];
     if measurement.readings() > 0 {
         let ranges = ranges.map(|(name, angle)| {
-            let angles = read().map(|(pose, _)| angle(pose).to_degrees());
+            let angles = read.clone().map(|(pose, _)| angle(pose).to_degrees());
             let ends = angles.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], a| {
                 [lo.min(a), hi.max(a)]
             });
             format!("{name} {:.2}° to {:.2}°", ends[0], ends[1])
         });
-        text += &format!("covered: {}\n", ranges.join(", "));
+        text += &format!("covered: {}\n", listed(ranges));
     }
     text
 }
 
 fn picture(brdf: &dyn Brdf, path: &Path) -> Result<(), Error> {
     use crate::lighting::{LightingSpec, SkySpec};
-    let light = SkySpec::default().build();
-    let light = light.map_err(Error::internal)?;
+    let light = SkySpec::default().build().map_err(Error::internal)?;
     let image = crate::report::pictures::render_sphere(brdf, &*light, PICTURE, SAMPLES);
-    let png = image.png(image.white());
-    written(path, write_atomically(path, |out| out.write_all(&png)))
+    write_quietly(path, image.png(image.white()))
 }

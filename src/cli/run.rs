@@ -156,9 +156,8 @@ impl Run {
         if self.list {
             return list(plan, self.shard, &dir);
         }
-        if let Some(shard) = self
-            .shard
-            .filter(|_| RunFolder::<E::Record>::is_whole(&dir))
+        if let Some(shard) = self.shard
+            && RunFolder::<E::Record>::is_whole(&dir)
         {
             let message = format!(
                 "a whole run is here, of which --shard {shard} would leave a part; choose \
@@ -236,13 +235,12 @@ impl Run {
             let jobs = jobs(plan, self.shard);
             return Err(Error::JobsFailed { failed, jobs, path });
         }
+        let mut text = format!("\n{} in {}", count_are(rows, "row"), path.display());
         let report = path.join(REPORT);
-        let report = match report.exists() {
-            true => format!("; report: {}", report.display()),
-            false => String::new(),
-        };
-        let rows = count_are(rows, "row");
-        note(&format!("\n{rows} in {}{report}", path.display()));
+        if report.exists() {
+            text += &format!("; report: {}", report.display());
+        }
+        note(&text);
         if others > 0 && self.shard.is_none() {
             let others = count_are(others, "row");
             let file = E::Record::FILE;
@@ -271,10 +269,9 @@ fn jobs<E: Experiment>(plan: &E, shard: Option<Shard>) -> usize {
 
 /// Prints every job and whether it is done.
 fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(), Error> {
-    let rows: Vec<E::Record> = if dir.join(E::Record::FILE).exists() {
-        read_rows(dir)?
-    } else {
-        Vec::new()
+    let rows: Vec<E::Record> = match dir.join(E::Record::FILE).exists() {
+        true => read_rows(dir)?,
+        false => Vec::new(),
     };
     let known: HashSet<&str> = rows.iter().map(|r| r.key()).collect();
     let expected = plan.expected(shard);
@@ -292,12 +289,8 @@ fn list<E: Experiment>(plan: &E, shard: Option<Shard>, dir: &Path) -> Result<(),
         let word = if is_done { "done" } else { "open" };
         out += &format!("{word}  {}  {}\n", mine.join(" "), job[0].job);
     }
-    out += &format!(
-        "{done} of {} done in {}\n",
-        count_are(jobs, "job"),
-        dir.display()
-    );
-    print(&out)
+    let (jobs, dir) = (count_are(jobs, "job"), dir.display());
+    print(&format!("{out}{done} of {jobs} done in {dir}\n"))
 }
 
 /// Lists the files that a run has read on stderr, with `--verbose`.
@@ -325,12 +318,13 @@ fn explained(
 ) -> String {
     let mut out = String::from("\nwhat was done\n");
     for stage in Stage::ALL {
-        let of = |work: &Work| counts.get(stage, *work);
         let seconds = format!("{:.3} s", seconds_of[stage.name()]);
         let mut head = [stage.name(), &seconds];
-        for work in Work::ALL.iter().filter(|work| of(work) > 0) {
+        let works = Work::ALL
+            .iter()
+            .map(|work| (counts.get(stage, *work), work.summary()));
+        for (number, what) in works.filter(|(number, _)| *number > 0) {
             let [name, seconds] = std::mem::take(&mut head);
-            let (number, what) = (of(work), work.summary());
             out += &format!("  {name:<12}{seconds:>12}{number:>15}  {what}\n");
         }
     }

@@ -1,12 +1,12 @@
 //! `gonio schedule`.
 
 use super::{
-    ConfigArgs, JsonArgs, ReadingArgs, SeedArgs, assumed, each_once, format_names, format_of,
-    keep_named, make_folder, named, note, one_value, planned_instrument, refuse_existing,
-    refuse_unwritable, write_file, writer, written,
+    ConfigArgs, JsonArgs, ReadingArgs, SeedArgs, assumed, choose_material, each_once, format_names,
+    format_of, keep_named, listed, make_folder, note, one_value, planned_instrument,
+    refuse_existing, refuse_unwritable, write_file, writer, written,
 };
 use crate::error::{Error, ParameterError, count, in_left_open};
-use crate::experiment::{Plan, PlannedInstrument, Router, ScheduleKey, Source};
+use crate::experiment::{Material, Plan, PlannedInstrument, Router, ScheduleKey, Source};
 use crate::formats::{CSV, Format, WRITE_SCHEDULE, WriteSchedule};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::Order;
@@ -195,11 +195,10 @@ impl Schedule {
         let Some(path) = &self.append else {
             return Ok(None);
         };
-        let readings = self.reading.read(path, assumed())?;
-        readings
-            .notes
-            .iter()
-            .for_each(|text| note(&format!("gonio: {}: {text}", path.display())));
+        let readings = self.reading.read_all(&[path.clone()], &assumed())?;
+        for text in &readings.notes {
+            note(&format!("gonio: {}: {text}", path.display()));
+        }
         let measurement = readings.measurement;
         let poses = measurement.schedule.poses.iter().enumerate();
         let read = poses.filter(|(i, _)| measurement.value(*i).is_some());
@@ -224,9 +223,7 @@ impl Schedule {
         plan.instruments = self.instruments(plan)?;
         let symmetries = match &self.material {
             None => plan.symmetries(),
-            Some(name) => {
-                vec![named("--material", name, &plan.materials, |m| &m.name)?.symmetry]
-            }
+            Some(_) => vec![choose_material(&plan.materials, self.material.as_deref())?.symmetry],
         };
         let (name, all) = (self.parametrization.as_deref(), &mut plan.parametrizations);
         keep_named("--parametrization", name, all, |c| c.name())?;
@@ -269,13 +266,10 @@ impl Schedule {
             }
         }
         for instrument in instruments.iter().filter(|_| self.instrument.is_some()) {
-            for material in &plan.materials {
-                let wanted = self.material.as_ref().is_none_or(|m| *m == material.name);
-                if wanted {
-                    let name = format!("material \"{}\"", material.name);
-                    instrument
-                        .check_symmetry(material.symmetry, &name, || "--instrument".into())?;
-                }
+            let is_wanted = |m: &&Material| self.material.as_ref().is_none_or(|n| *n == m.name);
+            for material in plan.materials.iter().filter(is_wanted) {
+                let name = format!("material \"{}\"", material.name);
+                instrument.check_symmetry(material.symmetry, &name, || "--instrument".into())?;
             }
         }
         Ok(instruments)
@@ -290,9 +284,8 @@ impl Schedule {
         for key in keys {
             refuse_existing(&path(key), self.force)?;
         }
-        let summaries = keys
-            .iter()
-            .filter_map(|key| maker.write(key, write, &path(key)).transpose());
+        let write = |key| maker.write(key, write, &path(key)).transpose();
+        let summaries = keys.iter().filter_map(write);
         self.print_summaries(&summaries.collect::<Result<Vec<_>, _>>()?)
     }
 }
@@ -319,16 +312,15 @@ impl Maker<'_> {
             let degrees = self.options.tolerance;
             let Unvisited { poses, elsewhere } =
                 unvisited(&made.schedule, done, degrees.to_radians());
-            let all = made.schedule.poses.len();
-            let mut counts = format!(
-                "gonio: {} of {all} poses have a reading within {degrees}°, {} are left",
-                all - poses.len(),
-                poses.len()
-            );
-            if elsewhere > 0 {
-                counts += &format!("; readings of no pose: {elsewhere}");
-            }
-            note(&counts);
+            let (all, left) = (made.schedule.poses.len(), poses.len());
+            let read = all - left;
+            let elsewhere = match elsewhere {
+                0 => String::new(),
+                n => format!("; readings of no pose: {n}"),
+            };
+            note(&format!(
+                "gonio: {read} of {all} poses have a reading within {degrees}°, {left} are left{elsewhere}"
+            ));
             if let Some(instrument) = key.instrument {
                 let bench = instrument.bench(instrument.use_of.parts(), key.seed);
                 let bench = bench.map_err(Error::internal)?;
@@ -355,9 +347,9 @@ impl Maker<'_> {
         path: &Path,
     ) -> Result<Option<Summary>, Error> {
         let Some(made) = self.make(key)? else {
+            let path = path.display();
             note(&format!(
-                "gonio: {}: nothing is left, no file is written",
-                path.display()
+                "gonio: {path}: nothing is left, no file is written"
             ));
             return Ok(None);
         };
@@ -391,10 +383,8 @@ const NAMED: usize = 5;
 pub(super) fn out_of_reach(itinerary: &Itinerary) -> String {
     let all = itinerary.visits.len() + itinerary.unreachable.len();
     let first = itinerary.unreachable.iter().take(NAMED);
-    let named: Vec<_> = first
-        .map(|(pose, reason)| format!("{pose}: {}", reason.name()))
-        .collect();
-    let more = match itinerary.unreachable.len() - named.len() {
+    let named = first.map(|(pose, reason)| format!("{pose}: {}", reason.name()));
+    let more = match itinerary.unreachable.len().saturating_sub(NAMED) {
         0 => String::new(),
         more => format!(", and {more} more"),
     };
@@ -406,7 +396,7 @@ pub(super) fn out_of_reach(itinerary: &Itinerary) -> String {
         "{} cannot take {} of {all} poses ({}{more}); allowed: an instrument that can{skip}",
         itinerary.instrument,
         itinerary.unreachable.len(),
-        named.join(", "),
+        listed(named),
     )
 }
 
@@ -441,11 +431,8 @@ fn several(keys: &[ScheduleKey<'_>], plan: &Plan) -> String {
     let options = options.into_iter();
     let options = options.filter(|(_, names, fewest)| names.len() >= *fewest);
     let options = options.map(|(option, names, _)| format!("{option} ({})", names.join(", ")));
-    format!(
-        "this config has {} schedules; choose one with {}",
-        keys.len(),
-        options.collect::<Vec<_>>().join(", ")
-    )
+    let (count, options) = (keys.len(), listed(options));
+    format!("this config has {count} schedules; choose one with {options}")
 }
 
 /// Values of an option, each once.

@@ -44,48 +44,33 @@ struct Taken {
 impl Taken {
     /// What an argument takes of the command of this name; `None` if it is anything else.
     fn new(command: &str, arg: &Arg) -> Option<Self> {
-        let names_alone = |family| {
-            let names = list::names(family);
-            Some(Self {
-                names,
-                files: false,
-            })
+        let value = || arg.get_value_names()?.first();
+        let (mut names, files) = match arg.get_id().as_str() {
+            "parametrization" | "error_map_in" => (list::names(Family::Parametrizations), false),
+            "sample_set" => (list::names(Family::SampleSets), false),
+            "planner" => (list::names(Family::Planners), false),
+            "reconstruction" => (list::names(Family::Reconstructions), false),
+            _ => match value()?.as_str() {
+                "NAME|FILE" => (list::names(Family::Instruments), true),
+                value if value.starts_with("CONFIG") => (list::kinds_alone(), true),
+                _ => return None,
+            },
         };
-        match arg.get_id().as_str() {
-            "parametrization" | "error_map_in" => return names_alone(Family::Parametrizations),
-            "sample_set" => return names_alone(Family::SampleSets),
-            "planner" => return names_alone(Family::Planners),
-            "reconstruction" => {
-                let mut taken = names_alone(Family::Reconstructions)?;
-                let is_free = command == "reconstruct";
-                taken.names.extend(is_free.then(|| AUTO.to_owned()));
-                return Some(taken);
-            }
+        match command {
+            "check" if files => names.extend(list::names(Family::Instruments)),
+            "reconstruct" if arg.get_id() == "reconstruction" => names.push(AUTO.into()),
             _ => {}
         }
-        let value = arg.get_value_names()?.first()?;
-        let mut names = match value.as_str() {
-            "NAME|FILE" => list::names(Family::Instruments),
-            value if value.starts_with("CONFIG") => list::kinds_alone(),
-            _ => return None,
-        };
-        if command == "check" {
-            names.extend(list::names(Family::Instruments));
-        }
-        Some(Self { names, files: true })
-    }
-
-    /// The names in one line.
-    fn line(&self) -> String {
-        self.names.join(" ")
+        Some(Self { names, files })
     }
 
     /// The lists of names beside which there may be files, of a command and all below it.
     fn beside_files(command: &Command) -> Vec<String> {
-        let own = command
-            .get_arguments()
-            .filter_map(|a| Self::new(command.get_name(), a));
-        let own = own.filter(|taken| taken.files).map(|taken| taken.line());
+        let arguments = command.get_arguments();
+        let own = arguments.filter_map(|a| Self::new(command.get_name(), a));
+        let own = own
+            .filter(|taken| taken.files)
+            .map(|taken| taken.names.join(" "));
         let below = command.get_subcommands().flat_map(Self::beside_files);
         let mut all: Vec<String> = own.chain(below).collect();
         all.sort();

@@ -3,7 +3,7 @@
 use super::picture::check_views;
 use super::{
     BrdfArgs, ThreadArgs, choice_of, choose_material, each_once, make_folder, print,
-    refuse_existing, write_file,
+    refuse_existing, write_file, write_text,
 };
 use crate::error::{Error, ParameterError};
 use crate::moments::{Channel, Slice as BrdfSlice};
@@ -72,11 +72,8 @@ impl Slice {
                 .map_err(|e| Error::config("--channel", e))
         });
         let slices: Vec<_> = slices.collect::<Result<_, _>>()?;
-        let resolution = usize::from(self.resolution);
-        let flat: Vec<_> = slices
-            .iter()
-            .map(|s| FlatSlice::new(s, resolution))
-            .collect();
+        let flat = |slice| FlatSlice::new(slice, self.resolution.into());
+        let flat: Vec<_> = slices.iter().map(flat).collect();
         let range = FlatSlice::range(&flat);
         make_folder(&self.output)?;
         for ((view, slice), flat) in views.iter().zip(&slices).zip(&flat) {
@@ -86,7 +83,7 @@ impl Slice {
             let [png, csv, svg] = ["png", "csv", "svg"].map(|ending| path(*view, ending));
             write_file(&png, |out| out.write_all(&flat.png(range)))?;
             write_file(&csv, |out| flat.write_csv(out))?;
-            write_file(&svg, |out| out.write_all(figure.as_bytes()))?;
+            write_text(&svg, &figure)?;
         }
         print(&format!(
             "pictures show {:.3e} (dark violet) to {:.3e} 1/sr (yellow) in equal steps of the logarithm, \

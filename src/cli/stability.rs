@@ -44,10 +44,9 @@ impl Stability {
         if let Some(name) = self.families.iter().find(|f| !names().any(|n| n == *f)) {
             return Err(no_member("FAMILY", "family", name, names()));
         }
-        let extent = if self.short {
-            Extent::Short
-        } else {
-            Extent::Whole
+        let extent = match self.short {
+            true => Extent::Short,
+            false => Extent::Whole,
         };
         let wanted =
             |f: &&Family| self.families.is_empty() || self.families.iter().any(|n| n == f.name);
@@ -63,22 +62,19 @@ impl Stability {
         if let Some(path) = &self.html {
             write_text(path, &stability_html(&findings))?;
         }
-        let walked = findings
-            .iter()
-            .filter(|f| f.verdict != Verdict::Interrupted);
-        let rows = walked.count();
+        let walked = findings.iter().map(|f| f.verdict != Verdict::Interrupted);
+        let rows = walked.filter(|is_walked| *is_walked).count();
         if rows < findings.len() {
             let path = self.output.place().to_owned();
             return Err(Error::Interrupted { rows, path });
         }
         let mut broken = broken(&findings).map(|f| format!("{}: {}", f.member, f.law));
-        match (broken.next(), broken.count()) {
-            (None, _) => Ok(()),
-            (Some(first), 0) => Err(Error::Violation(format!("a law is broken: {first}"))),
-            (Some(first), more) => Err(Error::Violation(format!(
-                "{} are broken; the first: {first}",
-                count(more + 1, "law")
-            ))),
-        }
+        let Some(first) = broken.next() else {
+            return Ok(());
+        };
+        Err(Error::Violation(match broken.count() {
+            0 => format!("a law is broken: {first}"),
+            more => format!("{} are broken; the first: {first}", count(more + 1, "law")),
+        }))
     }
 }

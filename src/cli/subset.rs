@@ -1,17 +1,17 @@
 //! `gonio subset`.
 
 use super::output::{Format, one_format};
-use super::{BrdfArgs, DrawingArgs, Progress, ThreadArgs, member, print, whole};
+use super::{BrdfArgs, DrawingArgs, Progress, ThreadArgs, parametrization_of, print, whole};
 use crate::analysis::bounces::PathSample;
 use crate::analysis::{ENERGY_PAIRS, Reach, Subset as LightPaths};
-use crate::brdf::{Brdf, Channels};
+use crate::brdf::Channels;
 use crate::error::Error;
-use crate::experiment::Material;
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Machine};
 use crate::parametrization;
 use crate::report::SubsetReport;
 use clap::Args;
+use std::fmt::Display;
 
 /// Light paths that are followed of a material whose light is split by scattering order.
 const PATHS: usize = 1 << 18;
@@ -52,14 +52,13 @@ impl Subset {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
         self.drawing.check()?;
-        let entries = parametrization::all();
-        let name = &self.parametrization;
-        let entry = member("--parametrization", "parametrization", name, &entries)?;
-        let material = self.material()?;
-        let symmetry = material
-            .as_ref()
-            .map_or(Symmetry::FULL, |(m, _)| m.symmetry);
-        let symmetry = symmetry.with_isotropy(true);
+        let entry = parametrization_of("--parametrization", &self.parametrization)?;
+        let of = |target: &String| BrdfArgs::new(target.clone(), self.set.clone(), None);
+        let material = self.material.as_ref().map(of);
+        let material = material.map(|args| args.one(Channels::Luminance));
+        let material = material.transpose()?;
+        let folded = material.as_ref().map(|(m, _)| m.symmetry);
+        let symmetry = folded.unwrap_or(Symmetry::FULL).with_isotropy(true);
         let subset = LightPaths::read(entry.form(symmetry), &self.bounds)
             .map_err(|e| Error::config("--box", e))?;
         let Some(needs) = subset.needs() else {
@@ -78,8 +77,9 @@ impl Subset {
         });
         let measure = subset.measure(self.seed);
         let best = measure.best();
-        let others = entries.iter().filter(|e| e.kind != entry.kind);
-        let images = others.filter_map(|other| {
+        let mut others = parametrization::all();
+        others.retain(|e| e.kind != entry.kind);
+        let images = others.iter().filter_map(|other| {
             let form = other.form(symmetry);
             let image = subset.image(&form, &best)?;
             Some((form, image))
@@ -103,17 +103,7 @@ impl Subset {
             Ok(crate::report::svg(&title, &panels, 3))
         })
     }
-
-    /// The material, if one is named.
-    fn material(&self) -> Result<Option<Built>, Error> {
-        let of = |target: &String| BrdfArgs::new(target.clone(), self.set.clone(), None);
-        let args = self.material.as_ref().map(of);
-        args.map(|args| args.one(Channels::Luminance)).transpose()
-    }
 }
-
-/// A material and its BRDF.
-type Built = (Material, Box<dyn Brdf>);
 
 /// Pairs from everywhere, for the picture.
 fn background() -> Result<Vec<crate::geometry::DirectionPair>, Error> {
@@ -130,9 +120,9 @@ fn background() -> Result<Vec<crate::geometry::DirectionPair>, Error> {
 fn reaches(subset: &LightPaths) -> Result<Vec<(String, Reach)>, Error> {
     let presets = instrument::presets();
     let reaches = presets.iter().map(|preset| {
-        let failed = |e: String| Error::Internal(format!("preset {}: {e}", preset.name));
-        let spec = instrument::read(preset.text).map_err(|e| failed(e.to_string()))?;
-        let machine = Machine::new(&spec).map_err(|e| failed(e.to_string()))?;
+        let failed = |e: &dyn Display| Error::Internal(format!("preset {}: {e}", preset.name));
+        let spec = instrument::read(preset.text).map_err(|e| failed(&e))?;
+        let machine = Machine::new(&spec).map_err(|e| failed(&e))?;
         Ok((preset.name.to_owned(), subset.reach(&machine)))
     });
     reaches.collect()

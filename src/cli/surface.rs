@@ -89,10 +89,9 @@ impl SurfaceArgs {
             seed: self.seed,
         };
         let light = self.elevation.iter().map(|&elevation_deg| {
-            let light =
-                Direction::from_spherical(elevation_deg.to_radians(), self.azimuth.to_radians());
+            let [elevation, azimuth] = [elevation_deg, self.azimuth].map(f64::to_radians);
             let start = Instant::now();
-            let energies = transport.energies(light, &spec);
+            let energies = transport.energies(Direction::from_spherical(elevation, azimuth), &spec);
             Line {
                 elevation_deg,
                 energies,
@@ -126,11 +125,8 @@ impl SurfaceArgs {
         let unreadable = |e| source.error(e);
         let mut table = source.table()?;
         let facets = registry::take_table(&mut table, "facets").map_err(unreadable)?;
-        let facets = facets
-            .map(read_facets)
-            .transpose()
-            .map_err(unreadable)?
-            .unwrap_or_default();
+        let facets = facets.map(read_facets).transpose().map_err(unreadable)?;
+        let facets = facets.unwrap_or_default();
         let spec = (entry.read)(table).map_err(unreadable)?;
         let unbuilt = |e| match e {
             BuildError::Parameter(e) => source.place(&e.key).error(e),
@@ -158,15 +154,12 @@ impl Report {
             beckmann,
             ggx,
         } = &self.surface;
-        let each = |values: &[Option<f64>; 2]| {
-            values
-                .map(|v| match v {
-                    None => "none".into(),
-                    Some(v) if v < LONG => format!("{v:.1}"),
-                    Some(v) => format!("{v:.1e}"),
-                })
-                .join(" and ")
+        let length = |v: Option<f64>| match v {
+            None => "none".into(),
+            Some(v) if v < LONG => format!("{v:.1}"),
+            Some(v) => format!("{v:.1e}"),
         };
+        let each = |values: &[Option<f64>; 2]| values.map(length).join(" and ");
         let mut text = format!(
             "{nx} × {ny} cells; heights: rms {rms_height:.3}, range {range:.2} cells\n\
              slopes: rms {sx:.4} along x, {sy:.4} along y; {area:.4} of area on each of plane\n\
@@ -186,27 +179,21 @@ impl Report {
         );
         for line in &self.light {
             let e = &line.energies;
-            let shares: Vec<_> = (0..e.bounces.len())
-                .map(|i| format!("{:.4} ± {:.4}", e.bounces[i], e.errors[i]))
-                .collect();
-            table.row(&format!(
-                "{}°\t{}\t{:.4}\t{:.4}\t{:.4}\t{:.4}\t{:.2}",
-                line.elevation_deg,
-                shares.join("\t"),
-                e.absorbed,
-                e.masked,
-                e.shadowed,
-                e.error_of_sum,
-                e.segments as f64 / line.seconds / 1e6
-            ));
+            let mut row = format!("{}°", line.elevation_deg);
+            for (share, error) in e.bounces.iter().zip(&e.errors) {
+                row += &format!("\t{share:.4} ± {error:.4}");
+            }
+            for share in [e.absorbed, e.masked, e.shadowed, e.error_of_sum] {
+                row += &format!("\t{share:.4}");
+            }
+            let speed = e.segments as f64 / line.seconds / 1e6;
+            table.row(&format!("{row}\t{speed:.2}"));
         }
         text += &table.to_string();
         let lost: u64 = self.light.iter().map(|l| l.energies.lost).sum();
         if lost > 0 {
-            text += &format!(
-                "{} lost along a groove or between facets\n",
-                count(lost as usize, "ray")
-            );
+            let rays = count(lost as usize, "ray");
+            text += &format!("{rays} lost along a groove or between facets\n");
         }
         text
     }

@@ -28,33 +28,28 @@ impl SymmetryArgs {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
         if !(self.tolerance > 0.0 && self.tolerance <= 1.0) {
-            let message = format!(
-                "{} is no tolerance; allowed: a number in (0, 1]",
-                self.tolerance
-            );
+            let found = self.tolerance;
+            let message = format!("{found} is no tolerance; allowed: a number in (0, 1]");
             return Err(Error::config("--tolerance", message));
         }
         let plan = self.brdf.plan()?;
         let pairs = analysis::symmetry_pairs();
         let (mut violations, mut sheets) = (Vec::new(), Vec::new());
-        let mut progress = Progress::with_work(plan.materials.len() as u64, "");
-        for (i, material) in plan.materials.iter().enumerate() {
-            progress.doing(|| material.name.clone());
+        Progress::over(&plan.materials, |material, progress| {
             let brdf = build(material, plan.seen_in(Channels::Luminance))?;
             let found = analysis::deviations(&*brdf, &pairs);
             let rows = rows(material.symmetry, &found, self.tolerance);
             let (text, object) = sheet(material, &*brdf, &rows, found.holding(self.tolerance));
-            sheets.push(object);
             if !self.json.wanted() {
-                let gap = if i > 0 { "\n" } else { "" };
+                let gap = if sheets.is_empty() { "" } else { "\n" };
                 progress.suspend(|| print(&format!("{gap}{text}")))?;
             }
+            sheets.push(object);
             for row in rows.iter().filter(|r| r.declared && !r.holds) {
                 violations.push(format!("{} is declared {}", material.name, row.symmetry));
             }
-            progress.advance(1.0);
-        }
-        drop(progress);
+            Ok(())
+        })?;
         if self.json.wanted() {
             print_json(&sheets)?;
         }
@@ -113,12 +108,8 @@ fn sheet(
     let declared = material.spec.favours();
     let aligned = analysis::alignment(brdf);
     let favours = aligned.map_or(declared, |a| declared.measured(a.q, a.standard_error));
-    let mut text = format!(
-        "{}\n  favours {}: {}\n",
-        material.name,
-        favours.name(),
-        favours.summary()
-    );
+    let (name, because) = (favours.name(), favours.summary());
+    let mut text = format!("{}\n  favours {name}: {because}\n", material.name);
     if favours == Favours::Reconstruction {
         text += "  the symmetries that it declares were imposed on its readings\n";
     }
@@ -167,15 +158,13 @@ fn sheet(
             1 => "all of it".into(),
             n => format!("1/{n}: {}", saving.folds.join(", ")),
         };
-        text += &format!(
-            "    {:<16} {}-D, {share}\n",
-            saving.parametrization, saving.dimensions
-        );
+        let (name, dimensions) = (saving.parametrization, saving.dimensions);
+        text += &format!("    {name:<16} {dimensions}-D, {share}\n");
     }
     let object = json!({
         "material": material.name,
-        "favours": favours.name(),
-        "favours_because": favours.summary(),
+        "favours": name,
+        "favours_because": because,
         "alignment": alignment,
         "symmetries": rows,
         "savings": savings,

@@ -3,8 +3,8 @@
 use super::cached::CachedBrdf;
 use super::energy::EnergyArgs;
 use super::{
-    ConfigArgs, Progress, ThreadArgs, build, choose_material, format_names, format_of, print,
-    refuse_unwritable, writer, wrote,
+    ConfigArgs, Progress, ThreadArgs, build, choose_material, format_names, format_of, listed,
+    print, refuse_unwritable, writer, wrote,
 };
 use crate::brdf::{Brdf, Channels, ObservedBrdf, Presence, SplitBrdf};
 use crate::error::{Error, ParameterError};
@@ -93,11 +93,9 @@ impl TableArgs {
 
     /// Refuses to fill what is no table.
     pub(crate) fn refuse_fill(&self) -> Result<(), Error> {
+        let message = "there is no table to fill; allowed: with a table";
         match self.fill {
-            true => Err(Error::config(
-                "--fill",
-                "there is no table to fill; allowed: with a table",
-            )),
+            true => Err(Error::config("--fill", message)),
             false => Ok(()),
         }
     }
@@ -106,21 +104,15 @@ impl TableArgs {
     pub fn suits(&self, format: Format) -> Result<(), Error> {
         let holes: fn(&Format) -> bool = |f| f.table.has_holes;
         let read: fn(&Format) -> bool = |f| f.table.read.is_some();
-        let (filled, unknown) = (
-            "have no empty cells and are always filled",
-            "are not read back, so that their errors are unknown",
-        );
+        let filled = "have no empty cells and are always filled";
+        let unknown = "are not read back, so that their errors are unknown";
         for (option, is_asked, suits, why) in [
             ("--fill", self.fill, holes, filled),
             ("--tolerance", self.tolerance.is_some(), read, unknown),
         ] {
             if is_asked && !suits(&format) {
-                let names: Vec<_> = WRITE_TABLE
-                    .formats()
-                    .filter(suits)
-                    .map(|f| f.name)
-                    .collect();
-                let (name, names) = (format.name, names.join(", "));
+                let names = listed(WRITE_TABLE.formats().filter(suits).map(|f| f.name));
+                let name = format.name;
                 let message = format!("tables of {name} {why}; allowed: {option} with {names}");
                 return Err(Error::config(option, message));
             }
@@ -141,11 +133,8 @@ impl TableArgs {
         self.energy.check(brdf, None)?;
         let mut size = 0;
         loop {
-            let tabulation = Tabulation {
-                size,
-                fill: self.fill,
-            };
-            write(format, tabulation, brdf, path, place)?;
+            let fill = self.fill;
+            write(format, Tabulation { size, fill }, brdf, path, place)?;
             let Some(read) = format.table.read else {
                 return Ok(None);
             };
@@ -153,14 +142,14 @@ impl TableArgs {
             let table = table.map_err(|e| Error::data(path, e))?;
             let errors = TableErrors::between(brdf, &*table).map_err(|e| Error::data(path, e))?;
             print(&errors.text())?;
-            let Some(tolerance) = self.tolerance.filter(|t| errors.largest() > *t) else {
+            let largest = errors.largest();
+            let Some(tolerance) = self.tolerance.filter(|t| largest > *t) else {
                 return Ok(Some(table));
             };
             size += 1;
             if size == format.table.sizes {
                 return Err(Error::Violation(format!(
-                    "the table errs by {}; asked: at most {tolerance}, and this format has no finer table",
-                    errors.largest()
+                    "the table errs by {largest}; asked: at most {tolerance}, and this format has no finer table"
                 )));
             }
         }
@@ -204,20 +193,15 @@ impl TableErrors {
 
     fn text(&self) -> String {
         let number = |x: Option<f64>| x.map_or("none".into(), |x| format!("{x:.4}"));
-        let of = |(measure, e, up_to): (Measure, &Errors, f64)| {
-            let lost = e.pairs_unreconstructed;
+        let each = self.0.iter().zip(UP_TO_DEG);
+        let each = each.flat_map(|(e, up_to)| e.iter().map(move |(m, e)| (m.name(), e, up_to)));
+        let of = |(measure, e, up_to): (_, &Errors, _)| {
+            let [nrmse, log_relative, energy] = [e.nrmse, e.log_relative, e.energy].map(number);
+            let (lost, all) = (e.pairs_unreconstructed, e.pairs + e.pairs_unreconstructed);
             format!(
-                "errors of the table, {} pairs up to {up_to}°: nrmse {}, log_relative {}, energy {}; without data {} of the {} that have some\n",
-                measure.name(),
-                number(e.nrmse),
-                number(e.log_relative),
-                number(e.energy),
-                lost,
-                e.pairs + lost
+                "errors of the table, {measure} pairs up to {up_to}°: nrmse {nrmse}, log_relative {log_relative}, energy {energy}; without data {lost} of the {all} that have some\n"
             )
         };
-        let each = self.0.iter().zip(UP_TO_DEG);
-        let each = each.flat_map(|(e, up_to)| e.iter().map(move |(m, e)| (*m, e, up_to)));
         each.map(of).collect()
     }
 }
@@ -258,12 +242,12 @@ pub(super) fn write(
     drop(progress);
     wrote(path);
     print(&format!("largest value: {largest:.4e} 1/sr\n"))?;
-    match filled {
-        0 => Ok(()),
-        filled => print(&format!(
+    if filled > 0 {
+        print(&format!(
             "filled: {filled} of {all} pairs, which had no data\n"
-        )),
+        ))?;
     }
+    Ok(())
 }
 
 /// Pairs of a table of some size; before anything is computed.

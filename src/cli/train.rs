@@ -63,9 +63,7 @@ impl Train {
             return self.kernels(&materials);
         }
         let mut training = Training::new(self.nodes as usize).map_err(refused)?;
-        let mut progress = Progress::with_work(materials.len() as u64, "");
-        for material in &materials {
-            progress.doing(|| material.name.clone());
+        Progress::over(&materials, |material, _| {
             let channels = match material.is_coloured() {
                 true => Channels::Rgb,
                 false => Channels::Luminance,
@@ -73,26 +71,21 @@ impl Train {
             let brdf = build(material, channels)?;
             let content = experiment::content(material)?;
             let added = training.add(&material.name, &content, &*brdf);
-            added.map_err(|e| Error::data(&material.name, e))?;
-            progress.advance(1.0);
-        }
-        drop(progress);
+            added.map_err(|e| Error::data(&material.name, e))
+        })?;
         let families = training.families();
         let prior = training.prior(self.functions.into()).map_err(refused)?;
         let bytes = prior.to_bytes();
-        write_atomically(&self.output, |out| out.write_all(&bytes))
-            .map_err(|e| Error::output(&self.output, e))?;
-        wrote(&self.output);
+        self.write(&bytes)?;
         let [scale, share] = prior.scale_and_share();
         print(&format!(
             "{} of {families} families, {}, {:.2} MB\nkernel: scale {scale:.3}, share {share:.3}{}\n",
             count(prior.materials().len(), "material"),
             count(prior.functions(), "function"),
             bytes.len() as f64 / 1e6,
-            if families > 1 {
-                ""
-            } else {
-                ", not fitted: one family cannot be left out"
+            match families {
+                0 | 1 => ", not fitted: one family cannot be left out",
+                _ => "",
             },
         ))
     }
@@ -100,14 +93,11 @@ impl Train {
     /// Writes kernels of these materials.
     fn kernels(&self, materials: &[Material]) -> Result<(), Error> {
         let mut training = KernelTraining::default();
-        let mut progress = Progress::with_work(materials.len() as u64, "");
-        for material in materials {
-            progress.doing(|| material.name.clone());
+        let progress = Progress::over(materials, |material, _| {
             let brdf = build(material, Channels::Luminance)?;
             let added = training.add(&material.name, &*brdf);
-            added.map_err(|e| Error::data(&material.name, e))?;
-            progress.advance(1.0);
-        }
+            added.map_err(|e| Error::data(&material.name, e))
+        })?;
         let except = match self.except.as_slice() {
             [] => String::new(),
             names => format!(" --except {}", names.join(",")),
@@ -116,15 +106,18 @@ impl Train {
         let kernels = training.kernels(command, |next| progress.doing(|| next.into()));
         drop(progress);
         let kernels = kernels.map_err(|e| Error::config("gonio train", e))?;
-        write_atomically(&self.output, |out| {
-            out.write_all(kernels.to_json().as_bytes())
-        })
-        .map_err(|e| Error::output(&self.output, e))?;
-        wrote(&self.output);
+        self.write(kernels.to_json().as_bytes())?;
         print(&format!(
             "{}, {}\n",
             count(kernels.materials.len(), "material"),
             count(kernels.constants.len(), "kernel"),
         ))
+    }
+
+    fn write(&self, bytes: &[u8]) -> Result<(), Error> {
+        let written = write_atomically(&self.output, |out| out.write_all(bytes));
+        written.map_err(|e| Error::output(&self.output, e))?;
+        wrote(&self.output);
+        Ok(())
     }
 }

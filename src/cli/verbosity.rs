@@ -4,7 +4,7 @@ use crate::error::{count, printable};
 use crate::measurement::Measurement;
 use crate::metrics::Expected;
 use crate::reconstruct::Suspect;
-use clap::builder::styling::AnsiColor;
+use clap::builder::styling::{AnsiColor, Style};
 use clap::{Args, ColorChoice, ValueEnum};
 use std::env;
 use std::ffi::OsString;
@@ -73,23 +73,20 @@ pub(super) fn detail(line: impl FnOnce() -> String) {
 
 /// Writes an error and its cause to stderr.
 pub fn say_error(error: &dyn std::error::Error) {
-    let style = AnsiColor::Red.on_default().bold();
-    let choice = OPTIONS
-        .get()
-        .map_or(ColorChoice::Never, |options| options.color);
-    let coloured = match choice {
-        ColorChoice::Always => true,
-        ColorChoice::Never => false,
-        ColorChoice::Auto => {
+    let style = match OPTIONS.get().map(|options| options.color) {
+        Some(ColorChoice::Always) => true,
+        Some(ColorChoice::Never) | None => false,
+        Some(ColorChoice::Auto) => {
             io::stderr().is_terminal() && env::var_os("NO_COLOR").is_none_or(|no| no.is_empty())
         }
     };
+    let style = match style {
+        true => AnsiColor::Red.on_default().bold(),
+        false => Style::new(),
+    };
     // A path may have any character but `/`.
     let text = |error: &dyn std::error::Error| printable(&error.to_string()).into_owned();
-    match coloured {
-        true => say(&format!("{style}gonio:{style:#} {}", text(error))),
-        false => say(&format!("gonio: {}", text(error))),
-    }
+    say(&format!("{style}gonio:{style:#} {}", text(error)));
     let mut cause = error.source();
     while let Some(error) = cause {
         say(&format!("  because: {}", text(error)));
@@ -99,9 +96,8 @@ pub fn say_error(error: &dyn std::error::Error) {
 
 /// The colours that a command line asks for, before it is read: help and refusals have some too.
 pub(super) fn color_of(args: impl IntoIterator<Item = OsString>) -> ColorChoice {
-    let mut args = args
-        .into_iter()
-        .map(|arg| arg.to_string_lossy().into_owned());
+    let args = args.into_iter();
+    let mut args = args.map(|arg| arg.to_string_lossy().into_owned());
     while let Some(arg) = args.next().filter(|arg| arg != "--") {
         let value = match arg.strip_prefix("--color") {
             Some("") => args.next(),
@@ -120,11 +116,9 @@ pub(super) fn with_bound(expected: &Expected, readings: usize) -> String {
     let bound = expected.bound(readings);
     let error = |error: Option<f64>| error.map_or("–".into(), |e| format!("{e:.4}"));
     let with = |own, bound| format!("{} (upper bound {})", error(own), error(bound));
-    format!(
-        "expected nrmse {}, log_relative {}",
-        with(expected.nrmse, bound.nrmse),
-        with(expected.log_relative, bound.log_relative)
-    )
+    let nrmse = with(expected.nrmse, bound.nrmse);
+    let log_relative = with(expected.log_relative, bound.log_relative);
+    format!("expected nrmse {nrmse}, log_relative {log_relative}")
 }
 
 /// Most suspected readings that are listed.

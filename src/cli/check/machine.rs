@@ -1,6 +1,7 @@
 //! What `gonio check` says of an instrument.
 
 use crate::cli::list::{apertures, limits};
+use crate::cli::listed;
 use crate::error::Error;
 use crate::geometry::DirectionPair;
 use crate::instrument::{InstrumentSpec, Machine, Tag, footprint};
@@ -90,12 +91,10 @@ pub(super) fn described(spec: &InstrumentSpec, seed: u64) -> Result<(String, Jso
         reach.push(json!({"material": material, "percent": percent, "kept_out_percent": kept_out}));
     }
     let tags = spec.origins().into_iter();
-    let tags: Vec<Option<Tag>> = tags
-        .map(|(_, entry)| entry.map(|entry| entry.tag))
-        .collect();
+    let tags: Vec<Option<Tag>> = tags.map(|(_, entry)| Some(entry?.tag)).collect();
     let numbers = PROVENANCES.map(|(name, tag)| (name, tags.iter().filter(|&&t| t == tag).count()));
     let texts = numbers.map(|(name, n)| format!("{n} {}", name.replace('_', " ")));
-    out += &format!("\nnumbers: {}\n", texts.join(", "));
+    out += &format!("\nnumbers: {}\n", listed(texts));
     let numbers = numbers.map(|(name, n)| (name.to_owned(), n.into()));
     let object = json!({
         "instrument": serde_json::to_value(spec).map_err(Error::internal)?,
@@ -111,21 +110,19 @@ pub(super) fn described(spec: &InstrumentSpec, seed: u64) -> Result<(String, Jso
 fn reached(machine: &Machine, seed: u64, turn_freely: bool) -> (f64, Vec<(&'static str, f64)>) {
     let random = Random::new(seed);
     let mut reached = 0;
-    let mut kept_out = [0; Unreachable::NAMES.len()];
+    let mut kept_out = Unreachable::NAMES.map(|name| (name, 0));
     for i in 0..PAIRS {
         let [a, b, c, d] = random.point(i);
         let pair = DirectionPair::new(cosine_hemisphere([a, b]), cosine_hemisphere([c, d]));
         match machine.place(&pair, turn_freely) {
             Ok(_) => reached += 1,
             Err(reason) => {
-                for (name, count) in Unreachable::NAMES.into_iter().zip(&mut kept_out) {
-                    *count += u64::from(name == reason.name());
-                }
+                let kept_out = kept_out.iter_mut().find(|(name, _)| *name == reason.name());
+                kept_out.into_iter().for_each(|(_, n)| *n += 1);
             }
         }
     }
     let percent = |count: u64| 100.0 * count as f64 / PAIRS as f64;
-    let kept_out = Unreachable::NAMES.into_iter().zip(kept_out);
     let kept_out = kept_out.map(|(name, n)| (name, percent(n)));
-    (percent(reached), kept_out.collect())
+    (percent(reached), kept_out.into())
 }

@@ -7,11 +7,10 @@ use crate::experiment::{
     ByProduct, Event, Findings, Kind, Metric, Observer, Plan, QuantityGroup, Row, Shard,
 };
 use crate::metrics::{Measure, MetricsSpec};
-use crate::report::Studio;
 use crate::report::{
-    Below, PARQUET, RANKING, REPORT, RESULTS, RunFolder, TIMES, Table, calibration, instruments,
-    levels_text, ranking, ranking_csv, results_csv, schedule_stem, study_html, study_text,
-    verdict_text,
+    Below, PARQUET, RANKING, REPORT, RESULTS, RunFolder, Studio, TIMES, Table, calibration,
+    instruments, levels_text, ranking, ranking_csv, results_csv, schedule_stem, slice_name,
+    study_curves, study_html, study_text, study_timings, verdict_text, write_slice,
 };
 use std::cell::RefCell;
 use std::io::Write;
@@ -27,10 +26,8 @@ impl Shown for Plan {
         }
         let table = Table::new(self);
         let head = table.head();
-        Ok(Some((
-            head,
-            Box::new(move |rows: &[&Row]| table.lines(rows)),
-        )))
+        let lines = move |rows: &[&Row]| table.lines(rows);
+        Ok(Some((head, Box::new(lines))))
     }
 
     fn listeners<'a>(
@@ -54,22 +51,19 @@ impl Shown for Plan {
 
     fn conclude(&self, folder: &mut Folder, end: &End<'_>) -> Result<(), Error> {
         let (rows, _) = folder.sorted(end.keys);
-        if self.kind == Kind::Acquisition && end.whole {
-            print(&match self.instruments.is_empty() {
-                true => ranking(&rows),
-                false => instruments(&rows),
-            })?;
-        }
         if end.whole {
+            if self.kind == Kind::Acquisition {
+                print(&match self.instruments.is_empty() {
+                    true => ranking(&rows),
+                    false => instruments(&rows),
+                })?;
+            }
             note_unconverged(&rows, self);
             note_truths(&rows);
         }
         let table = results_csv(&rows);
         #[cfg(feature = "parquet")]
-        let typed = self
-            .output
-            .parquet
-            .then(|| crate::report::results_parquet(&rows));
+        let typed = (self.output.parquet).then(|| crate::report::results_parquet(&rows));
         // A plan that asks for it has been refused.
         #[cfg(not(feature = "parquet"))]
         let typed: Option<Vec<u8>> = None;
@@ -99,11 +93,11 @@ impl Shown for Plan {
         let Some((findings, html)) = report else {
             return Ok(());
         };
-        let figure = crate::report::study_curves(&findings);
+        let figure = study_curves(&findings);
         folder.write_below(Below::Pictures, "errors.svg", |out| {
             out.write_all(figure.as_bytes())
         })?;
-        folder.write_file(TIMES, crate::report::study_timings(&findings))?;
+        folder.write_file(TIMES, study_timings(&findings))?;
         folder.write_file(RANKING, ranking_csv(&findings))?;
         folder.write_file(REPORT, html)
     }
@@ -112,21 +106,17 @@ impl Shown for Plan {
         let quantity =
             |of: QuantityGroup| (of.name(), format!("quantities has no {:?}", of.name()));
         let no = |name, key: &str| (name, format!("{key} is false"));
+        let no_tours = ("tours", "there is no [[instrument]]".into());
+        let no_schedules = self.output.schedules.0.is_none();
         let all = [
-            (
-                self.instruments.is_empty(),
-                ("tours", "there is no [[instrument]]".into()),
-            ),
+            (self.instruments.is_empty(), no_tours),
             (!self.albedo, quantity(QuantityGroup::Albedo)),
             (self.moments.is_none(), quantity(QuantityGroup::Moments)),
             (!self.uncertainty, quantity(QuantityGroup::Uncertainty)),
             (!self.expected, quantity(QuantityGroup::Expected)),
             (!self.pictures.draw, no("pictures", "pictures.draw")),
             (!self.output.slices, no("slices", "output.slices")),
-            (
-                self.output.schedules.0.is_none(),
-                no("schedules", "output.schedules"),
-            ),
+            (no_schedules, no("schedules", "output.schedules")),
         ];
         let left_out = all.into_iter().filter(|(is_left_out, _)| *is_left_out);
         left_out.map(|(_, what)| what).collect()
@@ -143,17 +133,15 @@ fn note_unconverged(rows: &[&Row], plan: &Plan) {
     } = plan.metrics;
     let open = rows.iter().filter(|row| !row.converged).count();
     let has = |measure| plan.measures.contains(&measure);
-    let parts = has(Measure::Cosine) && (has(Measure::Steep) || has(Measure::Grazing));
-    let parts = match parts {
+    let parts = match has(Measure::Cosine) && (has(Measure::Steep) || has(Measure::Grazing)) {
         true => "; steep and grazing are not waited for beside cosine",
         false => "",
     };
     if max_pairs > pairs && open > 0 {
+        let (all, percent) = (rows.len(), 100.0 * tolerance);
         note(&format!(
-            "gonio: {open} of {} rows have a standard error above {} % after up to {max_pairs} pairs \
-             (metrics.max_pairs{parts}); the column `converged` says which",
-            rows.len(),
-            100.0 * tolerance
+            "gonio: {open} of {all} rows have a standard error above {percent} % after up to {max_pairs} pairs \
+             (metrics.max_pairs{parts}); the column `converged` says which"
         ));
     }
 }
@@ -167,12 +155,10 @@ fn note_truths(rows: &[&Row]) {
     };
     let near = rows.iter().filter(is_near).count();
     if near > 0 {
+        let (name, all) = (metric.name(), rows.len());
         note(&format!(
-            "gonio: the {} of {near} of {} rows is below twice the standard error of a truth from random paths (the column \
-             truth_{}); more paths and rays make it smaller",
-            metric.name(),
-            rows.len(),
-            metric.name(),
+            "gonio: the {name} of {near} of {all} rows is below twice the standard error of a truth from random paths \
+             (the column truth_{name}); more paths and rays make it smaller"
         ));
     }
 }
@@ -203,7 +189,7 @@ impl Observer<Row> for Asked<'_> {
                 name.is_some_and(|name| !folder.has(Below::Schedules, &name))
             }
             ByProduct::Reconstruction(job) if self.plan.output.slices => {
-                !folder.has(Below::Slices, &crate::report::slice_name(job))
+                !folder.has(Below::Slices, &slice_name(job))
             }
             ByProduct::Material(position, material, key) => {
                 let mut studio = self.studio.iter();
@@ -227,10 +213,8 @@ impl Observer<Row> for Asked<'_> {
                 })
             }
             Event::Reconstructed(job, truth, copy) if self.plan.output.slices => {
-                let name = crate::report::slice_name(job);
-                folder.write_below(Below::Slices, &name, |out| {
-                    crate::report::write_slice(truth, copy, out)
-                })
+                let name = slice_name(job);
+                folder.write_below(Below::Slices, &name, |out| write_slice(truth, copy, out))
             }
             Event::Loaded(material, key, brdf) => {
                 let stopped = || self.stop.load(Ordering::SeqCst);

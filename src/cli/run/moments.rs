@@ -43,7 +43,12 @@ impl Shown for MomentsPlan {
         _shard: Option<Shard>,
         _stop: &Arc<AtomicBool>,
     ) -> Result<Observers<'a, MaterialProfiles>, Error> {
-        Ok(vec![Box::new(Spheres::new(self, folder))])
+        Ok(vec![Box::new(Spheres {
+            plan: self,
+            folder,
+            light: None,
+            last: None,
+        })])
     }
 
     fn conclude(&self, folder: &mut Folder, end: &End<'_>) -> Result<(), Error> {
@@ -107,13 +112,8 @@ fn groups(plan: &MomentsPlan, materials: &[MaterialProfiles], range: ViewRange) 
     let group = |name: String| {
         let members: Vec<_> = materials.iter().filter(|m| m.group == name).collect();
         let fits = members.iter().flat_map(|m| fits(plan, m, range)).collect();
-        Group::new(
-            name,
-            &members,
-            fits,
-            range,
-            plan.moments.estimator.tolerance(),
-        )
+        let tolerance = plan.moments.estimator.tolerance();
+        Group::new(name, &members, fits, range, tolerance)
     };
     let groups = plan.groups().into_iter().map(group);
     groups.filter(|group| !group.fits.is_empty()).collect()
@@ -125,20 +125,13 @@ fn line(fits: &[ProfileFits], seconds: f64) -> String {
         return String::new();
     };
     let number = |v: Option<f64>| v.map_or("undefined".into(), |v| format!("{v:.4}"));
-    let knots = first.energy.as_ref().ok().and_then(|e| e.knots());
-    let knots = match knots {
-        Some(knots) => {
-            let fit = first.energy.as_ref().ok();
-            let bound = fit.map_or([false; 2], |fit| at_bound(fit, first.range));
-            let marks = [
-                if bound[0] { "≤" } else { "" },
-                if bound[1] { "≥" } else { "" },
-            ];
-            let [a, b] = knots.map(f64::to_degrees);
-            format!("{}{a:.1}° {}{b:.1}°", marks[0], marks[1])
-        }
-        None => "undetermined".into(),
-    };
+    let knots = first.energy.as_ref().ok().and_then(|fit| {
+        let [low, high] = at_bound(fit, first.range);
+        let (low, high) = (if low { "≤" } else { "" }, if high { "≥" } else { "" });
+        let [a, b] = fit.knots()?.map(f64::to_degrees);
+        Some(format!("{low}{a:.1}° {high}{b:.1}°"))
+    });
+    let knots = knots.unwrap_or("undetermined".into());
     format!(
         "  {:<28} {:>10} {:>10} {:>14} {:>8.1} %{:>6} {seconds:>8.2} s\n",
         first.material,
@@ -172,16 +165,7 @@ struct Spheres<'a> {
     last: Option<MaterialProfiles>,
 }
 
-impl<'a> Spheres<'a> {
-    fn new(plan: &'a MomentsPlan, folder: &'a RefCell<Folder>) -> Self {
-        Self {
-            plan,
-            folder,
-            light: None,
-            last: None,
-        }
-    }
-
+impl Spheres<'_> {
     fn stem(name: &str) -> String {
         format!("sphere-{}", file_stem(name))
     }
@@ -216,11 +200,8 @@ impl<'a> Spheres<'a> {
             let near = |theta: &f64| (theta.to_degrees() - view).abs();
             let views = profile.views.iter().enumerate();
             let (i, theta_o) = views.min_by(|a, b| near(a.1).total_cmp(&near(b.1)))?;
-            FilterEllipse::new(
-                *theta_o,
-                f64::to_radians(azimuth),
-                &profile.slices[i].moments,
-            )
+            let azimuth = f64::to_radians(azimuth);
+            FilterEllipse::new(*theta_o, azimuth, &profile.slices[i].moments)
         };
         let ellipses: Vec<_> = FILTERS.iter().filter_map(ellipse).collect();
         let title = format!("{name}: means and covariances of slices on a sphere");

@@ -5,8 +5,10 @@ use crate::cli::print;
 use crate::error::Error;
 use crate::experiment::relations::{MaterialRelations, RelationRow, RelationsPlan};
 use crate::report::{
-    RELATIONS, RunFolder, relations_csv, relations_head, relations_lines, relations_summary,
+    Below, RELATIONS, RunFolder, file_stem, relation_sheets, relations_csv, relations_head,
+    relations_lines, relations_summary, svg,
 };
+use std::io::Write;
 
 type Folder = RunFolder<MaterialRelations>;
 
@@ -26,12 +28,10 @@ impl Shown for RelationsPlan {
             print(&relations_summary(&rows))?;
         }
         folder.write_file(RELATIONS, relations_csv(&rows))?;
-        for sheet in crate::report::relation_sheets(&rows) {
-            use std::io::Write;
-            let svg = crate::report::svg(&sheet.title, &sheet.panels, sheet.columns);
-            let name = crate::report::file_stem(&sheet.name) + ".svg";
-            let below = crate::report::Below::Figures;
-            folder.write_below(below, &name, |out| out.write_all(svg.as_bytes()))?;
+        for sheet in relation_sheets(&rows) {
+            let svg = svg(&sheet.title, &sheet.panels, sheet.columns);
+            let name = file_stem(&sheet.name) + ".svg";
+            folder.write_below(Below::Figures, &name, |out| out.write_all(svg.as_bytes()))?;
         }
         Ok(())
     }
