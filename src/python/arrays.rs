@@ -2,7 +2,7 @@
 
 use crate::errors::{refused, warn};
 use crate::given::detached;
-use crate::shapes::{Along, batch, broadcast, tuple};
+use crate::shapes::{Along, batch, broadcast, listed, tuple};
 use gonio::brdf::{Brdf, Presence};
 use gonio::geometry::{Direction, DirectionPair};
 use numpy::{
@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
+use std::fmt::Display;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A new array of any shape.
@@ -44,9 +45,10 @@ fn cast<'py>(value: &Bound<'py, PyAny>) -> PyResult<Result<Bound<'py, PyAny>, St
     keys.set_item("dtype", "float64")?;
     let array = match array.hasattr("mask")? && array.hasattr("filled")? {
         // Integers have no NaN.
-        true => array
-            .call_method1("astype", ("float64",))?
-            .call_method1("filled", (f64::NAN,))?,
+        true => {
+            let floats = array.call_method1("astype", ("float64",))?;
+            floats.call_method1("filled", (f64::NAN,))?
+        }
         false => array,
     };
     let array = numpy.call_method("ascontiguousarray", (array,), Some(&keys))?;
@@ -65,10 +67,8 @@ pub fn numbers<'py>(
         if !e.is_instance_of::<PyTypeError>(py) && !e.is_instance_of::<PyValueError>(py) {
             return e;
         }
-        let kind = value
-            .get_type()
-            .name()
-            .map_or("object".into(), |n| n.to_string());
+        let kind = value.get_type().name();
+        let kind = kind.map_or("object".into(), |n| n.to_string());
         refused(format!(
             "{name} is a {kind} without numbers; allowed: an array of numbers"
         ))
@@ -96,16 +96,23 @@ pub fn shape(array: &PyReadonlyArrayDyn<'_, f64>) -> String {
     tuple(array.shape())
 }
 
+/// A refusal of an array of another shape.
+pub fn other_shape(
+    name: &str,
+    array: &PyReadonlyArrayDyn<'_, f64>,
+    allowed: impl Display,
+) -> PyErr {
+    let shape = shape(array);
+    refused(format!("{name} has the shape {shape}; allowed: {allowed}"))
+}
+
 /// One number a row.
 pub fn list(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
     let array = numbers(value, name)?;
-    if array.shape().len() != 1 {
-        let shape = shape(&array);
-        return Err(refused(format!(
-            "{name} has the shape {shape}; allowed: (n,)"
-        )));
+    match array.shape().len() {
+        1 => Ok(slice(&array)?.to_vec()),
+        _ => Err(other_shape(name, &array, "(n,)")),
     }
-    Ok(slice(&array)?.to_vec())
 }
 
 /// Warns of angles beyond a turn: degrees, where radians are asked for.
@@ -114,39 +121,29 @@ pub fn doubt_degrees<'a>(
     name: &str,
     angles: impl IntoIterator<Item = &'a f64>,
 ) -> PyResult<()> {
-    let finite = angles.into_iter().filter(|x| x.is_finite());
-    let largest = finite.fold(
-        0.0,
-        |most: f64, x| if x.abs() > most.abs() { *x } else { most },
-    );
+    let finite = angles.into_iter().copied().filter(|x| x.is_finite());
+    let larger = |most: f64, x: f64| if x.abs() > most.abs() { x } else { most };
+    let largest = finite.fold(0.0, larger);
     // A turn as f32 has it is one too.
     if largest.abs() <= TAU * (1.0 + 1e-6) {
         return Ok(());
     }
+    let hint = "angles are in radians, and np.radians converts degrees";
     warn(
         py,
-        &format!(
-            "{name} has the angle {largest}, beyond 2π: angles are in radians, and np.radians converts degrees"
-        ),
+        &format!("{name} has the angle {largest}, beyond 2π: {hint}"),
     )
 }
 
 /// Warns of directions below the horizon: how many of `count` rows have each of the arguments there.
 fn doubt_horizon(py: Python<'_>, below: &[(&str, usize)], count: usize) -> PyResult<()> {
     let below = below.iter().filter(|(_, n)| *n > 0);
-    let parts: Vec<String> = below
-        .map(|(name, n)| format!("{name} in {n} of {count}"))
-        .collect();
+    let parts = listed(below.map(|(name, n)| format!("{name} in {n} of {count}")));
     if parts.is_empty() {
         return Ok(());
     }
-    warn(
-        py,
-        &format!(
-            "below the horizon (z < 0) is {}: directions point away from the surface, and f_r is 0 below it",
-            parts.join(", ")
-        ),
-    )
+    let why = "directions point away from the surface, and f_r is 0 below it";
+    warn(py, &format!("below the horizon (z < 0) is {parts}: {why}"))
 }
 
 /// True of a direction that no BRDF is defined for; the horizon itself is none.
@@ -172,14 +169,9 @@ impl<'py> Directions<'py> {
     /// Directions from (…, 3) vectors or (…, 2) angles.
     pub fn read(value: &Bound<'py, PyAny>, name: &'static str) -> PyResult<Self> {
         let array = numbers(value, name)?;
-        let width = match array.shape().last() {
-            Some(&width @ (2 | 3)) => width,
-            _ => {
-                return Err(refused(format!(
-                    "{name} has the shape {}; allowed: (…, 3) vectors, or (…, 2) angles theta and phi in radians",
-                    shape(&array)
-                )));
-            }
+        let Some(&width @ (2 | 3)) = array.shape().last() else {
+            let allowed = "(…, 3) vectors, or (…, 2) angles theta and phi in radians";
+            return Err(other_shape(name, &array, allowed));
         };
         if width == 2 {
             doubt_degrees(value.py(), name, slice(&array)?)?;
@@ -258,13 +250,10 @@ impl<'a> Rows<'a> {
     /// The sentence about a row that is no direction.
     fn sentence(&self, row: usize) -> String {
         let at = self.along.at(row) * self.width;
-        let values = self.values.get(at..at + self.width).unwrap_or_default();
-        let values: Vec<String> = values.iter().map(f64::to_string).collect();
+        let values = listed(self.values.get(at..at + self.width).unwrap_or_default());
+        let (name, index) = (self.name, self.along.index(row));
         format!(
-            "{}{} is ({}), which is no direction; allowed: finite numbers, not all 0",
-            self.name,
-            self.along.index(row),
-            values.join(", ")
+            "{name}{index} is ({values}), which is no direction; allowed: finite numbers, not all 0"
         )
     }
 }
@@ -318,13 +307,10 @@ impl<'py> Sides<'py> {
 
     /// The pairs, the last axis fastest.
     pub fn pairs(&self) -> PyResult<Pairs<'_>> {
-        let lengths = self
-            .shape
-            .iter()
-            .try_fold(1, |n: usize, k| n.checked_mul(*k));
-        let count = lengths.ok_or_else(too_many)?;
+        let mut lengths = self.shape.iter();
+        let count = lengths.try_fold(1, |n: usize, k| n.checked_mul(*k));
         Ok(Pairs {
-            count,
+            count: count.ok_or_else(too_many)?,
             light: self.light.rows(&self.shape)?,
             sensor: self.sensor.rows(&self.shape)?,
         })
@@ -353,11 +339,8 @@ impl<'a> Pairs<'a> {
         let vectors = |side: &Rows<'a>| side.vectors(first, count);
         if let (Some(light), Some(sensor)) = (vectors(&self.light), vectors(&self.sensor)) {
             // The usual case, without a look-up a row.
-            for (i, (a, b)) in light
-                .chunks_exact(3)
-                .zip(sensor.chunks_exact(3))
-                .enumerate()
-            {
+            let rows = light.chunks_exact(3).zip(sensor.chunks_exact(3));
+            for (i, (a, b)) in rows.enumerate() {
                 match (direction_of(a), direction_of(b)) {
                     (Some(a), Some(b)) => out.push(DirectionPair::new(a, b)),
                     _ => return Err(first + i),
@@ -390,9 +373,8 @@ impl<'a> Pairs<'a> {
         let mut all = Vec::new();
         let room = all.try_reserve_exact(self.count);
         room.map_err(|_| too_many())?;
-        self.read(0, self.count, &mut all)
-            .map_err(|row| self.refused(row))?;
-        Ok(all)
+        let read = self.read(0, self.count, &mut all);
+        read.map(|()| all).map_err(|row| self.refused(row))
     }
 
     /// Every pair, with a warning of those below the horizon.
@@ -418,15 +400,13 @@ impl<'a> Pairs<'a> {
         let all = self.all()?;
         let low = |d: Direction| d.cos_theta() <= gonio::numeric::GRAZING_COS;
         if let Some(row) = all.iter().position(|p| low(p.omega_i) || low(p.omega_o)) {
-            let side = if low(all[row].omega_i) {
-                self.light
-            } else {
-                self.sensor
+            let side = match low(all[row].omega_i) {
+                true => self.light,
+                false => self.sensor,
             };
+            let (name, index) = (side.name, side.along.index(row));
             return Err(refused(format!(
-                "{}{} is not above the horizon; allowed: polar angles below 90°",
-                side.name,
-                side.along.index(row)
+                "{name}{index} is not above the horizon; allowed: polar angles below 90°"
             )));
         }
         Ok(all)
@@ -460,13 +440,11 @@ impl<'a> Pairs<'a> {
             });
             wrong.flatten().min()
         });
-        match made? {
-            Some(row) => Err(self.refused(row)),
-            None => {
-                self.doubt(py, [light.into_inner(), sensor.into_inner()])?;
-                Ok(out)
-            }
+        if let Some(row) = made? {
+            return Err(self.refused(row));
         }
+        self.doubt(py, [light.into_inner(), sensor.into_inner()])?;
+        Ok(out)
     }
 
     /// f_r without the cosine, sr⁻¹, channel by channel; NaN where there is no data.

@@ -3,7 +3,7 @@
 use crate::words::{in_keywords, without_brackets};
 use gonio::Error;
 use gonio::error::ParameterError;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 /// A `ValueError` with a sentence, in which options of the command are keywords.
@@ -14,11 +14,6 @@ pub fn refused(sentence: impl std::fmt::Display) -> PyErr {
 /// A refusal of an argument of another type.
 pub fn other_type(name: &str, value: &Bound<'_, PyAny>, allowed: &str) -> PyErr {
     refused(format!("{name} = {value}: allowed is {allowed}"))
-}
-
-/// A `TypeError` of what cannot be pickled.
-pub fn unpicklable(sentence: &str) -> PyErr {
-    PyTypeError::new_err(sentence.to_owned())
 }
 
 /// The error of a parameter that is an argument of another name.
@@ -57,8 +52,10 @@ pub fn of_keys(e: Error) -> PyErr {
 
 /// The sentence of an error about files, with its place, and with its reason.
 pub fn of_files(e: Error) -> PyErr {
-    let reason = std::error::Error::source(&e).map_or(String::new(), |why| format!(": {why}"));
-    refused(format!("{e}{reason}"))
+    match std::error::Error::source(&e) {
+        Some(why) => refused(format!("{e}: {why}")),
+        None => refused(e),
+    }
 }
 
 /// Issues a sentence as a Python warning, in which options of the command are keywords.

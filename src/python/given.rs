@@ -1,8 +1,9 @@
 //! Materials of a program: functions of Python, arrays, and any material inside a config.
 
-use crate::arrays::{list, numbers, shape, slice, vectors};
+use crate::arrays::{list, numbers, other_shape, shape, slice, vectors};
 use crate::errors::refused;
 use crate::material::{Origin, PyMaterial, channel_names};
+use crate::shapes::listed;
 use gonio::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, InChannels, Presence};
 use gonio::error::ParameterError;
 use gonio::geometry::{DirectionPair, Symmetry};
@@ -95,12 +96,8 @@ impl Function {
         let what = format!("{}: what the function returns", self.name);
         let values = numbers(&found, &what)?;
         let (n, channels) = (pairs.len(), self.channels.count());
-        let fits = match *values.shape() {
-            [rows] => rows == n && channels == 1,
-            [rows, columns] => rows == n && columns == channels,
-            _ => false,
-        };
-        if !fits {
+        let is_flat = *values.shape() == [n] && channels == 1;
+        if !is_flat && *values.shape() != [n, channels] {
             let allowed = match channels {
                 1 => format!("({n},) or ({n}, 1)"),
                 _ => format!("({n}, {channels})"),
@@ -197,11 +194,10 @@ impl Array {
     /// Refuses an array of a pickle whose values are not as many as its nodes have.
     pub fn checked(self) -> PyResult<Self> {
         let nodes = self.nodes.iter().map(Vec::len).product::<usize>();
+        let damaged = "this pickle is damaged; allowed: one that gonio made";
         match nodes * self.channels.count() == self.values.len() {
             true => Ok(self),
-            false => Err(refused(
-                "this pickle is damaged; allowed: one that gonio made",
-            )),
+            false => Err(refused(damaged)),
         }
     }
 
@@ -217,11 +213,9 @@ impl Array {
     ) -> PyResult<Self> {
         let all = form.axes();
         if axes.len() != all.len() {
-            let names: Vec<&str> = all.iter().map(|a| a.symbol).collect();
+            let (found, names) = (axes.len(), listed(all.iter().map(|a| a.symbol)));
             return Err(refused(format!(
-                "axes are {}; allowed: one list of nodes for each of {}",
-                axes.len(),
-                names.join(", ")
+                "axes are {found}; allowed: one list of nodes for each of {names}"
             )));
         }
         let nodes = axes.iter().zip(all).map(|(nodes, axis)| {
@@ -245,24 +239,21 @@ impl Array {
             wanted.push(count);
         }
         if array.shape() != wanted {
-            return Err(refused(format!(
-                "values has the shape {}; allowed: {wanted:?}, the nodes of the axes{}",
-                shape(&array),
-                if count > 1 { " and the channels" } else { "" }
-            )));
+            let channels = if count > 1 { " and the channels" } else { "" };
+            let allowed = format!("{wanted:?}, the nodes of the axes{channels}");
+            return Err(other_shape("values", &array, allowed));
         }
         let values = slice(&array)?.to_vec();
-        match values.iter().find(|f| !(f.is_finite() && **f >= 0.0)) {
-            None => Ok(Self {
-                form,
-                nodes,
-                values,
-                channels,
-            }),
-            Some(f) => Err(refused(format!(
-                "values has {f}; allowed: finite numbers of at least 0"
-            ))),
+        if let Some(f) = values.iter().find(|f| !(f.is_finite() && **f >= 0.0)) {
+            let message = format!("values has {f}; allowed: finite numbers of at least 0");
+            return Err(refused(message));
         }
+        Ok(Self {
+            form,
+            nodes,
+            values,
+            channels,
+        })
     }
 
     /// The nodes on both sides of a coordinate, and the weight of the second. Beyond the last node that is the first one of a period
@@ -314,9 +305,8 @@ impl Brdf for Array {
             }
             if weight != 0.0 {
                 let values = &self.values[at * out.len()..];
-                out.iter_mut()
-                    .zip(values)
-                    .for_each(|(o, v)| *o += weight * v);
+                let pairs = out.iter_mut().zip(values);
+                pairs.for_each(|(o, v)| *o += weight * v);
             }
         }
         Presence::Present

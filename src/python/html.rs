@@ -1,5 +1,7 @@
 //! Tables that notebooks show.
 
+use gonio::geometry::DirectionPair;
+
 /// Rows of a long table that are shown.
 pub const HEAD: usize = 8;
 
@@ -10,10 +12,8 @@ fn escaped(text: &str) -> String {
 }
 
 fn cells(tag: &str, cells: &[String]) -> String {
-    let cells = cells
-        .iter()
-        .map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)));
-    format!("<tr>{}</tr>", cells.collect::<String>())
+    let cell = |cell: &String| format!("<{tag}>{}</{tag}>", escaped(cell));
+    format!("<tr>{}</tr>", cells.iter().map(cell).collect::<String>())
 }
 
 /// A table with a caption, the names of its columns, if it has any, and its first rows of `count`.
@@ -25,10 +25,10 @@ pub fn table(caption: &str, names: &[String], rows: &[Vec<String>], count: usize
     let body: String = rows.iter().map(|row| cells("td", row)).collect();
     let more = match count - rows.len() {
         0 => String::new(),
-        more => format!(
-            "<tr><td colspan=\"{}\">… {more} more</td></tr>",
-            names.len()
-        ),
+        more => {
+            let columns = names.len();
+            format!("<tr><td colspan=\"{columns}\">… {more} more</td></tr>")
+        }
     };
     let caption = escaped(caption);
     format!("<table><caption>{caption}</caption>{head}<tbody>{body}{more}</tbody></table>")
@@ -43,7 +43,11 @@ pub fn number(x: f64) -> String {
     }
 }
 
-/// Polar angle and azimuth of a direction, degrees.
-pub fn degrees(direction: gonio::geometry::Direction) -> [String; 2] {
-    [direction.theta(), direction.phi()].map(|angle| format!("{:.2}", angle.to_degrees()))
+/// Names of the columns of [`degrees`].
+pub const ANGLES: [&str; 4] = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"];
+
+/// Polar angle and azimuth of light and sensor, degrees.
+pub fn degrees(pair: &DirectionPair) -> [String; 4] {
+    let (i, o) = (pair.omega_i, pair.omega_o);
+    [i.theta(), i.phi(), o.theta(), o.phi()].map(|angle| format!("{:.2}", angle.to_degrees()))
 }

@@ -57,24 +57,23 @@ impl PyInstrument {
                     read.map_err(within("spec"))?
                 }
                 Err(_) => {
-                    let name: PathBuf = spec
-                        .extract()
-                        .map_err(|_| other_type("spec", spec, "a name, a path or a dictionary"))?;
+                    let allowed = "a name, a path or a dictionary";
+                    let name = spec.extract::<PathBuf>();
+                    let name = name.map_err(|_| other_type("spec", spec, allowed))?;
+                    let name = name.to_string_lossy();
                     // The text of a file is no name of one.
-                    if name.to_string_lossy().contains('\n') {
-                        return Err(refused(
-                            "spec is a text of several lines; allowed: a name, a path or a dictionary, as tomllib.loads makes of a text",
-                        ));
+                    if name.contains('\n') {
+                        return Err(refused(format!(
+                            "spec is a text of several lines; allowed: {allowed}, as tomllib.loads makes of a text"
+                        )));
                     }
-                    let read = load_instrument(&name.to_string_lossy()).map_err(of_files);
+                    let read = load_instrument(&name).map_err(of_files);
                     read.map_err(renamed("instrument", "spec"))?
                 }
             },
         };
-        let planned = PlannedInstrument::new(spec, use_of);
-        Ok(Self {
-            planned: Some(planned),
-        })
+        let planned = Some(PlannedInstrument::new(spec, use_of));
+        Ok(Self { planned })
     }
 
     /// Its visits to the poses that it can take, in the order of time: a table of pose, block, positions of its axes in degrees, and seconds.
@@ -84,11 +83,8 @@ impl PyInstrument {
                 "the ideal instrument has no axes and takes no time; allowed: a machine",
             ));
         };
-        check(
-            planned,
-            schedule.schedule.parametrization.symmetry(),
-            "the schedule",
-        )?;
+        let folded = schedule.schedule.parametrization.symmetry();
+        check(planned, folded, "the schedule")?;
         let itinerary = py.detach(|| match &schedule.order {
             Some(order) => bench.plan_given(&schedule.schedule, order),
             None => bench.plan(&schedule.schedule, planned.use_of.order),
@@ -102,10 +98,8 @@ impl PyInstrument {
         all.set_item("pose", whole(|v| v.pose))?;
         all.set_item("block", whole(|v| v.block))?;
         for (i, axis) in itinerary.axes.iter().enumerate() {
-            all.set_item(
-                format!("{axis}_deg"),
-                floats(&|v| v.positions[i].to_degrees()),
-            )?;
+            let positions = floats(&|v| v.positions[i].to_degrees());
+            all.set_item(format!("{axis}_deg"), positions)?;
         }
         let times: [(&str, fn(&Visit) -> f64); 4] = [
             ("move_seconds", |v| v.move_seconds),
@@ -168,15 +162,9 @@ pub fn measure(
             none if none.is_empty() => "without symmetries".into(),
             names => names,
         };
-        warn(
-            py,
-            &format!(
-                "the schedule is for materials that are {}; {} is {}",
-                words(folded),
-                material.label,
-                words(held)
-            ),
-        )?;
+        let (folded, name, held) = (words(folded), &material.label, words(held));
+        let sentence = format!("the schedule is for materials that are {folded}; {name} is {held}");
+        warn(py, &sentence)?;
     }
     let planned = instrument.and_then(|i| i.planned.as_ref());
     let about = |planned: Option<&PlannedInstrument>| About {

@@ -49,11 +49,8 @@ fn value_of(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value
         return Ok(Value::Boolean(value.extract()?));
     }
     if value.is_instance_of::<PyInt>() {
-        let whole = value.extract::<i64>().map_err(|_| {
-            refused(format!(
-                "{key} = {value}: allowed is a whole number of 64 bits"
-            ))
-        });
+        let whole = value.extract();
+        let whole = whole.map_err(|_| other_type(key, value, "a whole number of 64 bits"));
         return Ok(Value::Integer(whole?));
     }
     if value.is_instance_of::<PyFloat>() {
@@ -69,10 +66,9 @@ fn value_of(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value
         return Ok(Value::Table(keys_of(material.get())));
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        let items = value
-            .try_iter()?
-            .map(|item| value_of(key, &item?, depth + 1));
-        return Ok(Value::Array(items.collect::<PyResult<_>>()?));
+        let item = |item: PyResult<Bound<'_, PyAny>>| value_of(key, &item?, depth + 1);
+        let items = value.try_iter()?.map(item).collect::<PyResult<_>>();
+        return Ok(Value::Array(items?));
     }
     if value.hasattr("tolist")? {
         return value_of(key, &value.call_method0("tolist")?, depth + 1);
@@ -135,16 +131,13 @@ fn in_dictionary(keys: &Table, e: Error) -> Error {
         return e;
     };
     // A line stands before the keys.
-    let line = place
-        .rsplit_once(':')
-        .and_then(|(_, line)| line.parse().ok());
+    let line = place.rsplit_once(':').map(|(_, line)| line.parse());
+    let before = line
+        .and_then(Result::ok)
+        .map_or(0, |line: usize| line.saturating_sub(1));
     let text = keys.to_string();
-    let lines = text
-        .lines()
-        .take(line.map_or(0, |line: usize| line.saturating_sub(1)));
-    let header = lines
-        .filter(|line| line.starts_with('[') && line.ends_with(']'))
-        .last();
+    let is_header = |line: &&str| line.starts_with('[') && line.ends_with(']');
+    let header = text.lines().take(before).filter(is_header).last();
     let name = header.unwrap_or_default().trim_matches(['[', ']']);
     let first = name.split('.').next().unwrap_or_default();
     let path = message.strip_prefix("unknown key ").unwrap_or(&message);
@@ -182,12 +175,11 @@ pub fn channels(value: Option<&Bound<'_, PyAny>>) -> PyResult<Channels> {
     let Some(value) = value else {
         return Ok(Channels::Luminance);
     };
-    let mut keys = Table::new();
     let channels = match value_of("channels", value, 0)? {
-        nm @ Value::Array(_) => Value::Table(Table::from_iter([("wavelengths_nm".into(), nm)])),
+        nm @ Value::Array(_) => Table::from_iter([("wavelengths_nm".into(), nm)]).into(),
         other => other,
     };
-    keys.insert("channels".into(), channels);
+    let keys = Table::from_iter([("channels".into(), channels)]);
     let read = parsed::<ChannelKeys>("channels", keys).map(|keys| keys.channels);
     let read = read.map_err(renamed("channels.wavelengths_nm", "channels"));
     read.map_err(renamed("wavelengths_nm", "channels"))
@@ -195,41 +187,31 @@ pub fn channels(value: Option<&Bound<'_, PyAny>>) -> PyResult<Channels> {
 
 /// A whole number of an argument, from `least` to `most`.
 fn whole(value: &Bound<'_, PyAny>, name: &str, least: u64, most: u64) -> PyResult<u64> {
-    let number = value.extract::<u64>().ok();
-    number
-        .filter(|n| (least..=most).contains(n))
-        .ok_or_else(|| {
-            let allowed = format!("a whole number from {least} to {most}");
-            refused(ParameterError::new(name, value, allowed))
-        })
+    let number = value.extract().ok().filter(|n| (least..=most).contains(n));
+    number.ok_or_else(|| {
+        let allowed = format!("a whole number from {least} to {most}");
+        refused(ParameterError::new(name, value, allowed))
+    })
 }
 
-/// The argument `seed`.
-pub fn seed(value: &Bound<'_, PyAny>) -> PyResult<u64> {
-    whole(value, "seed", 0, u64::MAX)
+/// Readers of arguments that are whole numbers of a range.
+macro_rules! whole_numbers {
+    ($($reader:ident: $argument:literal as $number:ty, $least:expr, $most:expr;)*) => {
+        $(
+            #[doc = concat!("The argument `", $argument, "`.")]
+            pub fn $reader(value: &Bound<'_, PyAny>) -> PyResult<$number> {
+                Ok(whole(value, $argument, $least, $most)? as $number)
+            }
+        )*
+    };
 }
 
-/// The argument `budget`.
-pub fn budget(value: &Bound<'_, PyAny>) -> PyResult<usize> {
-    Ok(whole(value, "budget", 1, MAX_BUDGET as u64)? as usize)
-}
-
-/// The argument `most`, a number of materials.
-pub fn most(value: &Bound<'_, PyAny>) -> PyResult<usize> {
-    Ok(whole(value, "most", 1, u16::MAX.into())? as usize)
-}
-
-/// The argument `paths`, a number of light paths.
-pub fn paths(value: &Bound<'_, PyAny>) -> PyResult<usize> {
-    Ok(whole(value, "paths", 1024, 1 << 24)? as usize)
-}
-
-/// The argument `seed` where it becomes a key of a config.
-pub fn seed_of_config(value: &Bound<'_, PyAny>) -> PyResult<i64> {
-    Ok(whole(value, "seed", 0, i64::MAX as u64)? as i64)
-}
-
-/// The argument `batch`.
-pub fn batch(value: &Bound<'_, PyAny>) -> PyResult<usize> {
-    Ok(whole(value, "batch", 1, MAX_BUDGET as u64)? as usize)
+whole_numbers! {
+    batch: "batch" as usize, 1, MAX_BUDGET as u64;
+    budget: "budget" as usize, 1, MAX_BUDGET as u64;
+    most: "most" as usize, 1, u16::MAX.into();
+    paths: "paths" as usize, 1024, 1 << 24;
+    seed: "seed" as u64, 0, u64::MAX;
+    // Where it becomes a key of a config.
+    seed_of_config: "seed" as i64, 0, i64::MAX as u64;
 }

@@ -1,14 +1,14 @@
 //! Materials: models, tables, and reconstructions.
 
-use crate::arrays::{Directions, Shaped, Sides, numbers, shape, shaped, slice};
-use crate::errors::{of_files, of_keys, other_type, refused, unpicklable, warn};
+use crate::arrays::{Directions, Shaped, Sides, numbers, other_shape, shaped, slice};
+use crate::errors::{of_files, of_keys, other_type, refused, warn};
 use crate::files::{refuse_existing, refused_by_system, unwritable, writer};
 use crate::given::{Array, Function, detached, is_of_process};
 use crate::html;
 use crate::keys::{self, channels, named, read, table};
 use crate::moments;
 use crate::parametrization::PyParametrization;
-use crate::shapes::{Along, broadcast};
+use crate::shapes::{Along, broadcast, listed};
 use crate::state::{Reduced, reduced_to, restored, text};
 use crate::table::{columns, of_json};
 use crate::words::in_keywords;
@@ -23,6 +23,7 @@ use gonio::geometry::{Direction, Symmetry};
 use gonio::parametrization;
 use gonio::report::BouncesReport;
 use numpy::{PyArray1, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use rayon::prelude::*;
@@ -91,10 +92,9 @@ impl PyMaterial {
 
     fn sampler(&self) -> PyResult<&dyn SampleBrdf> {
         self.brdf.as_sample().ok_or_else(|| {
-            refused(format!(
-                "{} cannot draw directions; allowed: models of one lobe (see can_sample)",
-                self.label
-            ))
+            let allowed = "models of one lobe (see can_sample)";
+            let name = &self.label;
+            refused(format!("{name} cannot draw directions; allowed: {allowed}"))
         })
     }
 }
@@ -126,12 +126,9 @@ impl PyMaterial {
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let mut all = keys_of_file(&path).ok_or_else(|| {
-            let allowed = [READ_TABLE.extensions("."), READ_READINGS.extensions(".")];
-            let message = format!(
-                "no format of tables or readings is known by this name; allowed: {}",
-                allowed.join(", ")
-            );
-            of_files(Error::data(path, message))
+            let allowed = listed([READ_TABLE.extensions("."), READ_READINGS.extensions(".")]);
+            let message = "no format of tables or readings is known by this name; allowed";
+            of_files(Error::data(path, format!("{message}: {allowed}")))
         })?;
         all.extend(table(keys)?);
         let channels = channels.map(|given| self::channels(Some(given)));
@@ -208,8 +205,7 @@ impl PyMaterial {
         let sensor = Directions::read(omega_o, "omega_o")?;
         let u = numbers(u, "u")?;
         let Some(2) = u.shape().last() else {
-            let shape = shape(&u);
-            return Err(refused(format!("u has the shape {shape}; allowed: (…, 2)")));
+            return Err(other_shape("u", &u, "(…, 2)"));
         };
         let to = broadcast(sensor.shape(), ("u", u.shape(), 1))?;
         let along = Along::new(u.shape(), 1, &to);
@@ -312,10 +308,9 @@ impl PyMaterial {
         let sizes = format.table.sizes;
         let size = usize::try_from(size).ok().filter(|s| *s < sizes);
         let size = size.ok_or_else(|| {
+            let (most, name) = (sizes - 1, format.name);
             refused(format!(
-                "size: allowed is a whole number from 0 to {} for the format {}",
-                sizes - 1,
-                format.name
+                "size: allowed is a whole number from 0 to {most} for the format {name}"
             ))
         })?;
         refuse_existing(&path, force)?;
@@ -352,27 +347,25 @@ impl PyMaterial {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
         let channels = self.brdf.channels();
-        match &self.origin {
-            Origin::Keys(keys) if is_of_process(&keys.clone().into()) => Err(unpicklable(
-                "a material of another one that is a function or an array cannot be pickled; allowed: to pickle that one, and to make this again",
-            )),
-            Origin::Keys(keys) => {
-                let state = text(&(keys.to_string(), channels))?;
-                reduced_to::<Self, _>(py, ("keys", state))
+        let (made, state) = match &self.origin {
+            Origin::Keys(keys) if is_of_process(&keys.clone().into()) => {
+                return Err(PyTypeError::new_err(
+                    "a material of another one that is a function or an array cannot be pickled; allowed: to pickle that one, and to make this again",
+                ));
             }
+            Origin::Keys(keys) => ("keys", text(&(keys.to_string(), channels))?),
             Origin::Function(of) => {
                 let state = text(&(&of.name, channels, of.symmetry))?;
-                reduced_to::<Self, _>(py, ("function", state, &of.function))
+                return reduced_to::<Self, _>(py, ("function", state, &of.function));
             }
-            Origin::Array(array) => {
-                let state = text(&(&self.label, array))?;
-                reduced_to::<Self, _>(py, ("array", state))
-            }
+            Origin::Array(array) => ("array", text(&(&self.label, array))?),
             // A reconstruction has its own.
-            Origin::Readings => Err(unpicklable(
-                "readings are pickled with their reconstruction",
-            )),
-        }
+            Origin::Readings => {
+                let message = "readings are pickled with their reconstruction";
+                return Err(PyTypeError::new_err(message));
+            }
+        };
+        reduced_to::<Self, _>(py, (made, state))
     }
 
     /// What a pickle has: how it was made, of what as a text, and a function if it is one.
@@ -388,12 +381,13 @@ impl PyMaterial {
         match (made, function) {
             ("function", Some(function)) => {
                 let (name, channels, symmetry) = restored(state)?;
-                Ok(Self::of_function(Function {
+                let made = Function {
                     function,
                     name,
                     channels,
                     symmetry,
-                }))
+                };
+                Ok(Self::of_function(made))
             }
             ("array", None) => {
                 let (label, array): (_, Array) = restored(state)?;
@@ -410,33 +404,23 @@ impl PyMaterial {
     /// A summary as a table, for notebooks.
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
         let this = slf.get();
-        let or_none = |names: Vec<String>| match names.is_empty() {
-            true => "none".into(),
-            false => names.join(", "),
+        let can_sample = if this.can_sample() { "True" } else { "False" };
+        let symmetry = match listed(this.symmetry()) {
+            none if none.is_empty() => "none".into(),
+            names => names,
         };
-        let names = this.symmetry().into_iter().map(String::from);
+        let row = |name: &str, text: String| vec![name.to_owned(), text];
         let mut rows = vec![
-            vec!["channels".into(), or_none(this.channels())],
-            vec!["symmetry".into(), or_none(names.collect())],
-            vec![
-                "can_sample".into(),
-                if this.can_sample() { "True" } else { "False" }.into(),
-            ],
+            row("channels", listed(this.channels())),
+            row("symmetry", symmetry),
+            row("can_sample", can_sample.into()),
         ];
         if let Origin::Keys(keys) = &this.origin {
-            let keys = keys
-                .iter()
-                .map(|(key, value)| vec![key.clone(), value.to_string()]);
-            rows.extend(keys);
+            rows.extend(keys.iter().map(|(key, value)| row(key, value.to_string())));
         }
-        let remarks = this.remarks().into_iter();
-        rows.extend(remarks.map(|remark| vec!["remark".into(), remark]));
-        Ok(html::table(
-            &slf.repr()?.to_string(),
-            &[],
-            &rows,
-            rows.len(),
-        ))
+        rows.extend(this.remarks().into_iter().map(|text| row("remark", text)));
+        let caption = slf.repr()?.to_string();
+        Ok(html::table(&caption, &[], &rows, rows.len()))
     }
 
     /// Names of the channels: "luminance", or "r", "g", "b", or wavelengths as "550nm".
@@ -472,7 +456,7 @@ impl PyMaterial {
     }
 
     fn __repr__(&self) -> String {
-        let channels = self.channels().join(", ");
+        let channels = listed(self.channels());
         format!("<gonio.Material {} ({channels})>", self.label)
     }
 }
@@ -490,10 +474,9 @@ fn gains(brdf: &dyn Brdf) -> Vec<String> {
         false => &AZIMUTHS_DEG,
     };
     let gain = |theta: &f64| {
-        let views = azimuths
-            .iter()
-            .map(|phi| Direction::from_spherical(theta.to_radians(), phi.to_radians()));
-        let largest = max_albedo(brdf, &views.collect::<Vec<_>>())?.albedo;
+        let view = |phi: &f64| Direction::from_spherical(theta.to_radians(), phi.to_radians());
+        let views: Vec<Direction> = azimuths.iter().map(view).collect();
+        let largest = max_albedo(brdf, &views)?.albedo;
         let (value, error) = (largest.max(), largest.error);
         (value > 1.0 + error).then(|| {
             format!("the albedo is {value:.4} ± {error:.1e} seen from {theta}°: it reflects more than it receives")

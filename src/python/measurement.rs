@@ -1,6 +1,6 @@
 //! Measurements: readings with uncertainties and flags.
 
-use crate::arrays::{Matrix, Sides, numbers, rows, shape, slice};
+use crate::arrays::{Matrix, Sides, numbers, other_shape, rows, shape, slice};
 use crate::errors::{of_files, other_type, refused, warn};
 use crate::files::{self, refuse_existing, unwritable, writer};
 use crate::html::{self, HEAD};
@@ -10,7 +10,7 @@ use crate::schedule::{PySchedule, chosen, form};
 use crate::shapes::tuple;
 use crate::state::{Reduced, check, check_numbers, reduced, restored};
 use gonio::brdf::{Channels, Wavelengths};
-use gonio::formats::{Readings, WRITE_READINGS, load_all_readings};
+use gonio::formats::{WRITE_READINGS, load_all_readings};
 use gonio::geometry::Symmetry;
 use gonio::instrument::axis_names;
 use gonio::measurement::pab::by_light;
@@ -49,18 +49,15 @@ fn wide(
     let array = numbers(value, name)?;
     match array.shape().strip_prefix(pairs) {
         Some([]) => {
-            let repeated = slice(&array)?.iter();
-            Ok(repeated
-                .flat_map(|&x| std::iter::repeat_n(x, channels))
-                .collect())
+            let repeated = |&x| std::iter::repeat_n(x, channels);
+            Ok(slice(&array)?.iter().flat_map(repeated).collect())
         }
         Some(&[width]) if width == channels => Ok(slice(&array)?.to_vec()),
-        _ => Err(refused(format!(
-            "{name} has the shape {}; allowed: {} or {}",
-            shape(&array),
-            tuple(pairs),
-            tuple(&[pairs, &[channels]].concat())
-        ))),
+        _ => {
+            let wide = tuple(&[pairs, &[channels]].concat());
+            let allowed = format!("{} or {wide}", tuple(pairs));
+            Err(other_shape(name, &array, allowed))
+        }
     }
 }
 
@@ -156,9 +153,9 @@ impl PyMeasurement {
             None if width == 1 => Channels::Luminance,
             None if width == 3 => Channels::Rgb,
             None => {
+                let shape = shape(&array);
                 return Err(refused(format!(
-                    "values have the shape {}; allowed: (n,), (n, 3) for R, G, B, or (n, w) with wavelengths_nm",
-                    shape(&array)
+                    "values have the shape {shape}; allowed: (n,), (n, 3) for R, G, B, or (n, w) with wavelengths_nm"
                 )));
             }
         };
@@ -188,10 +185,8 @@ impl PyMeasurement {
         });
         let outcomes = outcomes.collect::<PyResult<Vec<_>>>()?;
         let negative = below_zero(&values, n);
-        values
-            .iter_mut()
-            .filter(|x| x.is_nan())
-            .for_each(|x| *x = 0.0);
+        let missing = values.iter_mut().filter(|x| x.is_nan());
+        missing.for_each(|x| *x = 0.0);
         let uncertainty = |given: Option<&Bound<'_, PyAny>>, name: &str| {
             let Some(given) = given else {
                 return Ok(vec![0.0; values.len()]);
@@ -266,20 +261,15 @@ impl PyMeasurement {
             conventions,
         };
         if paths.is_empty() {
-            return Err(refused(
-                "there is no path; allowed: one file of readings or more",
-            ));
+            let message = "there is no path; allowed: one file of readings or more";
+            return Err(refused(message));
         }
         let read = py.detach(|| load_all_readings(&paths, &assume, |_, _| ()));
-        let Readings {
-            measurement: all,
-            warnings,
-            ..
-        } = read.map_err(of_files)?;
-        for warning in warnings {
+        let read = read.map_err(of_files)?;
+        for warning in read.warnings {
             warn(py, &warning)?;
         }
-        Ok(Self::new(all, About::default(), None))
+        Ok(Self::new(read.measurement, About::default(), None))
     }
 
     /// Writes the readings, in the format that the name says, or `format`: `formats()` lists them.
@@ -296,9 +286,8 @@ impl PyMeasurement {
     ) -> PyResult<()> {
         let (format, write) = writer(&WRITE_READINGS, format, &path)?;
         refuse_existing(&path, force)?;
-        let lights = by_light(&self.measurement, Sequence::Generated).len();
-        let several = Some(lights).filter(|n| format.one_light && *n > 1);
-        if let Some(n) = several {
+        let n = by_light(&self.measurement, Sequence::Generated).len();
+        if format.one_light && n > 1 {
             let name = format.name;
             let message = format!("{n} directions of the light; allowed: one in a file of {name}");
             return Err(unwritable(&path, message));
@@ -373,22 +362,21 @@ impl PyMeasurement {
     fn _repr_html_(&self) -> String {
         let m = &self.measurement;
         let n = m.channels.count();
-        let names = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"].map(String::from);
-        let names = names.into_iter().chain(self.channels().into_iter().take(3));
+        let channels = self.channels().into_iter().take(3);
+        let names = html::ANGLES.map(String::from).into_iter().chain(channels);
         let names: Vec<_> = names.chain(["outcome".into()]).collect();
-        let poses = m.schedule.poses.iter().zip(&m.outcomes).enumerate();
-        let row = |(i, (pose, outcome)): (usize, (&Pose, &Outcome))| {
-            let [light, sensor] = [pose.pair.omega_i, pose.pair.omega_o].map(html::degrees);
-            let values = m.values[i * n..(i + 1) * n].iter().take(3);
-            let values = values.map(|value| match outcome {
+        let poses = m.schedule.poses.iter().zip(&m.outcomes);
+        let row = |((pose, outcome), values): ((&Pose, &Outcome), &[f64])| {
+            let values = values.iter().take(3).map(|value| match outcome {
                 Outcome::Reading => html::number(*value),
                 _ => String::new(),
             });
-            let angles = light.into_iter().chain(sensor);
+            let angles = html::degrees(&pose.pair).into_iter();
             let outcome = outcome_name(outcome).into();
             angles.chain(values).chain([outcome]).collect()
         };
-        let rows: Vec<_> = poses.take(HEAD).map(row).collect();
+        let poses = poses.zip(m.values.chunks(n)).take(HEAD);
+        let rows: Vec<_> = poses.map(row).collect();
         html::table(&self.__repr__(), &names, &rows, m.outcomes.len())
     }
 

@@ -20,16 +20,15 @@ fn measures(names: Option<Vec<String>>) -> PyResult<Vec<Measure>> {
     let Some(names) = names else {
         return Ok(Measure::USUAL.to_vec());
     };
+    if names.is_empty() {
+        return Err(refused("measures = []; allowed: one measure or more"));
+    }
     let find = |name: &String| {
         let found = Measure::ALL.into_iter().find(|m| m.name() == name);
         let allowed = Measure::ALL.map(Measure::name).join(", ");
         found.ok_or_else(|| refused(ParameterError::new("measures", name, allowed)))
     };
-    let found: Vec<Measure> = names.iter().map(find).collect::<PyResult<_>>()?;
-    if found.is_empty() {
-        return Err(refused("measures = []; allowed: one measure or more"));
-    }
-    Ok(found)
+    names.iter().map(find).collect()
 }
 
 /// Errors of a copy against a truth, in luminance: for each measure every error with its standard error (`…_se`).
@@ -59,9 +58,13 @@ pub fn compare<'py>(
         let of = PyDict::new(py);
         quantities(&of, &Errors::QUANTITIES, &errors)?;
         quantities(&of, &Errors::STANDARD_ERRORS, &standard)?;
-        of.set_item("pairs", errors.pairs)?;
-        of.set_item("pairs_missing", errors.pairs_missing)?;
-        of.set_item("pairs_unreconstructed", errors.pairs_unreconstructed)?;
+        for (name, pairs) in [
+            ("pairs", errors.pairs),
+            ("pairs_missing", errors.pairs_missing),
+            ("pairs_unreconstructed", errors.pairs_unreconstructed),
+        ] {
+            of.set_item(name, pairs)?;
+        }
         of.set_item("converged", set.has_converged(&tally, at))?;
         all.set_item(measure.name(), of)?;
     }

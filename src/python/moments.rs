@@ -6,6 +6,7 @@ use crate::given::detached;
 use crate::keys::{self, parsed, read, table};
 use crate::material::PyMaterial;
 use crate::metrics::quantities;
+use crate::shapes::listed;
 use gonio::brdf::Brdf;
 use gonio::error::ParameterError;
 use gonio::experiment::moments::ProfileRow;
@@ -35,9 +36,8 @@ fn settings(keys: Option<&Bound<'_, PyDict>>) -> PyResult<(MomentsSpec, Box<dyn 
         None => estimator(toml::Table::new())?,
         Some(toml::Value::Table(keys)) => self::estimator(keys).map_err(within("estimator"))?,
         Some(other) => {
-            return Err(refused(format!(
-                "estimator = {other}; allowed: a dictionary"
-            )));
+            let message = format!("estimator = {other}; allowed: a dictionary");
+            return Err(refused(message));
         }
     };
     let spec: MomentsSpec = parsed("moments", keys)?;
@@ -63,12 +63,9 @@ pub fn moments_at(
     let slices = detached(py, || {
         let slice = |theta_o: &f64| {
             let slice = Slice::new(brdf, channel, *theta_o)?;
-            Ok(estimator.estimate(&slice, Order::MAX, seed))
+            Ok::<_, ParameterError>(estimator.estimate(&slice, Order::MAX, seed))
         };
-        views
-            .par_iter()
-            .map(slice)
-            .collect::<Result<Vec<_>, ParameterError>>()
+        views.par_iter().map(slice).collect::<Result<Vec<_>, _>>()
     });
     Ok(Profile {
         channel,
@@ -97,10 +94,8 @@ pub fn profiles(
 
 /// Rows of profiles by the names of their columns.
 pub fn objects(material: &str, profiles: &[Profile]) -> Vec<Map<String, Value>> {
-    let rows = profiles
-        .iter()
-        .flat_map(|p| ProfileRow::of_profile(material, p));
-    profile_objects(&rows.collect::<Vec<_>>())
+    let rows = |p| ProfileRow::of_profile(material, p);
+    profile_objects(&profiles.iter().flat_map(rows).collect::<Vec<_>>())
 }
 
 /// Errors of the moments of a copy: means over the views, all of them and those of bands, NaN where undefined. Keys are those of `[moments]` in a config,
@@ -116,23 +111,18 @@ pub fn moment_errors<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (spec, estimator) = settings(keys)?;
     if let [_, _, ..] = spec.channels[..] {
-        let names: Vec<&str> = spec.channels.iter().map(|c| c.name()).collect();
-        return Err(refused(ParameterError::new(
-            "channels",
-            names.join(", "),
-            "one channel",
-        )));
+        let names = listed(spec.channels.iter().map(|c| c.name()));
+        let error = ParameterError::new("channels", names, "one channel");
+        return Err(refused(error));
     }
     let errors = detached(py, || {
         let f = Profile::new(&*truth.brdf, spec.channels[0], &spec, &*estimator, seed)?;
         let g = Profile::against(&f, &*copy.brdf, &spec, &*estimator, seed)?;
         Ok::<_, ParameterError>(MomentErrors::between(&f, &g))
     });
+    let errors = errors?.map_err(refused)?;
     let all = PyDict::new(py);
-    for (of_band, errors) in MomentErrors::QUANTITIES
-        .iter()
-        .zip(errors?.map_err(refused)?)
-    {
+    for (of_band, errors) in MomentErrors::QUANTITIES.iter().zip(errors) {
         quantities(&all, of_band, &errors)?;
     }
     Ok(all)

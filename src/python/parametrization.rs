@@ -3,6 +3,7 @@
 use crate::arrays::{Matrix, Shaped, Sides, doubt_degrees, numbers, rows, shape, shaped, slice};
 use crate::errors::{other_type, refused};
 use crate::keys::{named, read, symmetry, table};
+use crate::shapes::listed;
 use crate::state::{Reduced, reduced, restored};
 use gonio::geometry::{Direction, Symmetry};
 use gonio::parametrization::{Coords, Parametrization, Unit, all, by_name};
@@ -39,11 +40,8 @@ impl PyParametrization {
             return Ok(Self { form });
         }
         let name: String = value.extract().map_err(|_| {
-            other_type(
-                "parametrization",
-                value,
-                "a name, or a gonio.Parametrization",
-            )
+            let allowed = "a name, or a gonio.Parametrization";
+            other_type("parametrization", value, allowed)
         })?;
         Self::named(&name, folded, None, "parametrization")
     }
@@ -74,12 +72,9 @@ impl PyParametrization {
             Some((width, [])) if *width == axes.len() => vec![1],
             Some((width, batch)) if *width == axes.len() => batch.to_vec(),
             _ => {
-                let symbols: Vec<_> = axes.iter().map(|a| a.symbol).collect();
+                let (n, symbols, shape) = (axes.len(), listed(self.axes()), shape(&array));
                 return Err(refused(format!(
-                    "coordinates have the shape {}; allowed: (…, {}), {}",
-                    shape(&array),
-                    axes.len(),
-                    symbols.join(", ")
+                    "coordinates have the shape {shape}; allowed: (…, {n}), {symbols}"
                 )));
             }
         };
@@ -178,12 +173,8 @@ impl PyParametrization {
         let (coords, batch) = self.coordinates(coordinates)?;
         let n = self.form.axes().len();
         let at = |c: &Coords| self.form.canonical(c).unwrap_or([f64::NAN; 4]);
-        let values = py.detach(|| {
-            coords
-                .iter()
-                .flat_map(|c| at(c).into_iter().take(n))
-                .collect()
-        });
+        let rows = coords.iter().flat_map(|c| at(c).into_iter().take(n));
+        let values = py.detach(|| rows.collect());
         shaped(py, values, &batch, Some(n))
     }
 

@@ -111,21 +111,15 @@ pub fn suggest(
     let held = so_far.map(|m| m.measurement.schedule.parametrization.symmetry());
     let symmetry = match (given, held) {
         (Some(given), Some(held)) if given != held => {
-            return Err(refused(
-                "symmetry is that of the readings so far; allowed: to leave it out",
-            ));
+            let message = "symmetry is that of the readings so far; allowed: to leave it out";
+            return Err(refused(message));
         }
         (given, held) => held.or(given).unwrap_or(Symmetry::FULL),
     };
-    let bench = match instrument {
-        Some(instrument) => {
-            if let Some(planned) = &instrument.planned {
-                check(planned, symmetry, "the material")?;
-            }
-            instrument.bench(seed)?
-        }
-        None => None,
-    };
+    if let Some(planned) = instrument.and_then(|i| i.planned.as_ref()) {
+        check(planned, symmetry, "the material")?;
+    }
+    let bench = instrument.map_or(Ok(None), |i| i.bench(seed))?;
     let stopped = Mutex::new(None);
     let batch = py.detach(|| {
         let so_far = so_far.map(|m| &*m.measurement);

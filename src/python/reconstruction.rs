@@ -74,10 +74,8 @@ impl PyReconstruction {
         let found = found.map_err(refused)?.into_iter();
         let names: Vec<&str> = found.map(Coverage::name).collect();
         let names = py.import("numpy")?.call_method1("array", (names,))?;
-        let shape = sides.shape.clone();
-        names
-            .call_method1("reshape", (shape,))?
-            .call_method0("tolist")
+        let names = names.call_method1("reshape", (sides.shape.clone(),))?;
+        names.call_method0("tolist")
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Reduced<'py> {
@@ -106,11 +104,9 @@ impl PyReconstruction {
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> String {
-        let readings = gonio::error::count(slf.get().made.measurement.readings(), "reading");
-        format!(
-            "<gonio.Reconstruction {} of {readings}>",
-            slf.get().method()
-        )
+        let this = slf.get();
+        let readings = gonio::error::count(this.made.measurement.readings(), "reading");
+        format!("<gonio.Reconstruction {} of {readings}>", this.method())
     }
 }
 
@@ -134,9 +130,10 @@ pub fn reconstruct(
             Some(Arc::from(method))
         }
         None if keys.is_some_and(|keys| !keys.is_empty()) => {
-            return Err(refused(
-                "the readings choose the reconstruction; allowed: keys with the kind of one",
-            ));
+            let why = "the readings choose the reconstruction";
+            return Err(refused(format!(
+                "{why}; allowed: keys with the kind of one"
+            )));
         }
         None => None,
     };
@@ -157,9 +154,9 @@ fn made(
         origin: Origin::Readings,
         label: made.method.label(),
     };
-    let reconstruction = PyReconstruction { made, measurement };
+    let material = PyClassInitializer::from(material);
     Py::new(
         py,
-        PyClassInitializer::from(material).add_subclass(reconstruction),
+        material.add_subclass(PyReconstruction { made, measurement }),
     )
 }

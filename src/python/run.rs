@@ -7,7 +7,7 @@ use crate::table::columns;
 use gonio::Error;
 use gonio::experiment::moments::MaterialProfiles;
 use gonio::experiment::{
-    AnyPlan, Event, Experiment, Extent, Failure, Known, Observer, Row, Source, Summary,
+    AnyPlan, Event, Experiment, Extent, Failure, Known, Observer, Record, Row, Source, Summary,
 };
 use gonio::report::{profile_objects, relation_objects};
 use pyo3::prelude::*;
@@ -65,18 +65,14 @@ where
         Stopped::Refused(e) => of_files(e),
         Stopped::Interrupted(e) => e,
     })?;
-    let sentence = |f: &Failure| format!("{}: {}", f.job, f.reason);
-    match summary.failures.first() {
-        Some(failure) if records.is_empty() => return Err(refused(sentence(failure))),
-        _ => {}
+    for Failure { job, reason, .. } in &summary.failures {
+        let sentence = format!("{job}: {reason}");
+        if records.is_empty() {
+            return Err(refused(sentence));
+        }
+        warn(py, &sentence)?;
     }
-    for failure in &summary.failures {
-        warn(py, &sentence(failure))?;
-    }
-    let place = |record: &E::Record| {
-        use gonio::experiment::Record;
-        summary.keys.iter().position(|key| key[..] == *record.key())
-    };
+    let place = |record: &E::Record| summary.keys.iter().position(|key| key[..] == *record.key());
     records.sort_by_cached_key(place);
     Ok(records)
 }

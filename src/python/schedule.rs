@@ -165,21 +165,14 @@ impl PySchedule {
 
     /// The first poses as a table, for notebooks: angles in degrees.
     fn _repr_html_(&self) -> String {
-        let names = [
-            "pose",
-            "theta_i_deg",
-            "phi_i_deg",
-            "theta_o_deg",
-            "phi_o_deg",
-        ];
+        let names = ["pose"].into_iter().chain(html::ANGLES).map(String::from);
         let row = |(i, pair): (usize, &DirectionPair)| {
-            let [light, sensor] = [pair.omega_i, pair.omega_o].map(html::degrees);
             let number = std::iter::once(i.to_string());
-            number.chain(light).chain(sensor).collect()
+            number.chain(html::degrees(pair)).collect()
         };
         let rows: Vec<_> = self.pairs().enumerate().take(HEAD).map(row).collect();
-        let names = names.map(String::from);
-        html::table(&self.__repr__(), &names, &rows, self.schedule.poses.len())
+        let (names, count) = (names.collect::<Vec<_>>(), self.schedule.poses.len());
+        html::table(&self.__repr__(), &names, &rows, count)
     }
 
     /// Directions towards the light, (n, 3).
@@ -199,11 +192,8 @@ impl PySchedule {
     fn coordinates<'py>(&self, py: Python<'py>) -> Matrix<'py> {
         let n = self.schedule.parametrization.axes().len();
         let poses = self.schedule.poses.iter();
-        rows(
-            py,
-            poses.flat_map(|p| p.coords.into_iter().take(n)).collect(),
-            n,
-        )
+        let coords = poses.flat_map(|p| p.coords.into_iter().take(n));
+        rows(py, coords.collect(), n)
     }
 
     /// Numbers of the poses that a file lists, in the order of its rows, (k,) ints; None without a file: all.
@@ -230,15 +220,10 @@ impl PySchedule {
     }
 
     fn __repr__(&self) -> String {
-        let (n, form) = (
-            self.schedule.poses.len(),
-            self.schedule.parametrization.name(),
-        );
-        let poses = gonio::error::count(n, "pose");
-        format!(
-            "<gonio.Schedule {} ({poses}) in {form}>",
-            self.schedule.sample_set
-        )
+        let form = self.schedule.parametrization.name();
+        let poses = gonio::error::count(self.schedule.poses.len(), "pose");
+        let set = &self.schedule.sample_set;
+        format!("<gonio.Schedule {set} ({poses}) in {form}>")
     }
 }
 
@@ -254,9 +239,8 @@ pub fn chosen(key: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<u32>> {
     let mut seen = vec![false; count];
     for &pose in &chosen {
         if std::mem::replace(&mut seen[pose as usize], true) {
-            return Err(refused(format!(
-                "key takes pose {pose} twice; allowed: each pose once"
-            )));
+            let message = format!("key takes pose {pose} twice; allowed: each pose once");
+            return Err(refused(message));
         }
     }
     Ok(chosen)

@@ -3,12 +3,17 @@
 use crate::errors::refused;
 use pyo3::prelude::*;
 
+/// Texts in one line, with commas.
+pub fn listed(all: impl IntoIterator<Item: ToString>) -> String {
+    let texts = all.into_iter().map(|one| one.to_string());
+    texts.collect::<Vec<_>>().join(", ")
+}
+
 /// A shape as Python writes it.
 pub fn tuple(shape: &[usize]) -> String {
-    let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
-    match lengths.as_slice() {
+    match shape {
         [one] => format!("({one},)"),
-        several => format!("({})", several.join(", ")),
+        several => format!("({})", listed(several)),
     }
 }
 
@@ -31,12 +36,9 @@ pub fn broadcast(a: (&str, &[usize], usize), b: (&str, &[usize], usize)) -> PyRe
         (m, n) => (m == n).then_some(n),
     });
     both.collect::<Option<_>>().ok_or_else(|| {
+        let [(a, m), (b, n)] = [a, b].map(|(name, shape, _)| (name, tuple(shape)));
         refused(format!(
-            "{} has the shape {} and {} has {}; allowed: shapes that broadcast",
-            a.0,
-            tuple(a.1),
-            b.0,
-            tuple(b.1)
+            "{a} has the shape {m} and {b} has {n}; allowed: shapes that broadcast"
         ))
     })
 }
@@ -77,10 +79,9 @@ impl<'a> Along<'a> {
         let index = self.own.iter().rev().map(|&length| {
             let i = rest % length;
             rest /= length;
-            i.to_string()
+            i
         });
-        let mut index: Vec<String> = index.collect();
-        index.reverse();
-        format!("[{}]", index.join(", "))
+        let index: Vec<usize> = index.collect();
+        format!("[{}]", listed(index.iter().rev()))
     }
 }

@@ -32,11 +32,9 @@ pub fn text(state: &impl Serialize) -> PyResult<String> {
 
 /// The state of a text.
 pub fn restored<S: DeserializeOwned>(text: &str) -> PyResult<S> {
-    serde_json::from_str(text).map_err(|e| {
-        refused(format!(
-            "this pickle is not of this version of gonio ({e}); allowed: one that it made"
-        ))
-    })
+    let state = serde_json::from_str(text);
+    let other = "this pickle is not of this version of gonio";
+    state.map_err(|e| refused(format!("{other} ({e}); allowed: one that it made")))
 }
 
 /// Refuses a pickle whose lists do not fit its poses.
@@ -56,8 +54,6 @@ pub fn check_numbers<'a>(
 ) -> PyResult<()> {
     let of_lattice = schedule.lattice.iter().flat_map(|l| &l.pose).flatten();
     let mut numbers = of_lattice.chain(beside);
-    check(
-        numbers.all(|&n| (n as usize) < schedule.poses.len()),
-        "numbers",
-    )
+    let fit = numbers.all(|&n| (n as usize) < schedule.poses.len());
+    check(fit, "numbers")
 }

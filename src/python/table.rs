@@ -9,27 +9,25 @@ use serde_json::{Map, Value};
 pub fn columns<'py>(py: Python<'py>, rows: &[Map<String, Value>]) -> PyResult<Bound<'py, PyDict>> {
     let columns = PyDict::new(py);
     for name in rows.first().into_iter().flat_map(Map::keys) {
-        let cells: Vec<&Value> = rows
-            .iter()
-            .map(|row| row.get(name).unwrap_or(&Value::Null))
-            .collect();
-        columns.set_item(name, column(py, &cells)?)?;
+        let cells = rows.iter().map(|row| row.get(name).unwrap_or(&Value::Null));
+        columns.set_item(name, column(py, &cells.collect::<Vec<_>>())?)?;
     }
     Ok(columns)
 }
 
 /// One column, of the type that all its values have.
 fn column<'py>(py: Python<'py>, cells: &[&Value]) -> PyResult<Bound<'py, PyAny>> {
-    let all = |is: fn(&Value) -> bool| cells.iter().all(|v| is(v));
-    if all(Value::is_boolean) {
-        let values = cells.iter().map(|v| v.as_bool() == Some(true));
-        return Ok(PyArray1::from_iter(py, values).into_any());
+    if let Some(flags) = cells
+        .iter()
+        .map(|v| v.as_bool())
+        .collect::<Option<Vec<_>>>()
+    {
+        return Ok(PyArray1::from_vec(py, flags).into_any());
     }
-    if all(Value::is_i64) {
-        let values = cells.iter().map(|v| v.as_i64().unwrap_or_default());
-        return Ok(PyArray1::from_iter(py, values).into_any());
+    if let Some(whole) = cells.iter().map(|v| v.as_i64()).collect::<Option<Vec<_>>>() {
+        return Ok(PyArray1::from_vec(py, whole).into_any());
     }
-    if all(|v| v.is_number() || v.is_null()) {
+    if cells.iter().all(|v| v.is_number() || v.is_null()) {
         let values = cells.iter().map(|v| v.as_f64().unwrap_or(f64::NAN));
         return Ok(PyArray1::from_iter(py, values).into_any());
     }
