@@ -114,9 +114,8 @@ impl Bench {
             }
         }
         if self.json.wanted() {
-            print_json(
-                &json!({"cpu": machine.cpu, "threads": machine.threads, "sections": objects}),
-            )?;
+            let (cpu, threads) = (machine.cpu, machine.threads);
+            print_json(&json!({"cpu": cpu, "threads": threads, "sections": objects}))?;
         }
         if !output.go_on() {
             // The folder is made with the first file.

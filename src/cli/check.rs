@@ -2,7 +2,7 @@
 
 mod machine;
 
-use super::{ConfigArgs, JsonArgs, SeedArgs, any_plan, doubt, print, print_json, say};
+use super::{ConfigArgs, JsonArgs, SeedArgs, any_plan, doubt, listed, print, print_json, say};
 use crate::brdf::BuildError;
 use crate::error::{Error, count, excerpt, one_of};
 use crate::experiment::moments::MomentsPlan;
@@ -342,24 +342,17 @@ fn schedules(
                 row["poses"] = schedule.poses.len().into();
                 row["unphysical_share"] = schedule.unphysical_share.into();
                 let shape = schedule.lattice.as_ref().map(|l| l.shape().to_vec());
-                let shown = shape.as_ref().map(|shape| {
-                    let shape: Vec<_> = shape.iter().map(usize::to_string).collect();
-                    shape.join("×")
-                });
                 row["nodes"] = json!(shape);
-                format!(
-                    "{:>8}  {:>10.4}  {}",
-                    schedule.poses.len(),
-                    schedule.unphysical_share,
-                    shown.unwrap_or("scattered".into())
-                )
+                let shape = shape.map(|shape| listed(shape).replace(", ", "×"));
+                let shape = shape.unwrap_or("scattered".into());
+                let (poses, unphysical) = (schedule.poses.len(), schedule.unphysical_share);
+                format!("{poses:>8}  {unphysical:>10.4}  {shape}")
             }
         };
         description.row("schedules", row);
-        description.text(&format!(
-            "  {coordinates:<w$}  {:<v$}  {budget:>8}  {line}\n",
-            set.name
-        ))?;
+        let set = &set.name;
+        let line = format!("  {coordinates:<w$}  {set:<v$}  {budget:>8}  {line}\n");
+        description.text(&line)?;
     }
     Ok(())
 }
@@ -407,25 +400,20 @@ fn ways(plan: &Plan, description: &mut Description) -> Result<Option<Error>, Err
                         line
                     }
                     Ok(route) => route.itinerary().map_or(String::new(), |i| {
-                        let reach = 100.0 * i.reachable();
-                        let minutes = i.seconds() / 60.0;
-                        row["budget"] = route.budget.into();
+                        let (reach, minutes) = (100.0 * i.reachable(), i.seconds() / 60.0);
+                        let (budget, reasons) = (route.budget, i.reasons_text());
+                        let line = format!("{budget:>8}  {reach:>6.1}%  {minutes:>9.1}  {reasons}");
+                        row["budget"] = budget.into();
                         row["reachable_percent"] = reach.into();
                         row["minutes"] = minutes.into();
-                        row["out_of_reach"] = i.reasons_text().into();
-                        format!(
-                            "{:>8}  {reach:>6.1}%  {minutes:>9.1}  {}",
-                            route.budget,
-                            i.reasons_text()
-                        )
+                        row["out_of_reach"] = reasons.into();
+                        line
                     }),
                 };
                 description.row("visits", row);
-                description.text(&format!(
-                    "  {coordinates:<w$}  {:<v$}  {allowed:>13}  {}\n",
-                    set.name,
-                    line.trim_end()
-                ))?;
+                let (set, line) = (&set.name, line.trim_end());
+                let line = format!("  {coordinates:<w$}  {set:<v$}  {allowed:>13}  {line}\n");
+                description.text(&line)?;
             }
         }
     }

@@ -39,10 +39,8 @@ impl Claims {
                 })
             }
             None => {
-                note(
-                    "gonio: no material named, so the claims on materials are left out: \
-                     gonio claims CONFIG|BRDF",
-                );
+                let why = "no material named, so the claims on materials are left out";
+                note(&format!("gonio: {why}: gonio claims CONFIG|BRDF"));
                 Ok(())
             }
         };

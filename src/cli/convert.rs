@@ -205,10 +205,10 @@ fn laws_of(brdf: &dyn Brdf, copy: &dyn Brdf) -> String {
     let pairs = laws::pairs(PAIRS, 1);
     let [before, after] = [brdf, copy].map(|brdf| laws::reciprocity(brdf, &pairs).max_relative);
     let [holes, left] = [brdf, copy].map(|brdf| laws::positivity(brdf, &pairs).missing);
+    let all = pairs.len();
     format!(
         "reciprocity, largest relative difference: {before:.4} before, {after:.4} after\n\
-         pairs without data: {holes} before, {left} after, of {}\n",
-        pairs.len()
+         pairs without data: {holes} before, {left} after, of {all}\n"
     )
 }
 

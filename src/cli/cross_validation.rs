@@ -146,10 +146,8 @@ impl CrossValidationArgs {
         print_scores(&scores, within)?;
         let stated = measurement.details.as_ref();
         if within.is_none() && stated.is_some_and(|d| d.type_b.iter().any(|u| *u > 0.0)) {
-            print(&format!(
-                "{} –: no reading has an uncertainty of type A, and what is of type B they share\n",
-                WITHIN.name
-            ))?;
+            let why = "no reading has an uncertainty of type A, and what is of type B they share";
+            print(&format!("{} –: {why}\n", WITHIN.name))?;
         }
         Ok(Some(best))
     }

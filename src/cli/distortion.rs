@@ -12,7 +12,7 @@ use crate::report::{
     AlignmentRow, ReductionRow, SharesRow, alignment_svg, alignment_table, reduction_table,
     shares_table, stretch_table,
 };
-use crate::schedule::{Choice, choice};
+use crate::schedule::Choice;
 use clap::{ArgGroup, Args, ValueEnum};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -30,24 +30,16 @@ enum Table {
 }
 
 /// Of what number shares are.
-const SCALES: [Choice<Scale>; 2] = [
-    choice(Scale::Value, "value", "f, in 1/sr"),
-    choice(Scale::Log, "log", "ln(f + 1e-3)"),
-];
+const SCALES: [Choice<Scale>; 2] = choices! {
+    "value", "f, in 1/sr" => Scale::Value;
+    "log", "ln(f + 1e-3)" => Scale::Log;
+};
 
 /// What a node counts.
-const WEIGHTS: [Choice<Weight>; 2] = [
-    choice(
-        Weight::Coordinates,
-        "coordinates",
-        "Nodes in equal steps of the coordinates count the same",
-    ),
-    choice(
-        Weight::SolidAngle,
-        "solid-angle",
-        "Nodes count as the steradians² they stand for",
-    ),
-];
+const WEIGHTS: [Choice<Weight>; 2] = choices! {
+    "coordinates", "Nodes in equal steps of the coordinates count the same" => Weight::Coordinates;
+    "solid-angle", "Nodes count as the steradians² they stand for" => Weight::SolidAngle;
+};
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("files").multiple(true))]

@@ -3,7 +3,7 @@
 use super::{choices, note, print, refuse_unwritable, write_quietly};
 use crate::error::Error;
 use crate::experiment::{ADVICE, config_schema, instrument_schema};
-use crate::schedule::{Choice, choice};
+use crate::schedule::Choice;
 use clap::Args;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,38 +25,19 @@ pub(super) struct Init {
 const INSTRUMENT: &str = "instrument";
 
 /// The texts of files, by what they describe.
-const STARTERS: [Choice<&str>; 6] = [
-    choice(
-        include_str!("../../configs/starters/acquisition.toml"),
-        "acquisition",
-        "Measure materials, reconstruct them, compare",
-    ),
-    choice(
-        include_str!("../../configs/starters/study.toml"),
-        "study",
-        "A cross table of coordinates and reconstructions with its statistics",
-    ),
-    choice(
-        ADVICE,
-        "advise",
-        "Which poses, and which reconstruction: what `gonio advise` compares",
-    ),
-    choice(
-        include_str!("../../configs/starters/moments.toml"),
-        "moments",
-        "Moment profiles of materials",
-    ),
-    choice(
-        include_str!("../../configs/relations.toml"),
-        "relations",
-        "Moments of reflected light, rendered and predicted",
-    ),
-    choice(
-        include_str!("../../configs/instruments/cornell.toml"),
-        INSTRUMENT,
-        "A machine of one's own, to be named in `[[instrument]] file = …`",
-    ),
-];
+const STARTERS: [Choice<&str>; 6] = choices! {
+    "acquisition", "Measure materials, reconstruct them, compare" =>
+        include_str!("../../configs/starters/acquisition.toml");
+    "study", "A cross table of coordinates and reconstructions with its statistics" =>
+        include_str!("../../configs/starters/study.toml");
+    "advise", "Which poses, and which reconstruction: what `gonio advise` compares" => ADVICE;
+    "moments", "Moment profiles of materials" =>
+        include_str!("../../configs/starters/moments.toml");
+    "relations", "Moments of reflected light, rendered and predicted" =>
+        include_str!("../../configs/relations.toml");
+    INSTRUMENT, "A machine of one's own, to be named in `[[instrument]] file = …`" =>
+        include_str!("../../configs/instruments/cornell.toml");
+};
 
 impl Init {
     pub(super) fn run(self) -> Result<(), Error> {
@@ -87,10 +68,9 @@ impl Init {
         let text = format!("#:schema {schema}\n{text}");
         write_quietly(&path, text)?;
         write_quietly(&schema_path, format!("{json:#}\n"))?;
+        let (path, schema) = (path.display(), schema_path.display());
         note(&format!(
-            "{} is written, and {} for editors; next: gonio check {0}",
-            path.display(),
-            schema_path.display(),
+            "{path} is written, and {schema} for editors; next: gonio check {path}"
         ));
         Ok(())
     }

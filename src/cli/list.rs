@@ -30,28 +30,6 @@ pub(super) struct List {
     json: JsonArgs,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum Family {
-    Experiments,
-    Materials,
-    Parametrizations,
-    Warps,
-    SampleSets,
-    /// Poses chosen by the information that their readings add
-    Planners,
-    Reconstructions,
-    Measures,
-    Estimators,
-    Lightings,
-    /// Height fields, of gonio surface
-    Surfaces,
-    /// Facets of surfaces and of smith-multiple
-    Facets,
-    Instruments,
-    Formats,
-    Columns,
-}
-
 /// Members of a family, under a title.
 #[derive(Serialize)]
 struct Section {
@@ -108,6 +86,7 @@ impl List {
 }
 
 impl Section {
+    /// Of the family that names it, unless it has a name of its own.
     fn new(family: &str, title: &str, members: impl IntoIterator<Item = Member>) -> Self {
         Self {
             family: family.into(),
@@ -170,66 +149,71 @@ pub(super) fn names(family: Family) -> Vec<String> {
     members.map(|member| member.name).collect()
 }
 
-fn sections(family: Family) -> Vec<Section> {
-    let (title, members): (_, Vec<Member>) = match family {
-        Family::Experiments => (
-            "experiments: experiment = …",
-            (Kind::ALL.map(|k| Member::new(k.name(), k.summary()))).into(),
-        ),
-        Family::Estimators => (
-            "estimators of moments: estimator = { kind = … } in [moments]",
-            entries(&moments::all(), |estimator| estimator.resolved()),
-        ),
-        Family::Lightings => (
-            "lightings: [[lighting]] with kind = … of relations, [lighting] of moments",
-            entries(&lighting::all(), |light| light.resolved()),
-        ),
-        Family::Surfaces => (
-            "surfaces: gonio surface KIND, --set KEY=VALUE to change one of its defaults",
-            surfaces(),
-        ),
-        Family::Facets => (
-            "facets: facets = { kind = … } of smith-multiple and of surfaces",
-            entries(&light_paths::facets(), |facets| facets.resolved()),
-        ),
-        Family::Instruments => return instruments(),
-        Family::Formats => (
-            "formats: of files, by extension or --format",
-            formats::all().into_iter().map(format).collect(),
-        ),
-        Family::Materials => (
-            "materials: [[material]] with kind = …",
-            entries(&experiment::materials(), |spec| spec.resolved()),
-        ),
-        Family::SampleSets => (
-            "sample sets: [[sample_set]] with kind = …",
-            entries(&schedule::all(), |set| set.resolved()),
-        ),
-        Family::Planners => (
-            "planners: [[sample_set]] with kind = …, and gonio next",
-            entries(&acquisition::all(), |planner| planner.resolved()),
-        ),
-        Family::Reconstructions => (
-            "reconstructions: [[reconstruction]] with kind = …",
-            entries(&reconstruct::all(), |method| method.resolved()),
-        ),
-        Family::Parametrizations => (
-            "parametrizations: [[parametrization]] with kind = …",
-            parametrizations(),
-        ),
-        Family::Warps => (
-            "warps: warp = { AXIS = NAME } in a [[parametrization]], { AXIS = { kind = NAME, … } } with keys",
-            entries(&parametrization::warps(), |warp| warp.resolved()),
-        ),
-        Family::Measures => (
-            "measures: measures = [ … ]",
-            (Measure::ALL.map(|m| Member::new(m.name(), summary(m)))).into(),
-        ),
-        Family::Columns => return columns(),
+/// The families, each with its sections.
+macro_rules! families {
+    ($($(#[$of:meta])* $name:ident => $sections:expr;)*) => {
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+        pub(super) enum Family {
+            $($(#[$of])* $name,)*
+        }
+
+        fn sections(family: Family) -> Vec<Section> {
+            let mut sections = match family {
+                $(Family::$name => $sections,)*
+            };
+            let name = family.to_possible_value();
+            let name = name.map_or(String::new(), |name| name.get_name().into());
+            for section in sections.iter_mut().filter(|s| s.family.is_empty()) {
+                section.family.clone_from(&name);
+            }
+            sections
+        }
     };
-    let name = family.to_possible_value();
-    let name = name.map_or(String::new(), |name| name.get_name().into());
-    vec![Section::new(&name, title, members)]
+}
+
+families! {
+    Experiments => plain(
+        "experiments: experiment = …", Kind::ALL.map(|k| Member::new(k.name(), k.summary())));
+    Materials => plain(
+        "materials: [[material]] with kind = …", entries(&experiment::materials(), |m| m.resolved()));
+    Parametrizations => plain(
+        "parametrizations: [[parametrization]] with kind = …", parametrizations());
+    Warps => plain(
+        "warps: warp = { AXIS = NAME } in a [[parametrization]], { AXIS = { kind = NAME, … } } with keys",
+        entries(&parametrization::warps(), |warp| warp.resolved()));
+    SampleSets => plain(
+        "sample sets: [[sample_set]] with kind = …", entries(&schedule::all(), |set| set.resolved()));
+    /// Poses chosen by the information that their readings add
+    Planners => plain(
+        "planners: [[sample_set]] with kind = …, and gonio next",
+        entries(&acquisition::all(), |planner| planner.resolved()));
+    Reconstructions => plain(
+        "reconstructions: [[reconstruction]] with kind = …",
+        entries(&reconstruct::all(), |method| method.resolved()));
+    Measures => plain(
+        "measures: measures = [ … ]", Measure::ALL.map(|m| Member::new(m.name(), summary(m))));
+    Estimators => plain(
+        "estimators of moments: estimator = { kind = … } in [moments]",
+        entries(&moments::all(), |estimator| estimator.resolved()));
+    Lightings => plain(
+        "lightings: [[lighting]] with kind = … of relations, [lighting] of moments",
+        entries(&lighting::all(), |light| light.resolved()));
+    /// Height fields, of gonio surface
+    Surfaces => plain(
+        "surfaces: gonio surface KIND, --set KEY=VALUE to change one of its defaults", surfaces());
+    /// Facets of surfaces and of smith-multiple
+    Facets => plain(
+        "facets: facets = { kind = … } of smith-multiple and of surfaces",
+        entries(&light_paths::facets(), |facets| facets.resolved()));
+    Instruments => instruments();
+    Formats => plain(
+        "formats: of files, by extension or --format", formats::all().into_iter().map(format));
+    Columns => columns();
+}
+
+/// The only section of a family.
+fn plain(title: &str, members: impl IntoIterator<Item = Member>) -> Vec<Section> {
+    vec![Section::new("", title, members)]
 }
 
 /// Surfaces with their default size and resolution: the examples of tests are small.
@@ -265,15 +249,12 @@ fn format(format: formats::Format) -> Member {
 
 /// The columns of every table.
 fn columns() -> Vec<Section> {
-    let table =
-        |file: &str, width: usize, columns: &mut dyn Iterator<Item = (&str, &str)>| Section {
-            width: [width, 1],
-            ..Section::new(
-                "columns",
-                &format!("columns: of {file}"),
-                columns.map(|(name, meaning)| Member::new(name, meaning)),
-            )
-        };
+    let table = |file: &str, width, columns: &mut dyn Iterator<Item = (&str, &str)>| {
+        let members = columns.map(|(name, meaning)| Member::new(name, meaning));
+        let section = Section::new("", &format!("columns: of {file}"), members);
+        let width = [width, 1];
+        Section { width, ..section }
+    };
     let times = "timings.jsonl, by the key of the row; its last line is the run";
     let mut sections = vec![
         table("results.csv and results.jsonl", 22, &mut Row::columns()),
@@ -295,10 +276,9 @@ fn instruments() -> Vec<Section> {
         let facts = [spec.class.clone(), apertures(&spec), limits(&spec)];
         let axes = spec.axis.iter().map(|axis| {
             let round = if axis.wraps { ", wraps" } else { "" };
-            format!(
-                "{:<16} {:>4}° to {}°, {} °/s{round}",
-                axis.name, axis.min_deg, axis.max_deg, axis.speed_deg_per_s
-            )
+            let (name, low, high) = (&axis.name, axis.min_deg, axis.max_deg);
+            let speed = axis.speed_deg_per_s;
+            format!("{name:<16} {low:>4}° to {high}°, {speed} °/s{round}")
         });
         Some(Member::new(preset.name, &spec.about).with_facts(facts.into_iter().chain(axes)))
     });
@@ -320,7 +300,7 @@ fn instruments() -> Vec<Section> {
     let classes =
         "instruments: kinematic classes: class = … of an instrument file, with these [[axis]]";
     vec![
-        Section::new("instruments", title, keys),
+        Section::new("", title, keys),
         Section::new("orders", "instruments: order = …", orders),
         Section::new("presets", names, presets),
         Section::new("classes", classes, required),
@@ -329,10 +309,8 @@ fn instruments() -> Vec<Section> {
 
 /// The apertures of an instrument.
 pub(super) fn apertures(spec: &InstrumentSpec) -> String {
-    format!(
-        "half angles: light {}°, sensor {}°",
-        spec.source.half_angle_deg, spec.detector.half_angle_deg
-    )
+    let (light, sensor) = (spec.source.half_angle_deg, spec.detector.half_angle_deg);
+    format!("half angles: light {light}°, sensor {sensor}°")
 }
 
 /// Text with the limits of an instrument beside the ranges of its axes.

@@ -77,9 +77,9 @@ impl Measure {
         let poses = read_schedule(&self.schedule, &assume)?;
         let folded = poses.schedule.parametrization.symmetry();
         if folded.and(material.symmetry) != folded {
+            let (name, held) = (&material.name, material.symmetry);
             note(&format!(
-                "gonio: the schedule is for {} materials; {} is {}",
-                folded, material.name, material.symmetry,
+                "gonio: the schedule is for {folded} materials; {name} is {held}"
             ));
         }
         let brdf = build(material, plan.channels.clone())?;
@@ -98,9 +98,9 @@ impl Measure {
         if let (Some(planned), Some(instrument)) = (&poses.instrument, &instrument)
             && *planned != instrument.spec.name
         {
+            let (name, finds) = (&instrument.name, "finds its own positions and times");
             note(&format!(
-                "gonio: the schedule was planned for {planned}; {} finds its own positions and times",
-                instrument.name
+                "gonio: the schedule was planned for {planned}; {name} {finds}"
             ));
         }
         let (order, lost) = (poses.order, poses.unreachable);
@@ -137,12 +137,11 @@ impl Measure {
             }
         };
         file.write(&measurement, &about, sequence)?;
+        let poses = count(order.len() + lost.len(), "pose");
+        let readings = count(measurement.readings(), "reading");
+        let (holes, lost) = (measurement.no_data(), measurement.unreachable());
         print(&format!(
-            "{}: {}, {} without data, {} out of reach{minutes}\n",
-            count(order.len() + lost.len(), "pose"),
-            count(measurement.readings(), "reading"),
-            measurement.no_data(),
-            measurement.unreachable(),
+            "{poses}: {readings}, {holes} without data, {lost} out of reach{minutes}\n"
         ))
     }
 

@@ -86,20 +86,19 @@ impl Merge {
                 let entry = made_from.entry(material.to_owned());
                 let (key, first) = entry.or_insert_with(|| (material_key.to_owned(), dir));
                 if *key != material_key {
+                    let (first, allowed) =
+                        (first.display(), "parts that were made from the same files");
                     let message = format!(
-                        "its {material} is another material than in {}: the files differ; \
-                         allowed: parts that were made from the same files",
-                        first.display()
+                        "its {material} is another material than in {first}: the files differ; allowed: {allowed}"
                     );
                     return Err(Error::data(dir, message));
                 }
                 if let Some((first, held)) = &found[place]
                     && !held.agrees(&row)
                 {
+                    let (key, first) = (row.key(), first.display());
                     let message = format!(
-                        "its row {} has other numbers than in {}; allowed: parts that one version made",
-                        row.key(),
-                        first.display()
+                        "its row {key} has other numbers than in {first}; allowed: parts that one version made"
                     );
                     return Err(Error::data(dir, message));
                 }

@@ -3,6 +3,13 @@
 //! Results go to stdout or into files, everything else to stderr. Exit codes:
 //! see [`Error::exit_code`].
 
+/// Values of an option by their names, and what they mean.
+macro_rules! choices {
+    ($($name:expr, $meaning:literal => $value:expr;)*) => {
+        [$(crate::schedule::choice($value, $name, $meaning)),*]
+    };
+}
+
 mod advise;
 mod bench;
 mod brdf_args;
@@ -188,12 +195,9 @@ impl Cli {
         let start = Instant::now();
         let done = self.command.run();
         detail(|| {
-            let threads = rayon::current_num_threads();
-            format!(
-                "gonio: took {:.2} s on {}",
-                start.elapsed().as_secs_f64(),
-                count(threads, "thread")
-            )
+            let seconds = start.elapsed().as_secs_f64();
+            let threads = count(rayon::current_num_threads(), "thread");
+            format!("gonio: took {seconds:.2} s on {threads}")
         });
         done
     }
@@ -275,10 +279,8 @@ impl ThreadArgs {
         let Some(threads) = self.threads else {
             return Ok(());
         };
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.into())
-            .build_global()
-            .map_err(Error::internal)
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+        pool.build_global().map_err(Error::internal)
     }
 }
 
@@ -563,13 +565,11 @@ fn make_folder(dir: &Path) -> Result<(), Error> {
 
 /// Refuses to replace a file unless `force`, and a folder, a device or an input always; its folder may be made later.
 fn refuse_existing(path: &Path, force: bool) -> Result<(), Error> {
-    match destination(path)?.exists() && !force {
-        true => Err(Error::output(
-            path,
-            "this file exists; allowed: another name, or --force to replace it",
-        )),
-        false => files::claim(path).map_err(|e| Error::output(path, e)),
+    if destination(path)?.exists() && !force {
+        let message = "this file exists; allowed: another name, or --force to replace it";
+        return Err(Error::output(path, message));
     }
+    files::claim(path).map_err(|e| Error::output(path, e))
 }
 
 /// Refuses what [`refuse_existing`] does, and a file whose folder is not there.

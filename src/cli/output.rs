@@ -60,16 +60,12 @@ pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
 /// Refuses a name that promises another kind of file than is written.
 pub(super) fn refuse_other_endings(path: &Path, ending: &str) -> Result<(), Error> {
     let is_it = |found: &OsStr| found.eq_ignore_ascii_case(ending);
-    match path.extension().is_some_and(is_it) {
-        true => Ok(()),
-        false => {
-            let message = format!(
-                "this picture is {}; allowed: a name that ends in .{ending}",
-                ending.to_uppercase()
-            );
-            Err(Error::output(path, message))
-        }
+    if path.extension().is_some_and(is_it) {
+        return Ok(());
     }
+    let kind = ending.to_uppercase();
+    let message = format!("this picture is {kind}; allowed: a name that ends in .{ending}");
+    Err(Error::output(path, message))
 }
 
 /// Where a picture of what is printed goes.

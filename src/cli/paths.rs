@@ -8,15 +8,15 @@ use crate::error::{Error, left_open};
 use crate::experiment::split_of;
 use crate::parametrization;
 use crate::report::BouncesReport;
-use crate::schedule::{Choice, choice};
+use crate::schedule::Choice;
 use clap::Args;
 
 /// Classes of light.
-const BOUNCES: [Choice<Part>; 3] = [
-    choice(Part::First, "first", "Light that met one facet"),
-    choice(Part::Second, "second", "Two"),
-    choice(Part::Later, "later", "Three or more"),
-];
+const BOUNCES: [Choice<Part>; 3] = choices! {
+    "first", "Light that met one facet" => Part::First;
+    "second", "Two" => Part::Second;
+    "later", "Three or more" => Part::Later;
+};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\

@@ -399,11 +399,10 @@ impl Compare {
             Comparison::new(&*truth, copy, &*light, resolution, samples as usize)
         };
         let pictures = watched(&*copy, resolution as usize, draw);
+        let (method, coordinates) = (method.label(), coordinates.join(" "));
+        let readings = count(measurement.readings(), "reading");
         let title = format!(
-            "{name}: truth and reconstruction by {} of {} in {} coordinates",
-            method.label(),
-            count(measurement.readings(), "reading"),
-            coordinates.join(" ")
+            "{name}: truth and reconstruction by {method} of {readings} in {coordinates} coordinates"
         );
         let bytes = pictures.png();
         let text = pictures.svg(&title, &bytes);

@@ -66,12 +66,8 @@ impl Progress {
         }
         let share = done as f64 / all as f64;
         let left = self.bar.elapsed().mul_f64((1.0 - share).max(0.0) / share);
-        say(&format!(
-            "gonio: {:.0} %, {:#} left  {}",
-            100.0 * share,
-            HumanDuration(left),
-            self.bar.message()
-        ));
+        let (percent, left, what) = (100.0 * share, HumanDuration(left), self.bar.message());
+        say(&format!("gonio: {percent:.0} %, {left:#} left  {what}"));
     }
 
     /// A bar of some work, and what it is.

@@ -207,10 +207,8 @@ impl Reconstruct {
         let map_in = map_in.map(|name| parametrization_of("--error-map-in", name));
         let mut map_in: Vec<_> = map_in.collect::<Result<_, _>>()?;
         if self.reconstruction.as_deref() == Some(AUTO) && self.cross_validation.is_none() {
-            return Err(Error::config(
-                "--cross-validation none",
-                "auto chooses by what is left out; allowed: auto, sheets, points",
-            ));
+            let message = "auto chooses by what is left out; allowed: auto, sheets, points";
+            return Err(Error::config("--cross-validation none", message));
         }
         let (measurement, notes) = self.read(&self.measurements)?;
         let path = &self.measurements[0];
@@ -222,9 +220,8 @@ impl Reconstruct {
             return Err(Error::config("--error-map", message));
         }
         if map_in.is_empty() {
-            map_in.extend(parametrization::find(
-                measurement.schedule.parametrization.name(),
-            ));
+            let own = measurement.schedule.parametrization.name();
+            map_in.extend(parametrization::find(own));
         }
         let suspects = match self.take_all {
             true => Vec::new(),
@@ -337,11 +334,10 @@ impl Reconstruct {
     /// The method that is asked for; `None` if the readings choose.
     fn named(&self) -> Result<Option<Arc<dyn reconstruct::Reconstruct>>, Error> {
         let Some(kind) = self.reconstruction.as_deref().filter(|kind| *kind != AUTO) else {
+            let message =
+                "the readings choose the reconstruction; allowed: --set with --reconstruction KIND";
             return match self.set.first() {
-                Some(set) => Err(Error::config(
-                    format!("--set {set}"),
-                    "the readings choose the reconstruction; allowed: --set with --reconstruction KIND",
-                )),
+                Some(set) => Err(Error::config(format!("--set {set}"), message)),
                 None => Ok(None),
             };
         };

@@ -135,10 +135,9 @@ fn suppose_material(source: &mut Source) -> Result<(), Error> {
     if table.contains_key("material") || table.contains_key("materials_dir") {
         return Ok(());
     }
+    let (name, full) = (source.name(), Symmetry::FULL);
     note(&format!(
-        "gonio: {} names no material; the poses are for {} ones",
-        source.name(),
-        Symmetry::FULL
+        "gonio: {name} names no material; the poses are for {full} ones"
     ));
     source.set("material=[{kind=\"lambert\"}]", "no material".into())
 }
@@ -166,10 +165,10 @@ impl Schedule {
             return self.export_all(&keys, &mut maker);
         }
         let [key] = keys.as_slice() else {
-            return Err(Error::config(
-                self.config.config.display().to_string(),
-                format!("{}; or give a folder with -o DIR/", several(&keys, &plan)),
-            ));
+            let place = self.config.config.display().to_string();
+            let several = several(&keys, &plan);
+            let message = format!("{several}; or give a folder with -o DIR/");
+            return Err(Error::config(place, message));
         };
         if stdout && self.json.wanted() {
             let message = "the schedule itself goes to stdout; allowed: with -o FILE";
@@ -392,11 +391,10 @@ pub(super) fn out_of_reach(itinerary: &Itinerary) -> String {
         true => "",
         false => ", or --skip-unreachable, which lists them all in the file",
     };
+    let (instrument, lost) = (&itinerary.instrument, itinerary.unreachable.len());
+    let named = listed(named);
     format!(
-        "{} cannot take {} of {all} poses ({}{more}); allowed: an instrument that can{skip}",
-        itinerary.instrument,
-        itinerary.unreachable.len(),
-        listed(named),
+        "{instrument} cannot take {lost} of {all} poses ({named}{more}); allowed: an instrument that can{skip}"
     )
 }
 

@@ -4,7 +4,7 @@ use super::{choice_of, print};
 use crate::error::Error;
 use crate::experiment::{config_schema, instrument_schema};
 use crate::measurement::measurement_schema;
-use crate::schedule::{Choice, choice, schedule_schema};
+use crate::schedule::{Choice, schedule_schema};
 use clap::Args;
 
 #[derive(Debug, Args)]
@@ -18,20 +18,12 @@ pub(super) struct Schema {
 type Asked = fn() -> serde_json::Value;
 
 /// Files that have one.
-const FILES: [Choice<Asked>; 4] = [
-    choice(schedule_schema, "schedule", "What `gonio schedule` writes"),
-    choice(
-        measurement_schema,
-        "measurement",
-        "What `gonio measure` writes",
-    ),
-    choice(config_schema, "config", "A config, as `gonio run` takes it"),
-    choice(
-        instrument_schema,
-        "instrument",
-        "An instrument file, as `[[instrument]] file = …` names it",
-    ),
-];
+const FILES: [Choice<Asked>; 4] = choices! {
+    "schedule", "What `gonio schedule` writes" => schedule_schema;
+    "measurement", "What `gonio measure` writes" => measurement_schema;
+    "config", "A config, as `gonio run` takes it" => config_schema;
+    "instrument", "An instrument file, as `[[instrument]] file = …` names it" => instrument_schema;
+};
 
 impl Schema {
     pub(super) fn run(self) -> Result<(), Error> {

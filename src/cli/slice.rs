@@ -8,16 +8,16 @@ use super::{
 use crate::error::{Error, ParameterError};
 use crate::moments::{Channel, Slice as BrdfSlice};
 use crate::report::{FlatSlice, Radius, slice_svg};
-use crate::schedule::{Choice, choice};
+use crate::schedule::Choice;
 use clap::Args;
 use std::io::Write;
 use std::path::PathBuf;
 
 /// How long a lobe is drawn.
-const RADII: [Choice<Radius>; 2] = [
-    choice(Radius::Linear, "linear", "ρ / max"),
-    choice(Radius::CubeRoot, "cube-root", "(ρ / max)^(1/3)"),
-];
+const RADII: [Choice<Radius>; 2] = choices! {
+    "linear", "ρ / max" => Radius::Linear;
+    "cube-root", "(ρ / max)^(1/3)" => Radius::CubeRoot;
+};
 
 #[derive(Debug, Args)]
 pub(super) struct Slice {

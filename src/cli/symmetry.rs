@@ -56,10 +56,9 @@ impl SymmetryArgs {
         if violations.is_empty() {
             return Ok(());
         }
+        let (violations, most) = (violations.join("; "), self.tolerance);
         Err(Error::Violation(format!(
-            "{}, but the error is above the tolerance of {}",
-            violations.join("; "),
-            self.tolerance
+            "{violations}, but the error is above the tolerance of {most}"
         )))
     }
 }

@@ -107,11 +107,9 @@ impl Train {
         drop(progress);
         let kernels = kernels.map_err(|e| Error::config("gonio train", e))?;
         self.write(kernels.to_json().as_bytes())?;
-        print(&format!(
-            "{}, {}\n",
-            count(kernels.materials.len(), "material"),
-            count(kernels.constants.len(), "kernel"),
-        ))
+        let materials = count(kernels.materials.len(), "material");
+        let kernels = count(kernels.constants.len(), "kernel");
+        print(&format!("{materials}, {kernels}\n"))
     }
 
     fn write(&self, bytes: &[u8]) -> Result<(), Error> {

@@ -133,11 +133,11 @@ pub(super) fn suspected(
     if suspects.is_empty() {
         return String::new();
     }
-    let mut text = format!(
-        "left out: {}, since all others contradict {}\n",
+    let (all, them) = (
         count(suspects.len(), "reading"),
-        if suspects.len() == 1 { "it" } else { "them" }
+        if suspects.len() == 1 { "it" } else { "them" },
     );
+    let mut text = format!("left out: {all}, since all others contradict {them}\n");
     for suspect in suspects.iter().take(LISTED) {
         let pair = &measurement.schedule.poses[suspect.pose].pair;
         let place = measurement.places.get(suspect.pose);

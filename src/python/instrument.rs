@@ -193,9 +193,6 @@ pub fn measure(
         let measurement = bench.session(&itinerary, seed).measure(brdf, poses);
         (measurement, itinerary)
     })?;
-    Ok(PyMeasurement::new(
-        measurement,
-        about(Some(planned)),
-        Some(itinerary),
-    ))
+    let about = about(Some(planned));
+    Ok(PyMeasurement::new(measurement, about, Some(itinerary)))
 }

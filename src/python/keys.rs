@@ -27,9 +27,8 @@ pub fn table(keys: Option<&Bound<'_, PyDict>>) -> PyResult<Table> {
 fn nested(keys: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table> {
     let mut table = Table::new();
     for (key, value) in keys {
-        let key: String = key
-            .extract()
-            .map_err(|_| refused(format!("key {key} is no text; allowed: names of keys")))?;
+        let no_text = |_| refused(format!("key {key} is no text; allowed: names of keys"));
+        let key: String = key.extract().map_err(no_text)?;
         if !value.is_none() {
             let value = value_of(&key, &value, depth + 1)?;
             table.insert(key, value);

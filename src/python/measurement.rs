@@ -78,10 +78,12 @@ fn below_zero(values: &[f64], channels: usize) -> Option<String> {
     let (i, x) = below.next()?;
     Some(match below.count() {
         0 => format!("values[{i}] is {x}, below 0, and counts as 0 in a copy"),
-        more => format!(
-            "{} have values below 0, which count as 0 in a copy, the first is values[{i}] = {x}",
-            gonio::error::count(more + 1, "row")
-        ),
+        more => {
+            let rows = gonio::error::count(more + 1, "row");
+            format!(
+                "{rows} have values below 0, which count as 0 in a copy, the first is values[{i}] = {x}"
+            )
+        }
     })
 }
 
@@ -161,10 +163,9 @@ impl PyMeasurement {
         };
         let (rows, n) = (pairs.len(), channels.count());
         if n > 1 && is_flat {
+            let (found, wanted) = (shape(&array), tuple(&[&sides.shape, &[n][..]].concat()));
             return Err(refused(format!(
-                "values has the shape {}, of {n} wavelengths; allowed: {}",
-                shape(&array),
-                tuple(&[&sides.shape, &[n][..]].concat())
+                "values has the shape {found}, of {n} wavelengths; allowed: {wanted}"
             )));
         }
         let mut values = wide(values, "values", &sides.shape, n)?;
@@ -248,9 +249,10 @@ impl PyMeasurement {
     ) -> PyResult<Self> {
         let paths = match paths.extract::<PathBuf>() {
             Ok(path) => vec![path],
-            Err(_) => paths
-                .extract::<Vec<PathBuf>>()
-                .map_err(|_| other_type("paths", paths, "a path, or a list of paths"))?,
+            Err(_) => {
+                let several = paths.extract::<Vec<PathBuf>>();
+                several.map_err(|_| other_type("paths", paths, "a path, or a list of paths"))?
+            }
         };
         let conventions: Conventions = parsed("readings", table(keys)?)?;
         let assume = Assume {

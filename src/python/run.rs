@@ -47,9 +47,8 @@ pub fn kept<E: Experiment>(plan: &E) -> Result<(Vec<E::Record>, Summary), Stoppe
         records: Vec::new(),
         stopped: RefCell::new(None),
     };
-    let summary = plan
-        .run(&Extent::default(), &Known::default(), &mut keep)
-        .map_err(Stopped::Refused)?;
+    let summary = plan.run(&Extent::default(), &Known::default(), &mut keep);
+    let summary = summary.map_err(Stopped::Refused)?;
     match keep.stopped.into_inner() {
         Some(e) => Err(Stopped::Interrupted(e)),
         None => Ok((keep.records, summary)),
@@ -90,9 +89,8 @@ pub fn config_source(config: &Bound<'_, PyAny>) -> PyResult<(Source, fn(Error) -
     if let Ok(keys) = config.cast::<PyDict>() {
         return Ok((source("config", &table(Some(keys))?), of_keys));
     }
-    let path: PathBuf = config
-        .extract()
-        .map_err(|_| other_type("config", config, "a path or a dictionary"))?;
+    let path = config.extract::<PathBuf>();
+    let path = path.map_err(|_| other_type("config", config, "a path or a dictionary"))?;
     Ok((Source::read(&path).map_err(of_files)?, of_files))
 }
 

@@ -3,19 +3,8 @@
 use gonio::schedule::{AngleUnit, Azimuth, Polarisation, Quantity, UncertaintyUnit};
 
 /// Keywords that say how a file by others is read, which the materials of a config have as keys.
-const CONVENTIONS: [&str; 11] = [
-    "columns",
-    "angles",
-    "elevation",
-    "azimuth",
-    "quantity",
-    "uncertainties",
-    "coverage_factor",
-    "polarisation",
-    "partial",
-    "mixed",
-    "no_reading",
-];
+const CONVENTIONS: &str = "columns angles elevation azimuth quantity uncertainties \
+    coverage_factor polarisation partial mixed no_reading";
 
 /// Options that are true or left out.
 const SWITCHES: [&str; 4] = ["elevation", "partial", "mixed", "force"];
@@ -101,7 +90,7 @@ fn of_config(sentence: &str) -> String {
         if i == marks {
             return format!("`{part}");
         }
-        if CONVENTIONS.contains(&key) && table.is_empty() {
+        if CONVENTIONS.split(' ').any(|known| known == key) && table.is_empty() {
             return format!("--{}", key.replace('_', "-"));
         }
         let keys = table.strip_prefix(" { ").and_then(|t| t.strip_suffix(" }"));

@@ -29,10 +29,8 @@ const PROVENANCES: [(&str, Option<Tag>); 4] = [
 pub(super) fn described(spec: &InstrumentSpec, seed: u64) -> Result<(String, Json), Error> {
     let machine = Machine::new(spec).map_err(Error::internal)?;
     let class = machine.class();
-    let mut out = format!(
-        "{}: {}\nclass: {}, {}\n\naxes\n",
-        spec.name, spec.about, spec.class, class.summary,
-    );
+    let (name, about, of, meaning) = (&spec.name, &spec.about, &spec.class, class.summary);
+    let mut out = format!("{name}: {about}\nclass: {of}, {meaning}\n\naxes\n");
     let mut axes =
         Columns::new("  name\ton\t>range °\t>°/s\t>°/s²\t>resolution\t>repeatability\t>bias\t");
     for axis in &spec.axis {
