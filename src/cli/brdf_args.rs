@@ -88,10 +88,8 @@ impl BrdfArgs {
     }
 
     /// The materials, each with its BRDF in luminance, or in the wavelengths of its scene: `visit` is called for one after the other.
-    /// One that cannot be built is reported on stderr, and left out if there are others.
-    ///
-    /// # Errors
-    /// What `visit` returns; the reason, if no material can be built; else how many cannot.
+    /// One that cannot be built is reported on stderr, and left out if there are others. Errors: what `visit` returns; the reason, if
+    /// the only material cannot be built; else how many cannot.
     pub(super) fn each(
         &self,
         results: &Path,

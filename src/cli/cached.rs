@@ -38,8 +38,6 @@ fn hash_of(pair: &DirectionPair) -> [u8; 16] {
 
 impl<'a> CachedBrdf<'a> {
     /// Values of `brdf`, which is what `key` stands for, those that the file holds too; `anew`: without them.
-    ///
-    /// # Errors
     /// [`Error::Output`] if the file holds values of something else, or if it cannot be read and written.
     pub(super) fn new(
         brdf: &'a dyn Brdf,

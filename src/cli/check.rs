@@ -13,6 +13,7 @@ use crate::experiment::{
 use crate::formats::of_file;
 use crate::geometry::Symmetry;
 use crate::instrument;
+use crate::metrics::MetricsSpec;
 use crate::report::Columns;
 use clap::Args;
 use indicatif::HumanDuration;
@@ -88,29 +89,24 @@ impl Description {
     /// Moment profiles.
     fn moments(&mut self, plan: &MomentsPlan) -> Result<(), Error> {
         self.head(plan.head())?;
-        let spec = &plan.moments.spec;
+        let (spec, estimator) = (&plan.moments.spec, plan.moments.estimator.label());
+        let (views, max_view_deg, order) = (spec.views, spec.max_view_deg, spec.order.get());
+        let groups = plan.groups();
         let channels: Vec<_> = spec.channels.iter().map(|c| c.name()).collect();
         let profiles = plan.materials.len() * channels.len();
+        let rows = profiles * views;
         self.text(&format!(
-            "\ngroups: {}\nchannels: {}\nviews: {} up to {}°, moments to order {}\nestimator: {}\n\
-             {}, {}\n",
-            plan.groups().join(", "),
+            "\ngroups: {}\nchannels: {}\nviews: {views} up to {max_view_deg}°, moments to order {order}\n\
+             estimator: {estimator}\n{}, {}\n",
+            groups.join(", "),
             channels.join(", "),
-            spec.views,
-            spec.max_view_deg,
-            spec.order.get(),
-            plan.moments.estimator.label(),
             count(profiles, "profile"),
-            count(profiles * spec.views, "row"),
+            count(rows, "row"),
         ))?;
-        self.fact("groups", plan.groups());
-        self.fact("channels", channels);
-        self.fact("views", spec.views);
-        self.fact("max_view_deg", spec.max_view_deg);
-        self.fact("order", spec.order.get());
-        self.fact("estimator", plan.moments.estimator.label());
-        self.fact("profile_count", profiles);
-        self.fact("row_count", profiles * spec.views);
+        self.facts(json!({
+            "groups": groups, "channels": channels, "views": views, "max_view_deg": max_view_deg,
+            "order": order, "estimator": estimator, "profile_count": profiles, "row_count": rows,
+        }));
         Ok(())
     }
 
@@ -129,10 +125,10 @@ impl Description {
             plan.spec.window_deg,
             count(relations, "relation"),
         ))?;
-        self.fact("lightings", lights);
-        self.fact("along", along);
-        self.fact("window_deg", plan.spec.window_deg);
-        self.fact("relation_count", relations);
+        self.facts(json!({
+            "lightings": lights, "along": along,
+            "window_deg": plan.spec.window_deg, "relation_count": relations,
+        }));
         Ok(())
     }
 
@@ -158,15 +154,17 @@ impl Description {
             count(jobs, "reconstruction"),
             count(jobs * plan.measures.len(), "row"),
         ))?;
-        self.fact("reconstructions", names);
-        self.fact("measures", measures);
-        self.fact("pairs", plan.metrics.pairs);
-        self.fact("max_pairs", plan.metrics.max_pairs);
-        self.fact("tolerance", plan.metrics.tolerance);
-        self.fact("seeds", plan.seeds.clone());
-        self.fact("schedule_count", used.len());
-        self.fact("reconstruction_count", jobs);
-        self.fact("row_count", jobs * plan.measures.len());
+        let MetricsSpec {
+            pairs,
+            max_pairs,
+            tolerance,
+            ..
+        } = plan.metrics;
+        self.facts(json!({
+            "reconstructions": names, "measures": measures, "pairs": pairs, "max_pairs": max_pairs,
+            "tolerance": tolerance, "seeds": plan.seeds, "schedule_count": used.len(),
+            "reconstruction_count": jobs, "row_count": jobs * plan.measures.len(),
+        }));
         self.time(plan, plan.seconds_by_method(&used))?;
         if let Some(table) = &plan.moments {
             let (spec, estimator) = (&table.spec, table.estimator.label());
@@ -175,13 +173,10 @@ impl Description {
             self.text(&format!(
                 "moments: {views} up to {max_view_deg}°, to order {order}, by {estimator}; one profile a material and a reconstruction\n"
             ))?;
-            let moments = json!({
-                "views": spec.views,
-                "max_view_deg": max_view_deg,
-                "order": order,
-                "estimator": estimator,
-            });
-            self.fact("moments", moments);
+            self.facts(json!({"moments": {
+                "views": spec.views, "max_view_deg": max_view_deg,
+                "order": order, "estimator": estimator,
+            }}));
         }
         // Those of readings and minutes are found for each instrument, see below.
         let known = plan.symmetries().into_iter();
@@ -195,7 +190,7 @@ impl Description {
     /// The time of reconstructions, and the method that takes most of it.
     fn time(&mut self, plan: &Plan, times: Vec<f64>) -> Result<(), Error> {
         let all: f64 = times.iter().sum();
-        self.fact("core_seconds", all);
+        self.facts(json!({"core_seconds": all}));
         let cores = rayon::current_num_threads();
         let mut text = format!(
             "to reconstruct and compare: about {} on {}, within a factor of three",
@@ -227,9 +222,11 @@ impl Description {
         }
     }
 
-    /// A fact for programs.
-    fn fact(&mut self, name: &str, value: impl Into<Json>) {
-        self.sheet.insert(name.into(), value.into());
+    /// Facts for programs, an object.
+    fn facts(&mut self, facts: Json) {
+        if let Json::Object(facts) = facts {
+            self.sheet.extend(facts);
+        }
     }
 
     /// The question and the materials, which every plan has.
@@ -238,8 +235,7 @@ impl Description {
             self.text(&format!("{}\n\n", question.trim()))?;
         }
         let mut columns = Columns::new(&format!("materials: {}", head.materials.len()));
-        self.fact("question", json!(head.question));
-        self.fact("materials", Json::Array(Vec::new()));
+        self.facts(json!({"question": head.question, "materials": []}));
         for m in head.materials {
             columns.row(&format!("  {}\t{}", m.name, m.symmetry));
             let row = json!({
@@ -250,7 +246,7 @@ impl Description {
             });
             self.row("materials", row);
         }
-        self.fact("missing", head.missing);
+        self.facts(json!({"missing": head.missing}));
         let mut out = columns.to_string();
         if !head.missing.is_empty() {
             out += &format!("not in materials_dir: {}\n", head.missing.join(", "));

@@ -31,15 +31,10 @@ pub(super) struct ConfigArgs {
     /// Override a key of the config, or set one of the material that stands in its place: dotted path, numbers for positions in
     /// arrays, `all` for each member that has the rest of the key; a TOML value, else a bare string
     #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    pub(super) set: Vec<String>,
 }
 
 impl ConfigArgs {
-    /// Arguments from their values, for commands where the config is an option.
-    pub(super) fn new(config: PathBuf, set: Vec<String>) -> Self {
-        Self { config, set }
-    }
-
     /// The text with every override.
     pub(super) fn source(&self) -> Result<Source, Error> {
         detail(|| format!("gonio: reads {}", self.config.display()));
@@ -96,15 +91,16 @@ fn of_tables(path: &Path) -> Result<Source, Error> {
     let (name, config) = OF_TABLES;
     let mut source = Source::new(name, config);
     let mut set = |assignment: String| source.set(&assignment, format!("--set {assignment}"));
-    if path.is_dir() {
-        set(format!("materials_dir={}", text(path.to_str())?))?;
-        return Ok(source);
-    }
     std::fs::metadata(path).map_err(|e| refuse(format!("cannot read this file: {e}")))?;
-    let dir = path.parent().filter(|dir| !dir.as_os_str().is_empty());
-    let dir = dir.unwrap_or(Path::new("."));
+    let parent = path.parent().filter(|dir| !dir.as_os_str().is_empty());
+    let dir = match path.is_dir() {
+        true => path,
+        false => parent.unwrap_or(Path::new(".")),
+    };
     set(format!("materials_dir={}", text(dir.to_str())?))?;
-    let stem = path.file_stem().and_then(|stem| stem.to_str());
-    set(format!("only=[{}]", text(stem)?))?;
+    if !path.is_dir() {
+        let stem = path.file_stem().and_then(|stem| stem.to_str());
+        set(format!("only=[{}]", text(stem)?))?;
+    }
     Ok(source)
 }

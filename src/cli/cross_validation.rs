@@ -7,23 +7,16 @@ use crate::metrics::{Errors, Measure, WITHIN};
 use crate::reconstruct::Reconstruct;
 use crate::report::Columns;
 use crate::validation::{Against, CrossValidation, Estimate, Scores};
-use clap::{Args, ValueEnum};
+use clap::ValueEnum;
 use std::path::Path;
 use std::sync::Arc;
 
 /// Methods of a ranking that are printed without `--verbose`.
 const SHOWN: usize = 8;
 
-/// Options of what readings say without a truth.
-#[derive(Clone, Copy, Debug, Args)]
-pub(super) struct CrossValidationArgs {
-    /// What is left out in turn and predicted by the rest, to estimate the error without a truth
-    #[arg(long, value_name = "WHAT", value_enum, default_value_t = LeaveOut::Auto)]
-    cross_validation: LeaveOut,
-}
-
+/// What is left out to judge methods by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum LeaveOut {
+pub(super) enum LeaveOut {
     /// Sheets if most readings lie in three or more, points if they lie in none, else nothing
     Auto,
     /// Whole sheets of constant incidence
@@ -73,12 +66,7 @@ pub(super) fn table_of(errors: &Against, measures: &[Measure], digits: usize) ->
     table.to_string()
 }
 
-impl CrossValidationArgs {
-    /// True if nothing is left out.
-    pub(super) fn is_none(self) -> bool {
-        self.cross_validation == LeaveOut::None
-    }
-
+impl LeaveOut {
     /// Prints how good `methods` are at readings that they were not given; returns the best. Without methods
     /// the readings choose from all that there are, in these `coordinates` if some are asked for. `None` if
     /// there is nothing to choose by.
@@ -89,11 +77,11 @@ impl CrossValidationArgs {
         mut methods: Vec<Arc<dyn Reconstruct>>,
         coordinates: Option<&str>,
     ) -> Result<Option<Arc<dyn Reconstruct>>, Error> {
-        let sheets = match self.cross_validation {
-            LeaveOut::None => return Ok(None),
-            LeaveOut::Auto => None,
-            LeaveOut::Sheets => Some(true),
-            LeaveOut::Points => Some(false),
+        let sheets = match self {
+            Self::None => return Ok(None),
+            Self::Auto => None,
+            Self::Sheets => Some(true),
+            Self::Points => Some(false),
         };
         let validation = match CrossValidation::new(measurement, sheets) {
             Ok(validation) => validation,
@@ -113,9 +101,8 @@ impl CrossValidationArgs {
         let tasks = validation.tasks(methods.len()) as u64;
         let progress = Progress::with_work(tasks, "cross-validates");
         let failed = |e| Error::data(path, e);
-        let ranked = validation
-            .rank(methods, || progress.count(1))
-            .map_err(failed)?;
+        let ranked = validation.rank(methods, || progress.count(1));
+        let ranked = ranked.map_err(failed)?;
         drop(progress);
         let all = measurement.readings();
         let of = match validation.readings() {

@@ -7,7 +7,7 @@ use crate::geometry::{Direction, DirectionPair};
 use crate::measurement::Measurement;
 use crate::reconstruct::Predictive;
 use crate::sampling::{Random, cosine_hemisphere};
-use crate::schedule::{Choice, Quantity};
+use crate::schedule::Quantity;
 use clap::Args;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -54,41 +54,25 @@ impl Brdf for Exchanged<'_> {
 
 /// What is known of the readings that a BRDF was made of.
 pub(super) struct Known<'a> {
-    measurement: &'a Measurement,
-    predictive: Option<&'a dyn Predictive>,
-    /// The relative uncertainty (k = 2) that all readings share.
-    common: f64,
+    pub(super) measurement: &'a Measurement,
+    pub(super) predictive: Option<&'a dyn Predictive>,
 }
 
-impl<'a> Known<'a> {
-    pub(crate) fn new(
-        measurement: &'a Measurement,
-        predictive: Option<&'a dyn Predictive>,
-    ) -> Self {
-        Self {
-            measurement,
-            predictive,
-            common: common_uncertainty(measurement),
-        }
-    }
-
+impl Known<'_> {
     /// The relative uncertainty (k = 2) of the albedo of light from a direction, if all errors of the BRDF have one sign.
     fn uncertainty(&self, light: Direction) -> f64 {
         let random = Random::new(0);
         let pair = |i| DirectionPair::new(light, cosine_hemisphere(random.point(i)));
         let pairs: Vec<DirectionPair> = (0..SEEN).map(pair).collect();
         let [mut error, mut all] = [0.0; 2];
-        let predicted = self
-            .predictive
-            .iter()
-            .flat_map(|known| known.predict(&pairs));
-        for known in predicted {
+        let predicted = self.predictive.map(|known| known.predict(&pairs));
+        for known in predicted.unwrap_or_default() {
             let f = known.mean.exp();
             error += f * known.variance.sqrt();
             all += f;
         }
         let own = if all > 0.0 { 2.0 * (error / all) } else { 0.0 };
-        own.max(self.common)
+        own.max(common_uncertainty(self.measurement))
     }
 
     /// True if there is a reading with light near this elevation, degrees, or with the sensor there, of a reciprocal material.
@@ -147,10 +131,9 @@ fn filling(brdf: &dyn Brdf, light: Direction, channel: usize) -> f64 {
         }
     }
     let nearest = |hole: &DVec3| {
-        let towards = known
-            .iter()
-            .map(|(sensor, value)| (sensor.dot(*hole), value));
-        let nearest = towards.max_by(|a, b| a.0.total_cmp(&b.0));
+        let towards = |(sensor, _): &&(DVec3, f64)| sensor.dot(*hole);
+        let nearest = known.iter();
+        let nearest = nearest.max_by(|a, b| towards(a).total_cmp(&towards(b)));
         nearest.map_or(0.0, |(_, value)| *value)
     };
     let all: f64 = known.iter().map(|(_, value)| value).sum();
@@ -239,14 +222,13 @@ fn albedos(brdf: &dyn Brdf, lights: &[f64], known: Option<&Known<'_>>) -> Vec<Al
     };
     let lit = |&degrees: &f64| azimuths.iter().map(move |phi| (degrees, phi.to_radians()));
     let lit: Vec<(f64, f64)> = lights.iter().flat_map(lit).collect();
-    let found: Vec<Albedo> = lit
-        .into_par_iter()
-        .map(|(degrees, phi)| Albedo::new(brdf, degrees, phi, known))
-        .collect();
+    let albedo = |(degrees, phi)| Albedo::new(brdf, degrees, phi, known);
+    let found: Vec<Albedo> = lit.into_par_iter().map(albedo).collect();
     let of_lights = found.chunks(azimuths.len());
     let largest = |all: &[Albedo]| {
-        let all = all.iter().cloned();
-        all.max_by(|a, b| a.value.total_cmp(&b.value))
+        all.iter()
+            .max_by(|a, b| a.value.total_cmp(&b.value))
+            .cloned()
     };
     of_lights.filter_map(largest).collect()
 }
@@ -259,30 +241,17 @@ fn other_quantity(albedos: &[Albedo]) -> String {
     let mut others = [Quantity::ReflectanceFactor, Quantity::Percent].into_iter();
     // The least factor that makes them possible, and not far less.
     let possible = others.find(|quantity| (0.01..=1.0).contains(&albedo(*quantity)));
-    let choice = Quantity::ALL
-        .iter()
-        .find(|choice| Some(choice.value) == possible);
-    let sentence = choice.map(
-        |Choice {
-             value,
-             name,
-             meaning,
-         }| {
-            let albedo = albedo(*value);
-            format!(
-                "; if the readings are {name} ({meaning}), it is {albedo:.3}: --quantity {name}"
-            )
-        },
-    );
-    sentence.unwrap_or_default()
+    let mut all = Quantity::ALL.iter();
+    let Some(choice) = all.find(|choice| Some(choice.value) == possible) else {
+        return String::new();
+    };
+    let (name, meaning, albedo) = (choice.name, choice.meaning, albedo(choice.value));
+    format!("; if the readings are {name} ({meaning}), it is {albedo:.3}: --quantity {name}")
 }
 
 impl EnergyArgs {
     /// Prints what is reflected of light from 0° and 60°, and warns of more than all at 75° or 85°; of readings, what is `known`.
-    ///
-    /// # Errors
-    /// If one that is printed exceeds 1 by more than its uncertainty, of which at most half of the
-    /// albedo counts.
+    /// An error if one that is printed exceeds 1 by more than its uncertainty, of which at most half of the albedo counts.
     pub(super) fn check(self, brdf: &dyn Brdf, known: Option<&Known<'_>>) -> Result<(), Error> {
         let is_lit = |degrees: &f64| known.is_none_or(|known| known.is_lit(*degrees));
         let judged: Vec<f64> = JUDGED_DEG.into_iter().filter(is_lit).collect();

@@ -66,7 +66,8 @@ impl Measure {
         self.threads.apply()?;
         let file = ReadingsFile::new(self.format, &self.output)?;
         file.refuse_existing(self.force)?;
-        let source = ConfigArgs::new(self.config.clone(), self.set.clone()).source()?;
+        let (config, set) = (self.config.clone(), self.set.clone());
+        let source = ConfigArgs { config, set }.source()?;
         let plan = Plan::read_parts(&source)?;
         let material = choose_material(&plan.materials, self.material.as_deref())?;
         super::remark(std::slice::from_ref(material));

@@ -1,6 +1,6 @@
 //! `gonio reconstruct`.
 
-use super::cross_validation::{CrossValidationArgs, print_scores, table_of};
+use super::cross_validation::{LeaveOut, print_scores, table_of};
 use super::energy::{EnergyArgs, Known};
 use super::{
     BrdfArgs, ReadingArgs, ReadingsFile, ThreadArgs, assumed, build, choose_material, format_names,
@@ -77,8 +77,9 @@ pub(super) struct Reconstruct {
     fill: Fill,
     #[command(flatten)]
     energy: EnergyArgs,
-    #[command(flatten)]
-    cross_validation: CrossValidationArgs,
+    /// What is left out in turn and predicted by the rest, to estimate the error without a truth
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = LeaveOut::Auto)]
+    cross_validation: LeaveOut,
     #[arg(long, value_name = "FILE",
         help = format!("Write the readings with the flag `suspected` where all others contradict one ({})",
             WRITE_READINGS.extensions(".")))]
@@ -206,7 +207,7 @@ impl Reconstruct {
         let map_in = self.error_map_in.iter();
         let map_in = map_in.map(|name| parametrization_of("--error-map-in", name));
         let mut map_in: Vec<_> = map_in.collect::<Result<_, _>>()?;
-        if self.reconstruction.as_deref() == Some(AUTO) && self.cross_validation.is_none() {
+        if self.reconstruction.as_deref() == Some(AUTO) && self.cross_validation == LeaveOut::None {
             let message = "auto chooses by what is left out; allowed: auto, sheets, points";
             return Err(Error::config("--cross-validation none", message));
         }
@@ -281,7 +282,11 @@ impl Reconstruct {
             let covered = Covered::new(brdf, measurement, self.fill);
             let covered = covered.map_err(|e| Error::data(path, e))?;
             tabulate::pairs(table, 0, &covered, path, "--output")?;
-            let known = Known::new(measurement, predictive.as_deref());
+            let predictive = predictive.as_deref();
+            let known = Known {
+                measurement,
+                predictive,
+            };
             self.energy.check(&covered, Some(&known))?;
             // What this asked for is no cell of the table.
             covered.forget();

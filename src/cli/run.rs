@@ -60,34 +60,26 @@ pub(super) type Lines<'a, R> = Box<dyn Fn(&[&R]) -> String + 'a>;
 /// A table that is printed while a run goes on: its head, and its lines.
 pub(super) type Printed<'a, R> = (String, Lines<'a, R>);
 
-/// Observers of the records of a run.
-pub(super) type Observers<'a, R> = Vec<Box<dyn Observer<R> + 'a>>;
+/// An observer of the records of a run, if it needs one.
+pub(super) type Listener<'a, R> = Option<Box<dyn Observer<R> + 'a>>;
 
 /// A kind of experiment as commands show it: observers of a run, and output at its end.
 pub(super) trait Shown: Experiment {
-    /// The table that is printed while the run goes on, if one is.
-    ///
-    /// # Errors
-    /// Errors of the values that the lines need.
+    /// The table that is printed while the run goes on, if one is; errors of the values that the lines need.
     fn table(&self) -> Result<Option<Printed<'_, Self::Record>>, Error>;
 
-    /// Observers beside the progress bar, the file of records and the table, of a run, or of a shard, that `stop` ends.
-    ///
-    /// # Errors
-    /// Errors of building what the observers need.
-    fn listeners<'a>(
+    /// The observer beside the progress bar, the file of records and the table, of a run, or of a shard, that `stop` ends; errors
+    /// of building what it needs.
+    fn listener<'a>(
         &'a self,
         _folder: &'a RefCell<RunFolder<Self::Record>>,
         _shard: Option<Shard>,
         _stop: &Arc<AtomicBool>,
-    ) -> Result<Observers<'a, Self::Record>, Error> {
-        Ok(Vec::new())
+    ) -> Result<Listener<'a, Self::Record>, Error> {
+        Ok(None)
     }
 
     /// Prints a summary of the records, and writes their tables and pictures.
-    ///
-    /// # Errors
-    /// Errors of drawing, printing and writing.
     fn conclude(&self, folder: &mut RunFolder<Self::Record>, end: &End<'_>) -> Result<(), Error>;
 
     /// What the config does not ask for: a name, and by which key.
@@ -186,7 +178,7 @@ impl Run {
                 progress,
                 folder: &folder,
                 lines,
-                list: plan.listeners(&folder, self.shard, &stop)?,
+                listener: plan.listener(&folder, self.shard, &stop)?,
                 stop,
             };
             plan.run(&extent, &known, &mut consumers)?
@@ -320,10 +312,8 @@ fn explained(
     for stage in Stage::ALL {
         let seconds = format!("{:.3} s", seconds_of[stage.name()]);
         let mut head = [stage.name(), &seconds];
-        let works = Work::ALL
-            .iter()
-            .map(|work| (counts.get(stage, *work), work.summary()));
-        for (number, what) in works.filter(|(number, _)| *number > 0) {
+        let works = Work::ALL.map(|work| (counts.get(stage, work), work.summary()));
+        for (number, what) in works.into_iter().filter(|(number, _)| *number > 0) {
             let [name, seconds] = std::mem::take(&mut head);
             out += &format!("  {name:<12}{seconds:>12}{number:>15}  {what}\n");
         }
@@ -347,7 +337,7 @@ struct Consumers<'a, R> {
     folder: &'a RefCell<RunFolder<R>>,
     /// Lines that are printed.
     lines: Option<Lines<'a, R>>,
-    list: Vec<Box<dyn Observer<R> + 'a>>,
+    listener: Listener<'a, R>,
 }
 
 impl<R: Record> Observer<R> for Consumers<'_, R> {
@@ -360,7 +350,8 @@ impl<R: Record> Observer<R> for Consumers<'_, R> {
     }
 
     fn requests(&self, wish: &ByProduct<'_>) -> bool {
-        self.list.iter().any(|consumer| consumer.requests(wish))
+        let listener = self.listener.as_ref();
+        listener.is_some_and(|listener| listener.requests(wish))
     }
 
     fn observe(&mut self, event: &Event<'_, R>) -> Result<(), Error> {
@@ -383,10 +374,10 @@ impl<R: Record> Observer<R> for Consumers<'_, R> {
             }
             _ => {}
         }
-        for consumer in &mut self.list {
-            consumer.observe(event)?;
+        match &mut self.listener {
+            Some(listener) => listener.observe(event),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 

@@ -149,12 +149,13 @@ impl Schedule {
         suppose_material(&mut source)?;
         let mut plan = Plan::read_parts(&source)?;
         let symmetries = self.select(&mut plan)?;
-        let units = plan.units();
-        let of = |symmetry| units.iter().map(move |unit| (unit, symmetry));
-        let keys = symmetries.into_iter().flat_map(of);
-        let keys: Vec<ScheduleKey<'_>> = keys
-            .map(|(unit, symmetry)| plan.schedule_key(unit, symmetry))
-            .collect();
+        let (units, plan) = (plan.units(), &plan);
+        let of = |symmetry| {
+            units
+                .iter()
+                .map(move |unit| plan.schedule_key(unit, symmetry))
+        };
+        let keys: Vec<ScheduleKey<'_>> = symmetries.into_iter().flat_map(of).collect();
         let mut maker = Maker {
             done: self.read()?,
             options: &self,
@@ -166,7 +167,7 @@ impl Schedule {
         }
         let [key] = keys.as_slice() else {
             let place = self.config.config.display().to_string();
-            let several = several(&keys, &plan);
+            let several = several(&keys, plan);
             let message = format!("{several}; or give a folder with -o DIR/");
             return Err(Error::config(place, message));
         };

@@ -68,9 +68,8 @@ impl Taken {
     fn beside_files(command: &Command) -> Vec<String> {
         let arguments = command.get_arguments();
         let own = arguments.filter_map(|a| Self::new(command.get_name(), a));
-        let own = own
-            .filter(|taken| taken.files)
-            .map(|taken| taken.names.join(" "));
+        let own = own.filter(|taken| taken.files);
+        let own = own.map(|taken| taken.names.join(" "));
         let below = command.get_subcommands().flat_map(Self::beside_files);
         let mut all: Vec<String> = own.chain(below).collect();
         all.sort();
@@ -165,9 +164,8 @@ impl ManPages {
             refuse_existing(path, self.force)?;
         }
         make_folder(dir)?;
-        pages
-            .iter()
-            .try_for_each(|(path, bytes)| write_file(path, |out| out.write_all(bytes)))
+        let mut pages = pages.iter();
+        pages.try_for_each(|(path, bytes)| write_file(path, |out| out.write_all(bytes)))
     }
 }
 

@@ -26,20 +26,15 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// Exit code of a process that a signal ended, less the signal.
 const CODE: i32 = 128;
 
-/// Waits for signals, in a thread of its own.
-///
-/// # Errors
-/// The system has no thread or no handler to give.
+/// Waits for signals, in a thread of its own; an error if the system has no thread or no handler to give.
 #[cfg(unix)]
 pub(super) fn watch() -> Result<(), Error> {
     use signal_hook::consts::{SIGINT, SIGTERM};
     let failed = |e: std::io::Error| Error::Internal(e.to_string());
     let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]).map_err(failed)?;
     let wait = move || signals.forever().for_each(see);
-    let thread = std::thread::Builder::new()
-        .name("signals".into())
-        .spawn(wait);
-    thread.map(drop).map_err(failed)
+    let thread = std::thread::Builder::new().name("signals".into());
+    thread.spawn(wait).map(drop).map_err(failed)
 }
 
 /// Signals do what the system does with them.

@@ -1,13 +1,13 @@
 //! Advice: which poses and reconstruction are best for materials like some.
 
-use crate::errors::{of_argument, of_files, of_keys, refused, renamed, warn};
+use crate::errors::{of_files, of_keys, refused, renamed, warn};
 use crate::given::detached;
 use crate::keys;
 use crate::run::{Stopped, config_source, kept};
 use crate::state::text;
 use crate::table::of_json;
 use gonio::Error;
-use gonio::error::in_left_open;
+use gonio::error::{ParameterError, in_left_open};
 use gonio::experiment::{
     AdviceSpec, Allowance, AnyPlan, FORMULAS, Failure, MAX_MINUTES, Metric, Source,
 };
@@ -48,6 +48,9 @@ pub fn advise<'py>(
         }
         (None, None) if moment.is_some() => None,
         _ => return Err(refused("allowed is one of budget and minutes")),
+    };
+    let of_argument = |name: &'static str| {
+        move |e: ParameterError| refused(ParameterError::new(name, e.value, e.allowed))
     };
     let moment = moment.map(str::parse).transpose();
     let moment = moment.map_err(of_argument("moment"))?;

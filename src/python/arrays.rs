@@ -19,6 +19,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// A new array of any shape.
 pub type Shaped<'py> = PyResult<Bound<'py, PyArrayDyn<f64>>>;
 
+/// Two new arrays of one shape.
+pub type Both<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
+
 /// A new array of rows of numbers, (n, width).
 pub type Matrix<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
 
@@ -226,20 +229,14 @@ impl<'a> Rows<'a> {
         plain.then(|| self.values.get(3 * first..3 * (first + count)))?
     }
 
-    /// Every direction.
-    ///
-    /// # Errors
-    /// The first row that is none.
+    /// Every direction; an error names the first row that is none.
     pub fn all(&self) -> PyResult<Vec<Direction>> {
         let rows = 0..self.along.to.iter().product();
         rows.map(|row| self.get(row).ok_or_else(|| refused(self.sentence(row))))
             .collect()
     }
 
-    /// Every direction, with a warning of those below the horizon.
-    ///
-    /// # Errors
-    /// As [`all`](Self::all).
+    /// Every direction as of [`all`](Self::all), with a warning of those below the horizon.
     pub fn above(&self, py: Python<'_>) -> PyResult<Vec<Direction>> {
         let all = self.all()?;
         let below = all.iter().filter(|d| is_below(**d)).count();
@@ -365,10 +362,7 @@ impl<'a> Pairs<'a> {
         refused(side.sentence(row))
     }
 
-    /// Every pair.
-    ///
-    /// # Errors
-    /// The first row that is none.
+    /// Every pair; an error names the first row that is none.
     fn all(&self) -> PyResult<Vec<DirectionPair>> {
         let mut all = Vec::new();
         let room = all.try_reserve_exact(self.count);
@@ -377,10 +371,7 @@ impl<'a> Pairs<'a> {
         read.map(|()| all).map_err(|row| self.refused(row))
     }
 
-    /// Every pair, with a warning of those below the horizon.
-    ///
-    /// # Errors
-    /// As [`all`](Self::all).
+    /// Every pair as of [`all`](Self::all), with a warning of those below the horizon.
     pub fn above(&self, py: Python<'_>) -> PyResult<Vec<DirectionPair>> {
         let all = self.all()?;
         self.doubt(py, below(&all))?;
@@ -392,10 +383,7 @@ impl<'a> Pairs<'a> {
         doubt_horizon(py, &below, self.count)
     }
 
-    /// Every pair, above the horizon.
-    ///
-    /// # Errors
-    /// The first row that is none, or that no instrument sees.
+    /// Every pair, above the horizon; an error names the first row that is none, or that no instrument sees.
     pub fn visible(&self) -> PyResult<Vec<DirectionPair>> {
         let all = self.all()?;
         let low = |d: Direction| d.cos_theta() <= gonio::numeric::GRAZING_COS;
@@ -413,9 +401,7 @@ impl<'a> Pairs<'a> {
     }
 
     /// `width` numbers a pair, made a chunk at a time in parallel and without the global lock; a warning of pairs below the horizon.
-    ///
-    /// # Errors
-    /// The first row that is no pair.
+    /// An error names the first row that is no pair.
     pub fn map(
         &self,
         py: Python<'_>,

@@ -2,7 +2,6 @@
 
 use crate::words::{in_keywords, without_brackets};
 use gonio::Error;
-use gonio::error::ParameterError;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -14,11 +13,6 @@ pub fn refused(sentence: impl std::fmt::Display) -> PyErr {
 /// A refusal of an argument of another type.
 pub fn other_type(name: &str, value: &Bound<'_, PyAny>, allowed: &str) -> PyErr {
     refused(format!("{name} = {value}: allowed is {allowed}"))
-}
-
-/// The error of a parameter that is an argument of another name.
-pub fn of_argument(argument: &str) -> impl Fn(ParameterError) -> PyErr {
-    move |e| refused(ParameterError::new(argument, e.value, e.allowed))
 }
 
 /// An error about `key` of the library, which is an argument of another name, or about a part of it.

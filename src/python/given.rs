@@ -42,10 +42,8 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Does what may call functions of Python, without its lock.
-///
-/// # Errors
-/// The first of a function. In a function that calls the library an error of another function ends the outer call too.
+/// Does what may call functions of Python, without its lock; the first error of a function is raised. In a function that calls the
+/// library an error of another function ends the outer call too.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     if !FUNCTIONS.load(Ordering::Relaxed) {
         return Ok(py.detach(work));
@@ -201,10 +199,8 @@ impl Array {
         }
     }
 
-    /// From an array of `axes` and, if there are several, channels.
-    ///
-    /// # Errors
-    /// One sentence: nodes that do not increase or are outside the ranges, another shape, a value below 0.
+    /// From an array of `axes` and, if there are several, channels. Refused are nodes that do not increase or are outside the ranges,
+    /// another shape, and a value below 0.
     pub fn new(
         values: &Bound<'_, PyAny>,
         axes: &[Bound<'_, PyAny>],

@@ -82,10 +82,7 @@ fn value_of(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value
     )))
 }
 
-/// Keys of a member of a family, its `kind` among them.
-///
-/// # Errors
-/// If `kind` is among the keys too.
+/// Keys of a member of a family, its `kind` among them; an error if it is among `keys` too.
 pub fn named(kind: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Table> {
     let mut all = Table::from_iter([("kind".into(), kind.into())]);
     let keys = table(keys)?;
@@ -130,10 +127,10 @@ fn in_dictionary(keys: &Table, e: Error) -> Error {
         return e;
     };
     // A line stands before the keys.
-    let line = place.rsplit_once(':').map(|(_, line)| line.parse());
-    let before = line
-        .and_then(Result::ok)
-        .map_or(0, |line: usize| line.saturating_sub(1));
+    let line = place
+        .rsplit_once(':')
+        .and_then(|(_, line)| line.parse().ok());
+    let before = line.unwrap_or(0_usize).saturating_sub(1);
     let text = keys.to_string();
     let is_header = |line: &&str| line.starts_with('[') && line.ends_with(']');
     let header = text.lines().take(before).filter(is_header).last();

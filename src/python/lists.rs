@@ -10,14 +10,14 @@ use pyo3::types::{IntoPyDict, PyDict};
 
 /// Functions that list the families of registries.
 macro_rules! families {
-    ($($(#[$doc:meta])* $name:ident: $all:path;)*) => {
+    ($($(#[$doc:meta])* $function:ident: $all:path => $name:ident, $text:ident;)*) => {
         $(
             $(#[$doc])*
             #[pyfunction]
-            pub fn $name(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+            pub fn $function(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+                let all = $all().into_iter().map(|e| (e.$name, e.$text));
                 // A material of Python in a config has a kind that no text of a config can use.
-                let all = $all().into_iter().filter(|e| e.kind != given::KIND);
-                all.map(|e| (e.kind, e.summary)).into_py_dict(py)
+                all.filter(|(name, _)| *name != given::KIND).into_py_dict(py)
             }
         )*
     };
@@ -25,31 +25,21 @@ macro_rules! families {
 
 families! {
     /// Kinds of materials, with what they are.
-    materials: experiment::materials;
+    materials: experiment::materials => kind, summary;
     /// Names of parametrizations, with what they are.
-    parametrizations: parametrization::all;
+    parametrizations: parametrization::all => kind, summary;
     /// Kinds of warps of an axis, with what they are.
-    warps: parametrization::warps;
+    warps: parametrization::warps => kind, summary;
     /// Kinds of sample sets, with what they are.
-    sample_sets: schedule::all;
+    sample_sets: schedule::all => kind, summary;
     /// Kinds of planners, with what they are.
-    planners: acquisition::all;
+    planners: acquisition::all => kind, summary;
     /// Kinds of reconstructions, with what they are.
-    reconstructions: reconstruct::all;
-}
-
-/// Names of instruments that come with the program, each with the text of its file (TOML).
-#[pyfunction]
-pub fn instruments(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    let presets = instrument::presets().into_iter();
-    presets.map(|p| (p.name, p.text)).into_py_dict(py)
-}
-
-/// Names of file formats, with what they are.
-#[pyfunction]
-pub fn formats(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    let all = files::all().into_iter();
-    all.map(|f| (f.name, f.summary)).into_py_dict(py)
+    reconstructions: reconstruct::all => kind, summary;
+    /// Names of instruments that come with the program, each with the text of its file (TOML).
+    instruments: instrument::presets => name, text;
+    /// Names of file formats, with what they are.
+    formats: files::all => name, summary;
 }
 
 /// Names of the measures: distributions of the pairs that errors are averaged over.

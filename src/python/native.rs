@@ -15,19 +15,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut bytes = Vec::new();
     stdin().read_to_end(&mut bytes)?;
     let number = |b: &[u8]| b.try_into().map(f64::from_le_bytes);
-    let numbers = bytes
-        .chunks_exact(8)
-        .map(number)
-        .collect::<Result<Vec<f64>, _>>()?;
+    let numbers: Result<Vec<f64>, _> = bytes.chunks_exact(8).map(number).collect();
+    let numbers = numbers?;
     let direction = |v: &[f64]| Direction::from_unit(glam::DVec3::new(v[0], v[1], v[2]));
     let pairs = numbers.chunks_exact(6);
     let pairs = pairs.map(|p| DirectionPair::new(direction(&p[..3]), direction(&p[3..])));
     let pairs: Vec<DirectionPair> = pairs.collect();
-    let ggx = all()
-        .into_iter()
-        .find(|e| e.kind == "ggx")
-        .ok_or("no GGX")?;
-    let ggx = registry::read_text(&ggx, "alpha = 0.3")?.build(Channels::Luminance)?;
+    let ggx = all().into_iter().find(|e| e.kind == "ggx");
+    let ggx = registry::read_text(&ggx.ok_or("no GGX")?, "alpha = 0.3")?;
+    let ggx = ggx.build(Channels::Luminance)?;
     let (mut values, mut shortest) = (metrics::Values::default(), f64::INFINITY);
     for _ in 0..rounds {
         let start = Instant::now();

@@ -1,13 +1,15 @@
 //! Coordinates of pairs of directions.
 
-use crate::arrays::{Matrix, Shaped, Sides, doubt_degrees, numbers, rows, shape, shaped, slice};
+use crate::arrays::{
+    Both, Matrix, Shaped, Sides, doubt_degrees, numbers, rows, shape, shaped, slice,
+};
 use crate::errors::{other_type, refused};
 use crate::keys::{named, read, symmetry, table};
 use crate::shapes::listed;
 use crate::state::{Reduced, reduced, restored};
 use gonio::geometry::{Direction, Symmetry};
 use gonio::parametrization::{Coords, Parametrization, Unit, all, by_name};
-use numpy::{PyArrayDyn, PyUntypedArrayMethods};
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use rayon::prelude::*;
@@ -24,8 +26,6 @@ pub struct PyParametrization {
     #[serde(with = "by_name")]
     pub form: Arc<dyn Parametrization>,
 }
-
-type Arrays<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
 
 impl PyParametrization {
     /// A parametrization as it is given to functions: one, or its name.
@@ -135,7 +135,7 @@ impl PyParametrization {
     }
 
     /// Light and sensor directions at coordinates, two arrays (…, 3); NaN where there is no pair above the horizon.
-    fn inverse<'py>(&self, coordinates: &Bound<'py, PyAny>) -> PyResult<Arrays<'py>> {
+    fn inverse<'py>(&self, coordinates: &Bound<'py, PyAny>) -> PyResult<Both<'py>> {
         let py = coordinates.py();
         let (coords, batch) = self.coordinates(coordinates)?;
         let pairs = py.detach(|| {

@@ -1,6 +1,6 @@
 //! Reconstructions: a BRDF of readings, and how uncertain it is.
 
-use crate::arrays::{Shaped, Sides, shaped};
+use crate::arrays::{Both, Shaped, Sides, shaped};
 use crate::errors::refused;
 use crate::keys::{named, read};
 use crate::material::{Origin, PyMaterial};
@@ -8,7 +8,6 @@ use crate::measurement::PyMeasurement;
 use crate::state::{Reduced, reduced_to};
 use gonio::reconstruct::{Coverage, Reconstruct, Replicated, Uncertain, all};
 use gonio::validation::Reconstruction;
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use std::sync::Arc;
@@ -19,8 +18,6 @@ pub struct PyReconstruction {
     made: Reconstruction,
     measurement: Py<PyMeasurement>,
 }
-
-type Types<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
 
 impl PyReconstruction {
     fn replicated(&self) -> Result<&Replicated, String> {
@@ -43,7 +40,7 @@ impl PyReconstruction {
         omega_i: &Bound<'py, PyAny>,
         omega_o: &Bound<'py, PyAny>,
         channels: bool,
-    ) -> PyResult<Types<'py>> {
+    ) -> PyResult<Both<'py>> {
         let sides = Sides::read(omega_i, omega_o)?;
         let pairs = sides.pairs()?.above(py)?;
         let known = py.detach(|| {

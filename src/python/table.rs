@@ -17,14 +17,12 @@ pub fn columns<'py>(py: Python<'py>, rows: &[Map<String, Value>]) -> PyResult<Bo
 
 /// One column, of the type that all its values have.
 fn column<'py>(py: Python<'py>, cells: &[&Value]) -> PyResult<Bound<'py, PyAny>> {
-    if let Some(flags) = cells
-        .iter()
-        .map(|v| v.as_bool())
-        .collect::<Option<Vec<_>>>()
-    {
+    let flags: Option<Vec<bool>> = cells.iter().map(|v| v.as_bool()).collect();
+    if let Some(flags) = flags {
         return Ok(PyArray1::from_vec(py, flags).into_any());
     }
-    if let Some(whole) = cells.iter().map(|v| v.as_i64()).collect::<Option<Vec<_>>>() {
+    let whole: Option<Vec<i64>> = cells.iter().map(|v| v.as_i64()).collect();
+    if let Some(whole) = whole {
         return Ok(PyArray1::from_vec(py, whole).into_any());
     }
     if cells.iter().all(|v| v.is_number() || v.is_null()) {

@@ -1,6 +1,6 @@
 //! Observers and output of an acquisition.
 
-use super::{End, Observers, Printed, Shown};
+use super::{End, Listener, Printed, Shown};
 use crate::cli::{note, print};
 use crate::error::Error;
 use crate::experiment::{
@@ -30,23 +30,23 @@ impl Shown for Plan {
         Ok(Some((head, Box::new(lines))))
     }
 
-    fn listeners<'a>(
+    fn listener<'a>(
         &'a self,
         folder: &'a RefCell<Folder>,
         shard: Option<Shard>,
         stop: &Arc<AtomicBool>,
-    ) -> Result<Observers<'a, Row>, Error> {
+    ) -> Result<Listener<'a, Row>, Error> {
         let studio = self.pictures.draw.then(|| Studio::new(self, shard));
         let studio = studio.transpose()?;
         if let Some(studio) = &studio {
             studio.general(&mut folder.borrow_mut())?;
         }
-        Ok(vec![Box::new(Asked {
+        Ok(Some(Box::new(Asked {
             plan: self,
             folder,
             studio,
             stop: Arc::clone(stop),
-        })])
+        })))
     }
 
     fn conclude(&self, folder: &mut Folder, end: &End<'_>) -> Result<(), Error> {

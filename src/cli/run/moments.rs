@@ -1,6 +1,6 @@
 //! Observers and output of a moment experiment.
 
-use super::{End, Observers, Printed, Shown};
+use super::{End, Listener, Printed, Shown};
 use crate::brdf::Brdf;
 use crate::cli::{not_built, note, print};
 use crate::error::Error;
@@ -37,18 +37,18 @@ impl Shown for MomentsPlan {
         Ok(Some((HEAD.into(), Box::new(lines))))
     }
 
-    fn listeners<'a>(
+    fn listener<'a>(
         &'a self,
         folder: &'a RefCell<Folder>,
         _shard: Option<Shard>,
         _stop: &Arc<AtomicBool>,
-    ) -> Result<Observers<'a, MaterialProfiles>, Error> {
-        Ok(vec![Box::new(Spheres {
+    ) -> Result<Listener<'a, MaterialProfiles>, Error> {
+        Ok(Some(Box::new(Spheres {
             plan: self,
             folder,
             light: None,
             last: None,
-        })])
+        })))
     }
 
     fn conclude(&self, folder: &mut Folder, end: &End<'_>) -> Result<(), Error> {
