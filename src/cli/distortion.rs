@@ -68,9 +68,7 @@ impl Distortion {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
         self.output.check()?;
-        if let Some(path) = &self.picture {
-            refuse_other_endings(path, "svg")?;
-        }
+        refuse_other_endings(self.picture.as_deref(), "svg")?;
         self.output.check_also(self.picture.as_deref())?;
         if self.picture.is_some() && self.table != Table::Alignment {
             let message = "this table has no picture; allowed: --table alignment";

@@ -6,7 +6,6 @@ use crate::report::{rows_csv, rows_json};
 use clap::builder::TypedValueParser;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use std::ffi::OsStr;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -57,12 +56,15 @@ pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
     print(&(text + "\n"))
 }
 
-/// Refuses a name that promises another kind of file than is written.
-pub(super) fn refuse_other_endings(path: &Path, ending: &str) -> Result<(), Error> {
-    let is_it = |found: &OsStr| found.eq_ignore_ascii_case(ending);
-    if path.extension().is_some_and(is_it) {
+/// Refuses a name that promises another kind of file than is written, if there is one.
+pub(super) fn refuse_other_endings(path: Option<&Path>, ending: &str) -> Result<(), Error> {
+    let has_it = |path: &&Path| {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    };
+    let Some(path) = path.filter(|path| !has_it(path)) else {
         return Ok(());
-    }
+    };
     let kind = ending.to_uppercase();
     let message = format!("this picture is {kind}; allowed: a name that ends in .{ending}");
     Err(Error::output(path, message))
@@ -82,10 +84,8 @@ pub(super) struct DrawingArgs {
 impl DrawingArgs {
     /// Refuses what cannot be written, and to replace a file unless `force`; before anything is computed.
     pub(super) fn check(&self) -> Result<(), Error> {
-        let Some(path) = &self.output else {
-            return Ok(());
-        };
-        refuse_unwritable(path, self.force)?;
+        let path = self.output.as_deref();
+        path.map_or(Ok(()), |path| refuse_unwritable(path, self.force))?;
         refuse_other_endings(path, "svg")
     }
 

@@ -273,11 +273,9 @@ impl Sphere {
         let stem = format!("{}_sphere", file_stem(&name));
         let [png, exr] = self.folder.free(&stem, ["png", "exr"])?;
         let start = std::time::Instant::now();
-        let [resolution, samples] = [self.scene.resolution.into(), self.scene.samples];
-        let draw = |brdf: &dyn Brdf, resolution| {
-            render_sphere(brdf, &*light, resolution, samples as usize)
-        };
-        let image = watched(&*brdf, resolution as usize, draw);
+        let samples = self.scene.samples as usize;
+        let draw = |brdf: &dyn Brdf, resolution| render_sphere(brdf, &*light, resolution, samples);
+        let image = watched(&*brdf, self.scene.resolution.into(), draw);
         let seconds = start.elapsed().as_secs_f64();
         note(&format!("gonio: drawn in {seconds:.2} s"));
         make_folder(&self.folder.output)?;
@@ -297,7 +295,7 @@ fn watched<T>(brdf: &dyn Brdf, resolution: usize, draw: impl Fn(&dyn Brdf, usize
         draw(&progress.watches(brdf), resolution);
         progress.counted() as f64
     };
-    let [small, less] = [resolution.div_ceil(8), resolution.div_ceil(16)];
+    let [small, less] = [8, 16].map(|part| resolution.div_ceil(part));
     let area = |resolution: usize| (resolution * resolution) as f64;
     let a_pixel = match small > less {
         true => (pairs(small) - pairs(less)) / (area(small) - area(less)),
@@ -305,7 +303,6 @@ fn watched<T>(brdf: &dyn Brdf, resolution: usize, draw: impl Fn(&dyn Brdf, usize
     };
     let all = pairs(small) + a_pixel * (area(resolution) - area(small));
     progress.begin(all as u64);
-    let progress = &progress;
     draw(&progress.watches(brdf), resolution)
 }
 
@@ -394,11 +391,11 @@ impl Compare {
         let measurement = Ideal.measure(&*truth, &Arc::new(poses));
         let copy = method.reconstruct(&measurement);
         let copy = copy.map_err(|e| refused(&e))?;
-        let [resolution, samples] = [self.scene.resolution.into(), self.scene.samples];
+        let samples = self.scene.samples as usize;
         let draw = |copy: &dyn Brdf, resolution| {
-            Comparison::new(&*truth, copy, &*light, resolution, samples as usize)
+            Comparison::new(&*truth, copy, &*light, resolution, samples)
         };
-        let pictures = watched(&*copy, resolution as usize, draw);
+        let pictures = watched(&*copy, self.scene.resolution.into(), draw);
         let (method, coordinates) = (method.label(), coordinates.join(" "));
         let readings = count(measurement.readings(), "reading");
         let title = format!(

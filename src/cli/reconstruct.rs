@@ -164,15 +164,11 @@ pub(super) const AUTO: &str = "auto";
 impl Reconstruct {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
-        if let Some(path) = &self.picture {
-            refuse_other_endings(path, "png")?;
-        }
-        if let Some(path) = &self.error_map {
-            refuse_other_endings(path, "svg")?;
-            if self.against.is_none() {
-                let message = "there is no truth to err from; allowed: with --against CONFIG|BRDF";
-                return Err(Error::config("--error-map", message));
-            }
+        refuse_other_endings(self.picture.as_deref(), "png")?;
+        refuse_other_endings(self.error_map.as_deref(), "svg")?;
+        if self.error_map.is_some() && self.against.is_none() {
+            let message = "there is no truth to err from; allowed: with --against CONFIG|BRDF";
+            return Err(Error::config("--error-map", message));
         }
         let is_svg = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("svg");
         let is_table = |path: &&Path| !path.extension().is_some_and(is_svg);
@@ -272,8 +268,8 @@ impl Reconstruct {
             }
             Some(Truth::Readings(jury)) => {
                 let predicted = metrics::evaluate(brdf, jury.pairs());
-                let within =
-                    replicated.map(|r| jury.within(&predicted, &r.uncertainties(jury.pairs())));
+                let uncertainties = replicated.map(|r| r.uncertainties(jury.pairs()));
+                let within = uncertainties.map(|u| jury.within(&predicted, &u));
                 print_scores(&jury.errors(&predicted), within)?;
             }
             None => {}
@@ -298,9 +294,8 @@ impl Reconstruct {
         }
         if let Some(file) = &where_uncertain {
             let readings = made.uncertain_readings().map_err(failed)?;
-            return readings.map_or(Ok(()), |readings| {
-                file.write(&readings, &About::default(), Sequence::Generated)
-            });
+            let write = |m| file.write(&m, &About::default(), Sequence::Generated);
+            return readings.map_or(Ok(()), write);
         }
         let Some(path) = &self.uncertainty else {
             return Ok(());

@@ -158,8 +158,7 @@ impl ManPages {
         let Some(dir) = &self.output else {
             return print(&text(page(&command)?)?);
         };
-        let mut pages = Vec::new();
-        collect(&command, dir, &mut pages)?;
+        let pages = pages(&command, dir)?;
         for (path, _) in &pages {
             refuse_existing(path, self.force)?;
         }
@@ -170,19 +169,13 @@ impl ManPages {
 }
 
 /// The pages of a command and of those below it; `gonio help …` says what `--help` does.
-fn collect(
-    command: &Command,
-    dir: &Path,
-    pages: &mut Vec<(PathBuf, Vec<u8>)>,
-) -> Result<(), Error> {
+fn pages(command: &Command, dir: &Path) -> Result<Vec<(PathBuf, Vec<u8>)>, Error> {
     let name = command.get_display_name().unwrap_or(command.get_name());
-    pages.push((dir.join(format!("{name}.1")), page(command)?));
-    for inner in command.get_subcommands() {
-        if inner.get_name() != "help" {
-            collect(inner, dir, pages)?;
-        }
+    let mut all = vec![(dir.join(format!("{name}.1")), page(command)?)];
+    for inner in command.get_subcommands().filter(|c| c.get_name() != "help") {
+        all.extend(pages(inner, dir)?);
     }
-    Ok(())
+    Ok(all)
 }
 
 fn page(command: &Command) -> Result<Vec<u8>, Error> {

@@ -11,7 +11,7 @@ use gonio::experiment::{IDEAL, PlannedInstrument, Use, load_instrument};
 use gonio::geometry::Symmetry;
 use gonio::instrument::{self, Bench, Ideal, Instrument, InstrumentSpec};
 use gonio::measurement::About;
-use gonio::schedule::Visit;
+use gonio::schedule::{Itinerary, Visit};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -85,10 +85,7 @@ impl PyInstrument {
         };
         let folded = schedule.schedule.parametrization.symmetry();
         check(planned, folded, "the schedule")?;
-        let itinerary = py.detach(|| match &schedule.order {
-            Some(order) => bench.plan_given(&schedule.schedule, order),
-            None => bench.plan(&schedule.schedule, planned.use_of.order),
-        });
+        let itinerary = py.detach(|| itinerary(planned, &bench, schedule));
         let visits = &itinerary.visits;
         let all = PyDict::new(py);
         let floats = |of: &dyn Fn(&Visit) -> f64| PyArray1::from_iter(py, visits.iter().map(of));
@@ -133,6 +130,14 @@ impl PyInstrument {
 
     fn __repr__(&self) -> String {
         format!("<gonio.Instrument {}>", self.name())
+    }
+}
+
+/// The visits to the poses of a schedule, in its order if it has one.
+fn itinerary(planned: &PlannedInstrument, bench: &Bench, schedule: &PySchedule) -> Itinerary {
+    match &schedule.order {
+        Some(order) => bench.plan_given(&schedule.schedule, order),
+        None => bench.plan(&schedule.schedule, planned.use_of.order),
     }
 }
 
@@ -184,10 +189,7 @@ pub fn measure(
     };
     check(planned, folded, "the schedule")?;
     let (measurement, itinerary) = detached(py, || {
-        let mut itinerary = match &schedule.order {
-            Some(order) => bench.plan_given(poses, order),
-            None => bench.plan(poses, planned.use_of.order),
-        };
+        let mut itinerary = itinerary(planned, &bench, schedule);
         // What the schedule left out keeps its reason.
         itinerary.unreachable.extend(&schedule.lost);
         let measurement = bench.session(&itinerary, seed).measure(brdf, poses);
