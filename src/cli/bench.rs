@@ -75,7 +75,10 @@ impl Bench {
             tasks.push(Task::new(section, &settings, &mut output)?);
         }
         let seconds: f64 = tasks.iter().map(Task::seconds).sum();
-        note(&format!("gonio: takes about {}", shown(seconds)));
+        note(&match seconds {
+            s if s < 90.0 => format!("gonio: takes about {} s", s.ceil()),
+            s => format!("gonio: takes about {:.0} minutes", s / 60.0),
+        });
         output.progress = Progress::with_work((STEPS * seconds) as u64, "benches");
         self.measure(&tasks, &mut output)
     }
@@ -130,14 +133,6 @@ impl Bench {
     fn files(&self, section: &Section) -> Option<[PathBuf; 2]> {
         let dir = self.output.as_ref()?;
         Some(["csv", "svg"].map(|ending| dir.join(format!("bench-{}.{ending}", section.name))))
-    }
-}
-
-/// A time for people.
-fn shown(seconds: f64) -> String {
-    match seconds {
-        s if s < 90.0 => format!("{} s", s.ceil()),
-        s => format!("{:.0} minutes", s / 60.0),
     }
 }
 

@@ -138,10 +138,9 @@ impl Distortion {
     fn stretch(&self) -> Result<(), Error> {
         let pairs = pairs()?;
         let entries = parametrization::all();
-        let rows = entries
-            .iter()
-            .filter_map(|e| analysis::anisotropy(e, &pairs));
-        self.write(&rows.collect::<Vec<_>>(), stretch_table, Ok(()))
+        let row = |entry| analysis::anisotropy(entry, &pairs);
+        let rows: Vec<_> = entries.iter().filter_map(row).collect();
+        self.write(&rows, stretch_table, Ok(()))
     }
 
     /// Writes the rows and returns `outcome`; writes nothing after errors other than failed jobs.

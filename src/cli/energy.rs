@@ -131,7 +131,7 @@ fn filling(brdf: &dyn Brdf, light: Direction, channel: usize) -> f64 {
         }
     }
     let nearest = |hole: &DVec3| {
-        let towards = |(sensor, _): &&(DVec3, f64)| sensor.dot(*hole);
+        let towards = |(sensor, _): &(DVec3, f64)| sensor.dot(*hole);
         let nearest = known.iter();
         let nearest = nearest.max_by(|a, b| towards(a).total_cmp(&towards(b)));
         nearest.map_or(0.0, |(_, value)| *value)

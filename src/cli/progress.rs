@@ -4,7 +4,7 @@ use super::{is_quiet, say};
 use crate::brdf::{Brdf, ObservedBrdf, Presence};
 use crate::error::Error;
 use crate::experiment::{Event, Material};
-use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::{IsTerminal, stderr};
 use std::sync::Mutex;
@@ -25,30 +25,27 @@ pub(super) struct Progress {
 impl Progress {
     /// A bar of work that is not known yet.
     pub(super) fn new() -> Self {
-        let bar = ProgressBar::new(0);
-        let is_terminal = stderr().is_terminal();
-        if is_quiet() || !is_terminal {
-            bar.set_draw_target(ProgressDrawTarget::hidden());
-        } else {
-            let style = ProgressStyle::with_template("{bar:24} {percent:>3}%{left}  {wide_msg}");
-            // The template is a constant; the default style is what is left if it were wrong.
-            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-            bar.set_style(
-                style.with_key("left", |state: &ProgressState, out: &mut dyn Write| {
-                    // Before anything is done the time that is left is not known, and a bar has no errors to report.
-                    if state.pos() > 0 {
-                        let _ = write!(out, "  {:#} left", HumanDuration(state.eta()));
-                    }
-                }),
-            );
-            bar.enable_steady_tick(Duration::from_millis(200));
+        let mut progress = Self::hidden();
+        if is_quiet() {
+            return progress;
         }
-        let lines = !is_quiet() && !is_terminal;
-        Self {
-            bar,
-            done: 0.0,
-            last_line: lines.then(|| Mutex::new(Instant::now())),
+        if !stderr().is_terminal() {
+            progress.last_line = Some(Mutex::new(Instant::now()));
+            return progress;
         }
+        progress.bar = ProgressBar::new(0);
+        let style = ProgressStyle::with_template("{bar:24} {percent:>3}%{left}  {wide_msg}");
+        // The template is a constant; the default style is what is left if it were wrong.
+        let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+        let left = |state: &ProgressState, out: &mut dyn Write| {
+            // Before anything is done the time that is left is not known, and a bar has no errors to report.
+            if state.pos() > 0 {
+                let _ = write!(out, "  {:#} left", HumanDuration(state.eta()));
+            }
+        };
+        progress.bar.set_style(style.with_key("left", left));
+        progress.bar.enable_steady_tick(Duration::from_millis(200));
+        progress
     }
 
     /// Prints a line if it is time for one.

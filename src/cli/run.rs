@@ -223,7 +223,9 @@ impl Run {
         }
         let failed: usize = summary.failures.iter().map(|f| f.jobs).sum();
         if failed > 0 {
-            let jobs = jobs(plan, self.shard);
+            // Records that are made together are of one job.
+            let expected = plan.expected(self.shard);
+            let jobs = expected.chunk_by(|a, b| a.job == b.job).count();
             return Err(Error::JobsFailed { failed, jobs, path });
         }
         let mut text = format!("\n{} in {}", count_are(rows, "row"), path.display());
@@ -250,12 +252,6 @@ impl Run {
             None => stem,
         }
     }
-}
-
-/// Jobs of a run: records that are made together count once.
-fn jobs<E: Experiment>(plan: &E, shard: Option<Shard>) -> usize {
-    let expected = plan.expected(shard);
-    expected.chunk_by(|a, b| a.job == b.job).count()
 }
 
 /// Prints every job and whether it is done.

@@ -168,9 +168,9 @@ impl Report {
             each(curvature_radius)
         );
         if let (Some(beckmann), Some(ggx)) = (beckmann, ggx) {
+            let alpha = std::f64::consts::SQRT_2 * (sx * sy).sqrt();
             text += &format!(
-                "cumulative slopes are off by {beckmann:.3} from Beckmann's, {ggx:.3} from GGX of alpha {:.3}\n",
-                std::f64::consts::SQRT_2 * (sx * sy).sqrt()
+                "cumulative slopes are off by {beckmann:.3} from Beckmann's, {ggx:.3} from GGX of alpha {alpha:.3}\n"
             );
         }
         text += &format!("{}\n\n", self.optics);

@@ -136,6 +136,7 @@ fn sheet(
     let mut columns = Columns::new(
         "  symmetry\tdeclared\t>relative\t>pairwise\t>max log\t>compared\t>missing\tholds",
     );
+    let yes = |is: bool| if is { "yes" } else { "no" };
     for row in rows {
         columns.row(&format!(
             "  {}\t{}\t{}\t{}\t{}\t{}\t{}\t{}",
@@ -169,10 +170,6 @@ fn sheet(
         "savings": savings,
     });
     (text, object)
-}
-
-fn yes(is: bool) -> &'static str {
-    if is { "yes" } else { "no" }
 }
 
 /// Two digits are enough for an error.

@@ -133,10 +133,8 @@ pub(super) fn suspected(
     if suspects.is_empty() {
         return String::new();
     }
-    let (all, them) = (
-        count(suspects.len(), "reading"),
-        if suspects.len() == 1 { "it" } else { "them" },
-    );
+    let all = count(suspects.len(), "reading");
+    let them = if suspects.len() == 1 { "it" } else { "them" };
     let mut text = format!("left out: {all}, since all others contradict {them}\n");
     for suspect in suspects.iter().take(LISTED) {
         let pair = &measurement.schedule.poses[suspect.pose].pair;

@@ -3,7 +3,7 @@
 use crate::errors::{of_files, of_keys, refused, renamed, warn};
 use crate::given::detached;
 use crate::keys;
-use crate::run::{Stopped, config_source, kept};
+use crate::run::{config_source, kept};
 use crate::state::text;
 use crate::table::of_json;
 use gonio::Error;
@@ -72,19 +72,12 @@ pub fn advise<'py>(
     let mut interrupt = None;
     let advised = detached(py, || {
         let materials = AnyPlan::read(&source)?.into_moments();
-        asked.advise(materials, |plan| match kept(plan) {
-            Ok((rows, summary)) => Ok((rows, summary.failures)),
-            Err(Stopped::Refused(e)) => Err(e),
-            Err(Stopped::Interrupted(e)) => {
-                interrupt = Some(e);
-                let (rows, path) = (0, PathBuf::new());
-                Err(Error::Interrupted { rows, path })
-            }
+        asked.advise(materials, |plan| {
+            let (rows, summary) = kept(plan, &mut interrupt)?;
+            Ok((rows, summary.failures))
         })
     });
-    if let Some(e) = interrupt {
-        return Err(e);
-    }
+    interrupt.map_or(Ok(()), Err)?;
     let advised = advised?.map_err(|e| match e {
         Error::Data { .. } => of_files(e),
         e => renamed("instrument[0].file", "instrument")(refuse(e)),

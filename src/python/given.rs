@@ -219,13 +219,12 @@ impl Array {
             let [least, most] = axis.range;
             let inside = |x: &f64| (least..=most).contains(x);
             let increase = nodes.windows(2).all(|w| w[0] < w[1]);
-            match !nodes.is_empty() && increase && nodes.iter().all(inside) {
-                true => Ok(nodes),
-                false => Err(refused(format!(
-                    "{} = {nodes:?}; allowed: increasing numbers from {least} to {most}",
-                    axis.symbol
-                ))),
+            if nodes.is_empty() || !increase || !nodes.iter().all(inside) {
+                let allowed = format!("increasing numbers from {least} to {most}");
+                let name = axis.symbol;
+                return Err(refused(format!("{name} = {nodes:?}; allowed: {allowed}")));
             }
+            Ok(nodes)
         });
         let nodes: Vec<Vec<f64>> = nodes.collect::<PyResult<_>>()?;
         let array = numbers(values, "values")?;

@@ -151,9 +151,6 @@ fn made(
         origin: Origin::Readings,
         label: made.method.label(),
     };
-    let material = PyClassInitializer::from(material);
-    Py::new(
-        py,
-        material.add_subclass(PyReconstruction { made, measurement }),
-    )
+    let made = PyReconstruction { made, measurement };
+    Py::new(py, PyClassInitializer::from(material).add_subclass(made))
 }

@@ -17,14 +17,14 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 
 /// Keeps records, and stops at an interrupt of Python.
-struct Keep<R> {
+struct Keep<'i, R> {
     records: Vec<R>,
-    stopped: RefCell<Option<PyErr>>,
+    interrupt: RefCell<&'i mut Option<PyErr>>,
 }
 
-impl<R: Clone> Observer<R> for Keep<R> {
+impl<R: Clone> Observer<R> for Keep<'_, R> {
     fn cancelled(&self) -> bool {
-        !goes_on(&mut self.stopped.borrow_mut())
+        !goes_on(&mut self.interrupt.borrow_mut())
     }
 
     fn observe(&mut self, event: &Event<'_, R>) -> Result<(), Error> {
@@ -35,24 +35,22 @@ impl<R: Clone> Observer<R> for Keep<R> {
     }
 }
 
-/// Why an experiment did not end: its error, or an interrupt of Python.
-pub enum Stopped {
-    Refused(Error),
-    Interrupted(PyErr),
-}
-
 /// Runs an experiment without Python's lock: its records in the order they were made, and the run's summary.
-pub fn kept<E: Experiment>(plan: &E) -> Result<(Vec<E::Record>, Summary), Stopped> {
+/// [`Error::Interrupted`] after an interrupt of Python, which is left in `interrupt`.
+pub fn kept<E: Experiment>(
+    plan: &E,
+    interrupt: &mut Option<PyErr>,
+) -> Result<(Vec<E::Record>, Summary), Error> {
     let mut keep = Keep {
         records: Vec::new(),
-        stopped: RefCell::new(None),
+        interrupt: RefCell::new(interrupt),
     };
-    let summary = plan.run(&Extent::default(), &Known::default(), &mut keep);
-    let summary = summary.map_err(Stopped::Refused)?;
-    match keep.stopped.into_inner() {
-        Some(e) => Err(Stopped::Interrupted(e)),
-        None => Ok((keep.records, summary)),
+    let summary = plan.run(&Extent::default(), &Known::default(), &mut keep)?;
+    if keep.interrupt.into_inner().is_some() {
+        let (rows, path) = (0, PathBuf::new());
+        return Err(Error::Interrupted { rows, path });
     }
+    Ok((keep.records, summary))
 }
 
 /// Runs an experiment: its records in the order of results.
@@ -60,10 +58,10 @@ fn records<E: Experiment + Sync>(py: Python<'_>, plan: &E) -> PyResult<Vec<E::Re
 where
     E::Record: Send,
 {
-    let (mut records, summary) = detached(py, || kept(plan))?.map_err(|e| match e {
-        Stopped::Refused(e) => of_files(e),
-        Stopped::Interrupted(e) => e,
-    })?;
+    let mut interrupt = None;
+    let done = detached(py, || kept(plan, &mut interrupt))?;
+    interrupt.map_or(Ok(()), Err)?;
+    let (mut records, summary) = done.map_err(of_files)?;
     for Failure { job, reason, .. } in &summary.failures {
         let sentence = format!("{job}: {reason}");
         if records.is_empty() {
