@@ -195,7 +195,9 @@ impl Schedule {
         let Some(path) = &self.append else {
             return Ok(None);
         };
-        let readings = self.reading.read_all(&[path.clone()], &assumed())?;
+        let readings = self
+            .reading
+            .read_all(std::slice::from_ref(path), &assumed())?;
         for text in &readings.notes {
             note(&format!("gonio: {}: {text}", path.display()));
         }
