@@ -195,9 +195,8 @@ impl Schedule {
         let Some(path) = &self.append else {
             return Ok(None);
         };
-        let readings = self
-            .reading
-            .read_all(std::slice::from_ref(path), &assumed())?;
+        let paths = std::slice::from_ref(path);
+        let readings = self.reading.read_all(paths, &assumed())?;
         for text in &readings.notes {
             note(&format!("gonio: {}: {text}", path.display()));
         }
