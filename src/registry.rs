@@ -2,16 +2,12 @@
 //! reconstructions). A family's `all()` returns [`Entry`]s, and the config reader, `gonio list`,
 //! the help texts, the law tests and the benches all walk that list.
 //!
-//! A program that is built on this library adds members of its own with a family's `join`: they are
-//! then read from configs and listed like all others.
+//! A program that is built on this library adds members of its own with a family's `join`. With the feature `experiments`
+//! members are read from tables of TOML, and errors have their place in the text; without it from JSON objects.
 //!
-//! With the feature `experiments` members are read from tables of TOML, and errors know their place in
-//! the text; without it from JSON objects.
-//!
-//! A config table names its member by `kind`. Internally tagged serde enums lose key and line in
-//! TOML errors and let stray keys through on unit variants, so `kind` is taken out of the table
-//! first and the rest is deserialized into the member's own struct, whose
-//! `deny_unknown_fields` then sees every key with its position.
+//! A config table names its member by `kind`. Internally tagged serde enums lose key and line in TOML errors and let stray
+//! keys through on unit variants, so `kind` is taken out of the table first and the rest is deserialized into the member's
+//! own struct, whose `deny_unknown_fields` then sees every key with its position.
 
 use crate::error::{excerpt, one_of};
 use serde::de::IgnoredAny;

@@ -1,8 +1,6 @@
-//! The keys of a config with their values: ranges, and keys that exclude each other, are checked.
-//!
-//! Each table of a config is a plain struct that refuses unknown keys; each choice (material,
-//! sample set, reconstruction) is read by its own registry. Whether the choices fit each other is
-//! [`Plan`](super::Plan)'s business.
+//! The keys of a config with their values: ranges, and keys that exclude each other, are checked here, and whether the choices
+//! fit each other by [`Plan`](super::Plan). Each table is a plain struct that refuses unknown keys; each choice (material,
+//! sample set, reconstruction) is read by its own registry.
 
 use super::checks::{distinct, refuse_empty};
 use super::choices::MAX_BUDGET;
@@ -177,8 +175,7 @@ keys! {
         slices: bool = false;
         /// `results.parquet` beside `results.csv`: the same columns with their types.
         parquet: bool = false;
-        /// Seconds that each step of a job (planning, measuring, reconstructing) may be repeated for, so that its time has a
-        /// range; 0: never.
+        /// Seconds that each step of a job may be repeated for, so that its time has a range; 0: never.
         repeat_seconds: f64 = 0.002;
     }
 }

@@ -1,8 +1,5 @@
-//! Findings from rows: rankings, duels between levels of a factor, orders of convergence,
-//! and the share of the variance that each factor explains.
-//!
-//! Everything is paired over materials. Errors of several seeds are averaged first (geometrically):
-//! seeds are no materials.
+//! Findings from rows: rankings, duels between levels of a factor, orders of convergence, and the share of the variance that
+//! each factor explains. All is paired over materials; errors of several seeds are averaged first (geometrically).
 
 mod calibration;
 mod index;

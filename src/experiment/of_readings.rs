@@ -34,8 +34,7 @@ pub(super) const ENTRY: Entry<dyn BrdfSpec> = Entry {
     read: |table| Ok(Box::new(ReadingsSpec::read(table)?)),
 };
 
-/// The keys of a config, left out where [`Assume`] and the file say it. The reconstruction is taken out before, and listed for
-/// the message about an unknown key.
+/// The keys of a config, left out where [`Assume`] and the file say it; the reconstruction, which is listed, is taken out before.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {
@@ -71,8 +70,7 @@ pub struct ReadingsSpec {
     reconstruction: Option<Arc<dyn Reconstruct>>,
 }
 
-/// The keys of a material that is a file: a table in a format that is read, or readings under any name; `None` of another file,
-/// and of none.
+/// The keys of a material that is a file: a table in a format that is read, or readings under any name; `None` of others.
 pub fn keys_of_file(path: &Path) -> Option<registry::Keys> {
     match formats::of_file(path) {
         Some(format) if format.table.read.is_some() => {

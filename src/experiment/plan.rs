@@ -357,8 +357,7 @@ impl Plan {
         Ok(methods)
     }
 
-    /// A method in the coordinates of each schedule, where that is `asked` for or how it works; on sample sets of no parametrization,
-    /// in those of each that is not `named` beside.
+    /// A method in the coordinates of each schedule, if it is `asked` for; on sets of no parametrization in all not `named` beside.
     fn in_own(
         &self,
         method: &Arc<dyn Reconstruct>,

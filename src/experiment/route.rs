@@ -462,8 +462,7 @@ mod tests {
             for (i, tour) in tours.iter().enumerate() {
                 assert!(!tours[..i].contains(tour), "{set}");
             }
-            // The tour of a time is one of those that were tried, and the first budget tried is
-            // the same for all times.
+            // The tour of a time is one of those that were tried, which begin with the same budget.
             let mut schedules = router.schedules.0.iter();
             let first = schedules.find(|((_, budget, _, _), _)| *budget == FIRST);
             let poses = first.unwrap().1.poses;

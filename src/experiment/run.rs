@@ -1,8 +1,7 @@
 //! Runs a plan: schedule after schedule, all materials of a tile at once.
 //!
-//! Jobs run one after the other and the stages are parallel inside, so that a stage's time means
-//! something and no byte of the results but the seconds depends on the number of threads. As many
-//! materials are in memory as [`Extent::memory`] has room for.
+//! Jobs run one after the other and the stages are parallel inside, so that no byte of the results but the seconds depends on
+//! the number of threads. As many materials are in memory as [`Extent::memory`] has room for.
 
 mod follow;
 

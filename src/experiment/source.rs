@@ -1,8 +1,5 @@
-//! The text of a config with every `--set` applied, and the origin of each of its values:
-//! a line of the file, or the `--set` that put it there.
-//!
-//! Overrides are applied to the document before anything reads it, so that a value means the same
-//! and is refused in the same words wherever it was written.
+//! The text of a config with every `--set` applied before anything reads it, and the origin of each of its values: a line of
+//! the file, or the `--set` that put it there.
 
 use super::wording::{KeyPath, name_key};
 use crate::error::{Error, excerpt};

@@ -1,10 +1,8 @@
-//! Ratios of grids that are tuned: on materials that are not tested, once for each schedule that
-//! asks for it.
+//! Ratios of grids that are tuned: on materials that are not tested, once for each schedule that asks for it.
 //!
-//! The number of nodes along an axis for one along the last is found by coordinate descent: each
-//! is multiplied and divided by a step, and what errs less is kept; the step starts at 2 and
-//! becomes its root where nothing errs less, down to the fourth root of 2. What is
-//! minimised is the geometric mean of nrmse over the training materials.
+//! The number of nodes along an axis for one along the last is found by coordinate descent: each is multiplied and divided
+//! by a step, and what errs less is kept; the step starts at 2 and becomes its root where nothing errs less, down to the
+//! fourth root of 2. What is minimised is the geometric mean of nrmse over the training materials.
 
 use super::counts::{Built, Counters, Stage, Work};
 use super::materials::Material;

@@ -13,9 +13,8 @@
 //! pairs `energy` is the relative error of the hemisphere's albedo (within the mask): light from all of it reflected
 //! into all of it.
 //!
-//! Undefined ones are `None`, an empty cell in a table: all of them if no pair is left to
-//! compare, `nrmse` and `energy` also if the truth is black. A NaN would be written as text, survive into a
-//! median and compare false with every threshold; 0 would read as a perfect reconstruction.
+//! Undefined ones are `None`, an empty cell in a table: all of them if no pair is left to compare, `nrmse` and `energy` also
+//! if the truth is black.
 
 use super::{Judged, Quantity};
 use serde::Serialize;

@@ -63,8 +63,7 @@ pub struct Values {
 }
 
 impl Values {
-    /// The value at pair `index`; `None` if it is missing, or not finite and ≥ 0 as [`Brdf`] promises, which would blank out
-    /// every average.
+    /// The value at pair `index`; `None` if it is missing, or not finite and ≥ 0 as [`Brdf`] promises.
     #[inline]
     pub fn get(&self, index: usize) -> Option<f64> {
         let value = self.luminance[index];

@@ -1,7 +1,6 @@
 //! Sums that lose nothing.
 
-/// A running sum with Neumaier's compensation: correct to rounding whatever the number of terms,
-/// always in the order of the pairs, hence the same on any number of threads.
+/// A running sum with Neumaier's compensation, correct to rounding: in the order of the pairs, on any number of threads.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sum {
     sum: f64,

@@ -19,8 +19,7 @@ const RELATIVE: usize = 5;
 /// Weighted sums: of the weights, then of the terms in the order of [`terms`].
 pub(super) type Sums = [Sum; 1 + TERMS];
 
-/// ((g − f) cos)², (f cos)², the squared difference of cube roots, |Δ ln(f + ε)|, |Δ ln(1 + f cos)|, relative
-/// error, g − f, f.
+/// ((g − f) cos)², (f cos)², (Δ (f cos)^(1/3))², |Δ ln(f + ε)|, |Δ ln(1 + f cos)|, relative error, g − f, f.
 #[inline(always)]
 fn terms(f: f64, g: f64, cos: f64) -> [f64; TERMS] {
     let (f_cos, g_cos, difference) = (f * cos, g * cos, g - f);

@@ -1,12 +1,9 @@
 //! Shares of the test pairs that readings do not surround.
 //!
-//! Errors are those of the whole reconstruction, or a method would win by leaving hard pairs out. These
-//! shares stand beside them and say how much of the whole is extrapolated. They are facts of the
-//! poses that have a reading, and the same for every method.
-//!
-//! They are counted at 2000 pairs at most, spread over those that a comparison begins with: a search of
-//! neighbours for each would take twice the time of a run that interpolates on grids. The standard error of a
-//! share is at most 0.015.
+//! Errors are those of the whole reconstruction, or a method would win by leaving hard pairs out. These shares, which depend
+//! on the poses that have a reading and on no method, say how much of the whole is extrapolated. They are counted at 2000 pairs
+//! at most, as neighbours are sought for each, spread over those that a comparison begins with: their standard error is at
+//! most 0.015.
 
 use super::{Judged, Values, quantity::quantities};
 use crate::reconstruct::Coverage;

@@ -35,13 +35,11 @@ impl Bootstrap {
 
     /// A 95 % bootstrap interval of the mean of a population of which these values are a sample.
     ///
-    /// Percentiles of the means of 10 000 sets drawn with replacement, taken further out so that they
-    /// cover what they promise: a resampled mean spreads sqrt((n − 1)/n) too little, and has the
-    /// spread of n values only, which for normal values makes 95 % become 93 % at n = 24 and 87 % at
-    /// n = 6. The tail is Φ(−sqrt(n/(n − 1)) t), t the 97.5 % point of Student's t with n − 1 degrees
-    /// of freedom (Hesterberg, "What teachers should know about the bootstrap", Am. Stat. 69, 2015).
-    /// Bias correction and acceleration (BCa) do not mend this, and lose where tails are heavy, as
-    /// those of log ratios are: 90 % instead of 92 % for Student's t with 4 degrees at n = 24.
+    /// Percentiles of the means of 10 000 sets drawn with replacement, taken further out: a resampled mean spreads
+    /// sqrt((n − 1)/n) too little, and has the spread of n values only, so that 95 % of normal values become 93 % at n = 24
+    /// and 87 % at n = 6. The tail is Φ(−sqrt(n/(n − 1)) t), t the 97.5 % point of Student's t with n − 1 degrees of freedom
+    /// (Hesterberg, "What teachers should know about the bootstrap", Am. Stat. 69, 2015). BCa does not mend this, and loses
+    /// where tails are heavy, as those of log ratios are.
     ///
     /// Equal values in equal order and an equal seed give equal bits. `None` with fewer
     /// than [`FEWEST`] values or where one is not finite.

@@ -120,13 +120,10 @@ impl Paired {
 
     /// The verdict on A:
     ///
-    /// - *no difference*: the whole interval lies within the band, whatever p is: a difference that
-    ///   is sure and nothing to speak of does not matter;
-    /// - *better*, *worse*: the interval leaves out 1 and p is below [`SIGNIFICANCE`]. The interval
-    ///   asks for the mean of log ratios, the test for the side they lean to: one material of a
-    ///   hundred may carry the mean, and a hundredth of a percent on each may carry the test;
-    /// - else *undecided*, also where there is no interval or no p: six ratios other than 1 are the
-    ///   fewest that decide.
+    /// - *no difference*: the whole interval lies within the band, whatever p is;
+    /// - *better*, *worse*: the interval leaves out 1 and p is below [`SIGNIFICANCE`]. The interval asks for the mean of log
+    ///   ratios, which one material may carry, the test for the side they lean to, which next to nothing on each may carry;
+    /// - else *undecided*, also where there is no interval or no p: six ratios other than 1 are the fewest that decide.
     pub fn verdict(&self) -> Verdict {
         let Some([low, high]) = self.interval else {
             return Verdict::Undecided;

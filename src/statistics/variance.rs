@@ -27,20 +27,18 @@ pub struct Shares {
 /// Splits the variance of values among factors and pairs of factors, from rows of (a level of every
 /// factor, value); levels are any numbers, values usually ln error.
 ///
-/// Sums of squares of type II: a factor gets what it takes off the residual of a least-squares fit
-/// by all other factors and pairs without it; a pair what it takes off that by everything else. On
-/// balanced data (all combinations of levels, equally often) this is the classical decomposition,
-/// whatever the order of factors, and the shares add up to 1. On data with gaps it asks nothing of
-/// missing combinations, unlike type III, and does not depend on an order, unlike type I.
+/// Sums of squares of type II: a factor gets what it takes off the residual of a least-squares fit by all other factors and
+/// pairs without it; a pair what it takes off that by everything else. On balanced data (all combinations of levels, equally
+/// often) this is the classical decomposition, and the shares add up to 1. On data with gaps it asks nothing of missing
+/// combinations, unlike type III, and does not depend on an order, unlike type I.
 ///
-/// `None` with fewer than two rows, rows of different lengths, a value that is not finite, or values
-/// all equal.
+/// `None` with fewer than two rows, rows of different lengths, a value that is not finite, or values all equal.
 ///
 /// A factor is *crossed* where each of its levels has the same rows of the others. What is constant along it and what
 /// differs are orthogonal: terms without it see the means over its levels; it and its pairs see the deviations from
 /// these, a fit by single factors for each level. Cost: rows · factors² and for each level of a crossed factor
-/// factors · columns³ / 3 of the single factors; of those that are not crossed, rows · factors⁴ / 4 + factors² · columns³ / 12, where columns is about the number of cells of all two-way
-/// tables.
+/// factors · columns³ / 3 of the single factors; of those that are not crossed, rows · factors⁴ / 4 +
+/// factors² · columns³ / 12, where columns is about the number of cells of all two-way tables.
 pub fn variance_shares(rows: &[(&[usize], f64)]) -> Option<Shares> {
     let factors = rows.first()?.0.len();
     let whole = |(levels, value): &(&[usize], f64)| levels.len() == factors && value.is_finite();
