@@ -13,6 +13,7 @@ mod json;
 mod matrix;
 #[cfg(feature = "arrays")]
 mod npy;
+mod open;
 mod read;
 mod write;
 

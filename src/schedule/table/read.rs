@@ -8,7 +8,7 @@ use super::super::convention::{Conventions, NamedColumn, Unsaid};
 use super::super::names;
 use super::cells::Cells;
 use super::head::{self, Head};
-use super::{Cell, FileError, RowHash, ScheduleFormat, WORDS, matrix};
+use super::{Cell, FileError, RowHash, WORDS};
 use crate::brdf::marks::{Marks, is_among, is_mark, marks_among};
 use crate::error::{count, excerpt, meant};
 use rustc_hash::FxHashSet;
@@ -66,36 +66,6 @@ impl Table {
             name: name.into(),
             ..Self::default()
         }
-    }
-
-    /// Reads a text; `name` stands for it in messages. The columns are checked by `allowed`, which
-    /// gets the facts and gives our names of all columns that may be there.
-    ///
-    /// # Errors
-    /// A line that is no row of this table: cut, with a cell that is no finite number, or against
-    /// what the facts promise (`rows`, and the hash under `hash_key`).
-    pub(crate) fn read(
-        text: &str,
-        name: &str,
-        hash_key: &str,
-        conventions: &Conventions,
-        allowed: impl Fn(&Table) -> Result<Vec<String>, FileError>,
-    ) -> Result<Self, FileError> {
-        let mut table = Self::named(name);
-        let content = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let name_columns = |table: &mut Table, columns, line| {
-            table.name_columns(columns, line, conventions, &allowed)
-        };
-        if ScheduleFormat::of_text(text) == ScheduleFormat::JsonLines {
-            table.read_json(content, name_columns)?;
-        } else if let Some(separator) = matrix::separator(text) {
-            table.read_matrix(content, separator, name_columns)?;
-        } else {
-            table.read_csv(content, conventions, name_columns)?;
-        }
-        table.keeps_promises(hash_key, conventions.partial, text.ends_with('\n'))?;
-        table.settle_units()?;
-        Ok(table)
     }
 
     /// A fact of the header, or the error of one of another type.
@@ -244,7 +214,7 @@ impl Table {
 
     /// Checks the rows against the facts; of a part of them there is no hash. Of the last row digits
     /// may be missing, unless it `ended`.
-    fn keeps_promises(
+    pub(super) fn keeps_promises(
         &mut self,
         hash_key: &str,
         partial: bool,
@@ -290,7 +260,7 @@ impl Table {
     }
 
     /// Names the columns, each once and each known.
-    fn name_columns(
+    pub(super) fn name_columns(
         &mut self,
         labels: Vec<String>,
         line: usize,
@@ -357,7 +327,7 @@ impl Table {
     }
 
     /// Finds the units that nothing names in the numbers, and brings all numbers to ours.
-    fn settle_units(&mut self) -> Result<(), FileError> {
+    pub(super) fn settle_units(&mut self) -> Result<(), FileError> {
         for unsaid in [Unsaid::Angle, Unsaid::Wavelength] {
             let is_of = |d: &usize| self.named[*d].unsaid == Some(unsaid);
             let columns: Vec<usize> = (0..self.named.len()).filter(is_of).collect();
@@ -392,7 +362,7 @@ impl Table {
         Ok(())
     }
 
-    fn read_csv(
+    pub(super) fn read_csv(
         &mut self,
         text: &str,
         conventions: &Conventions,
