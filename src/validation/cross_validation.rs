@@ -101,7 +101,7 @@ impl<'a> CrossValidation<'a> {
                 done();
                 predicted
             };
-            // Of all groups, that of several errors the first is given.
+            // Of several errors the first one counts.
             let predicted: Vec<Result<_, _>> = parts.par_iter().map(predict).collect();
             let predicted = predicted.into_iter().collect::<Result<Vec<_>, _>>()?;
             let predicted = self.in_order_of_judges(&predicted);
