@@ -1,6 +1,6 @@
 //! The diagrams of a moment experiment, after the figures of Zubiaga et al. 2015, and those of relations.
 
-use super::relations::FORMS;
+use super::relations::{FORMS, Moment};
 use super::tables::{energy_errors, mean_errors, variance_errors};
 use crate::error::count;
 use crate::experiment::moments::{Group, MaterialProfiles, ProfileFits, degrees};
@@ -394,7 +394,7 @@ fn vanishing(panel: &Panel) -> Option<f64> {
 const COLORS: [usize; 3] = [1, 6, 3];
 
 fn rendered_over_views(rows: &[RelationRow]) -> Vec<Panel> {
-    let moments: [(_, fn(AngleMoments) -> f64); 3] = [
+    let moments: [Moment; 3] = [
         ("energy", |m| m.energy),
         ("mean (°)", |m| m.mean.to_degrees()),
         // Of a form that can be negative it has none.
@@ -402,10 +402,10 @@ fn rendered_over_views(rows: &[RelationRow]) -> Vec<Panel> {
             m.variance.max(0.0).sqrt().to_degrees()
         }),
     ];
-    let panel = |(label, value): (&str, fn(AngleMoments) -> f64)| {
+    let panel = |(label, value): Moment| {
         let points = |of: &dyn Fn(&Relation) -> Option<AngleMoments>| -> Vec<Point> {
             let all = rows.iter().map(|row| &row.relation);
-            all.map(|r| (degrees(r.theta_o), of(r).map(value)))
+            all.map(|r| (degrees(r.theta_o), of(r).as_ref().map(value)))
                 .collect()
         };
         let rendered = points(&|r| r.rendered);

@@ -12,7 +12,7 @@ use serde_json::{Map, Value};
 pub(super) type Form = (&'static str, fn(&Relation) -> Option<Prediction>);
 
 /// A moment, with its name.
-type Moment = (&'static str, fn(&AngleMoments) -> f64);
+pub(super) type Moment = (&'static str, fn(&AngleMoments) -> f64);
 
 /// The forms, in the order of the columns.
 pub(super) const FORMS: [Form; 3] = [
