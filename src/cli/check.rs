@@ -13,7 +13,6 @@ use crate::experiment::{
 use crate::formats::of_file;
 use crate::geometry::Symmetry;
 use crate::instrument;
-use crate::metrics::MetricsSpec;
 use crate::report::Columns;
 use clap::Args;
 use indicatif::HumanDuration;
@@ -154,16 +153,12 @@ impl Description {
             count(jobs, "reconstruction"),
             count(jobs * plan.measures.len(), "row"),
         ))?;
-        let MetricsSpec {
-            pairs,
-            max_pairs,
-            tolerance,
-            ..
-        } = plan.metrics;
+        let metrics = &plan.metrics;
         self.facts(json!({
-            "reconstructions": names, "measures": measures, "pairs": pairs, "max_pairs": max_pairs,
-            "tolerance": tolerance, "seeds": plan.seeds, "schedule_count": used.len(),
-            "reconstruction_count": jobs, "row_count": jobs * plan.measures.len(),
+            "reconstructions": names, "measures": measures, "pairs": metrics.pairs,
+            "max_pairs": metrics.max_pairs, "tolerance": metrics.tolerance, "seeds": plan.seeds,
+            "schedule_count": used.len(), "reconstruction_count": jobs,
+            "row_count": jobs * plan.measures.len(),
         }));
         self.time(plan, plan.seconds_by_method(&used))?;
         if let Some(table) = &plan.moments {

@@ -151,9 +151,9 @@ impl Run {
         if let Some(shard) = self.shard
             && RunFolder::<E::Record>::is_whole(&dir)
         {
-            let message =
-                format!("a whole run is here, of which --shard {shard} would leave a part");
-            let message = message + "; choose another folder with -o";
+            let message = format!(
+                "a whole run is here, of which --shard {shard} would leave a part; choose another folder with -o"
+            );
             return Err(Error::output(dir, message));
         }
         let stop = stop_flag("; finished rows are kept, and the same command resumes from them");
