@@ -31,6 +31,7 @@ fn profiles(brdf: &dyn Brdf, estimator: &dyn Estimator) -> MaterialProfiles {
         material_key: String::new(),
         group: "test".into(),
         profiles: channels.map(profile).into(),
+        further: Vec::new(),
         seconds: vec![0.0; 2],
         clamping: None,
     }
