@@ -75,7 +75,8 @@ keys! {
         target: Option<Target> = None;
         /// A moment of slices that poses are chosen for in place of the BRDF, e.g. `variance=5%` or `energy_40_70=1%`; by `uncertainty`,
         /// and from 512 poses on, it only ends them: once what the error of nine of ten materials is below has reached the level, no pose is
-        /// asked for. At level 0, and by `a-optimal`, which chooses before the first reading, they go on.
+        /// asked for; with a target both are to be reached. At level 0 they go on, as with `a-optimal`, which chooses before the first reading. The
+        /// smallest value of the slice at 45° is taken off as a diffuse part, views are at azimuth 0, and `weight` and `mask_deg` do not count.
         #[serde(rename = "for", skip_serializing_if = "Option::is_none")]
         moment: Option<MomentAim> = None;
     }
@@ -128,7 +129,7 @@ fn entry<const RULE: usize>() -> Entry<dyn Planner> {
         examples: &[
             "",
             "weight = 0.4\nmask_deg = 75\nprior = \"built-in\"",
-            "for = \"variance=5%\"",
+            "for = \"variance=0\"",
         ],
         read: |table| {
             let aim = registry::parse(table)?;
@@ -155,6 +156,11 @@ impl Greedy {
             coordinates: self.aim.coordinates.clone(),
             ..Kriging::default()
         }
+    }
+
+    /// The moment that poses are chosen for.
+    fn chosen_for(&self) -> Option<MomentAim> {
+        self.aim.moment.filter(|_| self.rule != Rule::Uncertainty)
     }
 
     /// Candidates for `n` poses after those of a measurement: others in every round.
@@ -188,7 +194,7 @@ impl Greedy {
         let process = supposed(process, so_far);
         let process = process.ok_or_else(|| self.singular(asked))?;
         let candidates = process.places(&field.pairs());
-        let for_moment = self.aim.moment.filter(|_| n <= MOST_COMPARED);
+        let for_moment = self.chosen_for().filter(|_| n <= MOST_COMPARED);
         let for_moment = for_moment.and_then(|aim| {
             let sums = lobes().flat_map(|lobe| aim.sums(&lobe)).collect::<Vec<_>>();
             moments::choose(&process, &sums, &candidates, task.wanted(n))
@@ -260,7 +266,7 @@ impl Greedy {
             _ => None,
         };
         let few = asked < MANY && n <= MOST_COMPARED;
-        let for_moment = self.aim.moment.filter(|_| few).and_then(|aim| {
+        let for_moment = self.chosen_for().filter(|_| few).and_then(|aim| {
             let logs = |pairs: &[DirectionPair]| process.likely_most(&process.places(pairs));
             let expected = OfLogs {
                 symmetry: task.form.symmetry(),
@@ -326,6 +332,15 @@ impl SampleSet for Greedy {
         in_closed("weight", self.aim.weight, 0.0, 1.0)?;
         in_closed("mask_deg", self.aim.mask_deg, LEAST_MASK, 90.0)?;
         self.kriging().check()?;
+        if self.rule == Rule::AOptimal
+            && let Some(aim) = self.aim.moment.filter(|aim| aim.level > 0.0)
+        {
+            let allowed = format!(
+                "{}=0: its poses are chosen before the first reading",
+                aim.name()
+            );
+            return Err(ParameterError::new("for", format!("\"{aim}\""), allowed));
+        }
         let Some(target) = self.aim.target else {
             return Ok(());
         };
@@ -379,13 +394,10 @@ impl Planner for Greedy {
         let Some(forecast) = is_asked.then(|| self.forecast(task, so_far, &[])).flatten() else {
             return false;
         };
-        let readings = so_far.readings();
-        let bound = forecast.now.bound(readings);
-        let known = |moment: MomentForecast| moment.is_reached(readings);
-        self.aim
-            .target
-            .is_none_or(|target| target.is_reached(&bound))
-            && aim.is_none_or(|_| forecast.moment.is_some_and(known))
+        let bound = forecast.now.bound(so_far.readings());
+        let is_reached = |target: Target| target.is_reached(&bound);
+        self.aim.target.is_none_or(is_reached)
+            && aim.is_none_or(|_| forecast.moment.is_some_and(|moment| moment.is_reached()))
     }
 
     fn forecast(&self, task: &Task<'_>, so_far: &Measurement, next: &[Pose]) -> Option<Forecast> {
@@ -405,10 +417,7 @@ impl Planner for Greedy {
             next => errors(next)?,
         };
         let moment = self.aim.moment.and_then(|aim| {
-            let logs = |pairs: &[DirectionPair]| {
-                let known = mixture.predict(pairs).into_iter();
-                known.map(|known| known.mean).collect()
-            };
+            let logs = |pairs: &[DirectionPair]| mixture.means(pairs);
             let symmetry = task.form.symmetry();
             let sums = aim.sums(&OfLogs { symmetry, logs });
             let error = |read: &[DirectionPair]| {

@@ -10,6 +10,7 @@ use crate::brdf::{Brdf, Channels, Presence};
 use crate::error::{ParameterError, one_of};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::moments::{Channel, Influences, MomentErrors, Slice, VIEW_BANDS, lambertian_part};
+use crate::parametrization::VIEW_CENTERED_AREA;
 use crate::reconstruct::{EPSILON, Places, Posterior};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -24,8 +25,16 @@ const VIEWS: usize = 6;
 /// Elevation of views, at most, degrees: beyond it is what no arm reads.
 const LAST_VIEW: f64 = 85.0;
 
-/// Largest level of an error.
-const MOST_LEVEL: f64 = 180.0;
+/// Energy of a slice without its diffuse part, over that of this part, up to which it is matte: what is left of it is rounding, or
+/// ripples of an estimate, and has no moments.
+const LEAST_LOBE: f64 = 0.01;
+
+/// Largest level of each error, in the order of [`MomentErrors::QUANTITIES`].
+const MOST_LEVEL: [f64; MomentErrors::COUNT] = [1.0, 90.0, 1.0, 1.0, 10.0, 100.0];
+
+/// Errors that are shares, which a percentage may stand for, and the one in degrees.
+const SHARES: [usize; 3] = [0, 2, 3];
+const DEGREES: usize = 1;
 
 /// What the names of columns of errors of moments begin with, which is left out here.
 const PREFIX: &str = "moment_";
@@ -39,7 +48,7 @@ pub struct MomentAim {
     band: usize,
     /// Position of its error in [`MomentErrors::QUANTITIES`].
     of: usize,
-    /// The error up to which it is known well enough, in [0, 180]; at 0 readings go on.
+    /// The error up to which it is known well enough; at 0 readings go on.
     pub level: f64,
 }
 
@@ -87,7 +96,7 @@ impl MomentAim {
         let views: Vec<f64> = self.views().collect();
         let of = |view: &f64| {
             let slice = Slice::new(brdf, channel, *view).ok()?.without(diffuse);
-            MomentErrors::influences(&slice, self.of)
+            MomentErrors::influences(&slice, self.of, LEAST_LOBE * diffuse * VIEW_CENTERED_AREA)
         };
         views.par_iter().filter_map(of).collect()
     }
@@ -96,16 +105,14 @@ impl MomentAim {
     pub(super) fn sums(&self, brdf: &dyn Brdf) -> Vec<Influences> {
         let mut all = self.influences(brdf);
         for Influences { pairs, weights } in &mut all {
-            let mut values = vec![0.0; pairs.len()];
-            brdf.eval_batch(
-                pairs,
-                &mut values,
-                &mut vec![Presence::Missing; pairs.len()],
-            );
+            let channels = brdf.channels();
+            let mut values = vec![0.0; pairs.len() * channels.count()];
+            let mut presence = vec![Presence::Missing; pairs.len()];
+            brdf.eval_batch(pairs, &mut values, &mut presence);
+            let values = values.chunks(channels.count());
+            let shifted: Vec<f64> = values.map(|f| channels.luminance(f) + EPSILON).collect();
             for sum in weights {
-                sum.iter_mut()
-                    .zip(&values)
-                    .for_each(|(w, f)| *w *= f + EPSILON);
+                sum.iter_mut().zip(&shifted).for_each(|(w, f)| *w *= f);
             }
         }
         all
@@ -127,7 +134,7 @@ impl FromStr for MomentAim {
             name
         };
         let refused = || {
-            let allowed = one_of(name, Self::names());
+            let allowed = one_of(name, std::iter::once("variance").chain(Self::names()));
             ParameterError::new("for", format!("\"{text}\""), allowed)
         };
         let mut errors = VIEW_BANDS.iter().enumerate().flat_map(|(band, _)| {
@@ -147,20 +154,23 @@ impl FromStr for MomentAim {
                 )
             })?,
             Some(level) => {
-                let (number, share) = match level.strip_suffix('%') {
-                    Some(number) => (number, 0.01),
-                    None => (level.trim_end_matches(['°']).trim_end_matches("deg"), 1.0),
+                let (is_share, is_angle) = (SHARES.contains(&found.of), found.of == DEGREES);
+                let (number, per) = match level.strip_suffix('%').filter(|_| is_share) {
+                    Some(number) => (number, 100.0),
+                    None => {
+                        let angle = level.strip_suffix('°').or(level.strip_suffix("deg"));
+                        (angle.filter(|_| is_angle).unwrap_or(level), 1.0)
+                    }
                 };
                 let number = number.trim().parse::<f64>().ok();
-                let level = number.map(|n| n * share);
-                level
-                    .filter(|n| (0.0..=MOST_LEVEL).contains(n))
-                    .ok_or_else(|| {
-                        let allowed = format!(
-                            "{name}=LEVEL with a level in [0, {MOST_LEVEL}], as 0.05 or 5%"
-                        );
-                        ParameterError::new("for", format!("\"{text}\""), allowed)
-                    })?
+                let most = MOST_LEVEL[found.of];
+                // −0 is 0.
+                let level = number.map(|n| n / per + 0.0);
+                level.filter(|n| (0.0..=most).contains(n)).ok_or_else(|| {
+                    let example = if is_share { ", as 0.05 or 5%" } else { "" };
+                    let allowed = format!("{name}=LEVEL, a number from 0 to {most}{example}");
+                    ParameterError::new("for", format!("\"{text}\""), allowed)
+                })?
             }
         };
         Ok(found.to(level))
@@ -199,19 +209,20 @@ pub struct MomentForecast {
     pub then: f64,
 }
 
-/// Ratios of true and expected errors of moments that nine of ten materials are below, by the number of readings.
-const NINTH: [(f64, f64); 1] = [(8.0, 1.0)];
+/// Ratios of true and expected errors that nine of ten tables are below, in the order of [`MomentErrors::QUANTITIES`], at 12 to 140
+/// readings: beside what readings leave open an error has what linear sums, the kernel and the diffuse part err by.
+/// [`docs::moments`](crate::docs::moments) says how they were found.
+const NINTH: [f64; MomentErrors::COUNT] = [4.0, 2.2, 2.2, 2.5, 2.3, 4.5];
 
 impl MomentForecast {
-    /// What the error of nine of ten materials is below, where so much is expected of so many readings.
-    pub fn bound(expected: f64, readings: usize) -> f64 {
-        let after = NINTH.iter().find(|(n, _)| *n >= readings as f64);
-        expected * after.unwrap_or(&NINTH[NINTH.len() - 1]).1
+    /// What the errors of nine of ten materials are below, now and then.
+    pub fn bounds(&self) -> [f64; 2] {
+        [self.now, self.then].map(|error| NINTH[self.aim.of] * error)
     }
 
     /// True if what the error of nine of ten materials is below has reached the level.
-    pub(super) fn is_reached(&self, readings: usize) -> bool {
-        Self::bound(self.now, readings) <= self.aim.level
+    pub(super) fn is_reached(&self) -> bool {
+        self.bounds()[0] <= self.aim.level
     }
 }
 
@@ -272,11 +283,13 @@ fn targets(
 
 /// What a little less of each variance is worth: the derivative of the sum over views of the root of the sum over components.
 fn worth(counts: &[usize], variances: &[f64], out: &mut [f64]) {
+    // A view that is known to the last digit is worth no more than others.
+    let least = 1e-6 * variances.iter().fold(1e-200, |a: f64, v| a.max(*v)).sqrt();
     let mut first = 0;
     for count in counts {
         let of = first..first + count;
         let error = variances[of.clone()].iter().sum::<f64>().sqrt();
-        out[of].fill(0.5 / error.max(1e-150));
+        out[of].fill(0.5 / error.max(least));
         first += count;
     }
 }

@@ -191,7 +191,8 @@ pub fn savings(symmetry: Symmetry) -> Vec<Saving> {
             for (i, (inside, axis)) in inside.iter_mut().zip(&folded).enumerate() {
                 *inside = axis.range[0] + (0.31 + 0.1 * i as f64) * axis.length();
             }
-            let copies = entry.form(symmetry).images(&inside).len();
+            let form = entry.form(symmetry);
+            let copies = form.images(&inside).len();
             let mut shortened = 1.0;
             let mut folds: Vec<String> = Vec::new();
             for (full, folded) in full.iter().zip(&folded) {
@@ -204,7 +205,10 @@ pub fn savings(symmetry: Symmetry) -> Vec<Saving> {
             // What no range shows: spherical coordinates keep one of (i, o) and (o, i).
             if shortened < 0.75 * copies as f64 {
                 let radial = [folded[0].symbol, folded[folded.len() / 2].symbol];
-                folds.push(radial.join(" ≥ "));
+                folds.push(match form.facts().exchange {
+                    true => radial.join(" ≥ "),
+                    false => "one image of each pair".into(),
+                });
             }
             Saving {
                 parametrization: entry.kind,

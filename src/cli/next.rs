@@ -44,7 +44,7 @@ pub(super) struct Next {
     /// The planner, see `gonio list planners`
     #[arg(long, value_name = "KIND", default_value = "adaptive")]
     planner: String,
-    /// Choose poses for a moment of slices instead, until its error is below a level: variance=5%, mean_deg_40_70=1,
+    /// Choose poses for a moment of slices without their diffuse part instead, until its error is below a level: variance=5%, mean_deg_40_70=1,
     /// energy (of its own level, 1 %); at 0 without a stop
     #[arg(long = "for", value_name = "MOMENT[=LEVEL]")]
     moment: Option<MomentAim>,
@@ -124,9 +124,9 @@ impl Next {
         let batch = batch.map_err(|e| Error::infeasible("--batch", e))?;
         let (schedule, readings) = (&batch.schedule, batch.readings);
         if batch.is_enough {
-            let known = batch.forecast.map(|f| match f.moment {
-                Some(moment) => of_moment(&moment, moment.now, readings),
-                None => with_bound(&f.now, readings),
+            let known = batch.forecast.map(|f| {
+                let of_moment = f.moment.map(|m| format!(", {}", of_moment(&m)[0]));
+                with_bound(&f.now, readings) + &of_moment.unwrap_or_default()
             });
             if self.output.is_file() {
                 // To be replaced by nothing: its poses are not to be read again.
@@ -186,11 +186,16 @@ impl Next {
         }
         let both = [(now, readings), (then, readings + chosen)];
         let [now, then] = both.map(|(errors, readings)| with_bound(errors, readings));
-        let of = |error: fn(&MomentForecast) -> f64, readings| {
-            let text = moment.as_ref().map(|m| of_moment(m, error(m), readings));
-            text.map_or(String::new(), |text| format!(", {text}"))
-        };
-        let [more_now, more_then] = [of(|m| m.now, readings), of(|m| m.then, readings + chosen)];
+        if let (Some(aim), None) = (self.moment, moment) {
+            note(&format!(
+                "gonio: {} of these readings is not defined: the material is matte or black; poses are those for the BRDF",
+                aim.column()
+            ));
+        }
+        let more = moment.as_ref().map(of_moment);
+        let [more_now, more_then] = more.map_or_else(Default::default, |more| {
+            more.map(|text| format!(", {text}"))
+        });
         print(&format!("now: {now}{more_now}\nthen: {then}{more_then}\n"))
     }
 
@@ -235,13 +240,12 @@ impl Next {
     }
 }
 
-/// An expected error of a moment, with what nine of ten are below.
-fn of_moment(moment: &MomentForecast, expected: f64, readings: usize) -> String {
-    let bound = MomentForecast::bound(expected, readings);
-    format!(
-        "{} {expected:.4} (upper bound {bound:.4})",
-        moment.aim.column()
-    )
+/// The expected errors of a moment, now and then, with what nine of ten are below.
+fn of_moment(moment: &MomentForecast) -> [String; 2] {
+    let bounds = moment.bounds();
+    let both = [(moment.now, bounds[0]), (moment.then, bounds[1])];
+    let name = moment.aim.column();
+    both.map(|(expected, bound)| format!("{name} {expected:.4} (upper bound {bound:.4})"))
 }
 
 /// How often the tile is read: a batch that follows at once needs no reading of it at its start.

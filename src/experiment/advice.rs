@@ -108,6 +108,12 @@ impl AdviceSpec {
         let materials = self.materials(materials)?;
         let (allowance, is_enough) = match (self.allowance, self.moment) {
             (Some(allowance), _) => (allowance, None),
+            (None, Some(aim)) if aim.level == 0.0 => {
+                let message = format!(
+                    "for = \"{aim}\": allowed is a level above 0, or a number of poses beside it"
+                );
+                return Err(Error::config("gonio advise", message));
+            }
             (None, Some(aim)) => {
                 let found = self.least(aim, &materials, &mut run)?;
                 let most = TRIED[TRIED.len() - 1];
@@ -148,11 +154,13 @@ impl AdviceSpec {
         let (rows, _) = run(&Plan::read(&Source::new("gonio advise", text))?)?;
         let is_enough = |budget: &usize| {
             let mine = rows.iter().filter(|r| r.budget == *budget);
-            let errors: Vec<f64> = mine.filter_map(|r| self.metric().error(r)).collect();
-            let within = errors.iter().filter(|e| **e <= aim.level).count();
-            within > 0 && within as f64 >= WITHIN * errors.len() as f64
+            let errors = mine.filter_map(|r| self.metric().error(r));
+            let within = errors.filter(|e| *e <= aim.level).count();
+            within as f64 >= WITHIN * materials.tried as f64
         };
-        Ok(TRIED.into_iter().find(is_enough))
+        // More readings are to be enough too.
+        let enough = TRIED.iter().rev().take_while(|budget| is_enough(budget));
+        Ok(enough.last().copied())
     }
 
     /// The error that choices are ranked by.
@@ -352,19 +360,22 @@ impl AdviceSpec {
 
     /// Adds planners and reconstructions with a prior of other materials.
     fn add_prior(&self, config: &mut Table, planners: bool, prior: &str) {
-        let mut add = |key: &str, kind: &str| {
-            let keys = [("kind", kind), ("prior", prior)];
-            let table = keys.map(|(key, value)| (key.to_owned(), Value::from(value)));
+        let mut add = |key: &str, mut table: Table| {
+            table.insert("prior".into(), prior.into());
             if let Some(Value::Array(list)) = config.get_mut(key) {
-                list.push(Table::from_iter(table).into());
+                list.push(table.into());
             }
         };
+        let of_kind = |kind: &str| Table::from_iter([("kind".to_owned(), Value::from(kind))]);
         if planners {
-            add("sample_set", "adaptive");
+            add("sample_set", of_kind(ADAPTIVE));
+            if let Some(aim) = self.moment {
+                add("sample_set", for_moment(ADAPTIVE, aim));
+            }
         }
         // Beyond it is left out; how many a time allows for is not known yet.
         if self.poses().is_none_or(|n| n <= TRUSTED) {
-            add("reconstruction", KRIGING);
+            add("reconstruction", of_kind(KRIGING));
         }
     }
 }

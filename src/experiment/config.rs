@@ -407,6 +407,11 @@ pub(super) fn check_quantities(config: &Config<'_>) -> Result<bool, Error> {
         return Err(source.place("moments").problem(predicate));
     }
     moments.check(source)?;
+    if moments.spec.azimuths > 1 {
+        let allowed = "1 where reconstructions are compared: of views at azimuth 0";
+        let at = source.place("moments.azimuths");
+        return Err(at.refused(moments.spec.azimuths, allowed));
+    }
     let at = source.place("moments.channels");
     match moments.spec.channels.as_slice() {
         [channel]

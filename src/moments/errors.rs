@@ -106,11 +106,12 @@ impl MomentErrors {
     }
 
     /// What small errors of f at pairs of a slice shift an error of [`QUANTITIES`](Self::QUANTITIES) by, `of` its position: for each
-    /// component of its order a sum Σ w f, in the unit of the error. `None` of a slice whose moments of that order are not defined.
-    pub(crate) fn influences(slice: &Slice<'_>, of: usize) -> Option<Influences> {
+    /// component of its order a sum Σ w f, in the unit of the error. `None` of a slice whose moments of that order are not defined, or whose
+    /// energy is `least` or less.
+    pub(crate) fn influences(slice: &Slice<'_>, of: usize, least: f64) -> Option<Influences> {
         let nodes = nodes(slice);
         let moments = at_nodes(slice, &nodes);
-        let alpha = moments.energy().filter(|alpha| *alpha > 0.0)?;
+        let alpha = moments.energy().filter(|alpha| *alpha > least)?;
         let Sums { pairs, mut weights } = Sums::new(slice, &moments, alpha, &nodes);
         let order = [0, 1, 1, 2, 3, 4][of];
         let mut all = Vec::new();

@@ -55,6 +55,15 @@ impl MomentsSpec {
     /// Most view azimuths that are allowed.
     const MAX_AZIMUTHS: usize = 360;
 
+    /// The view azimuths after the first of a BRDF, rad: none of an isotropic one.
+    pub fn further_azimuths(&self, brdf: &dyn Brdf) -> impl Iterator<Item = f64> + use<> {
+        let n = match brdf.symmetry().isotropic {
+            true => 1,
+            false => self.azimuths,
+        };
+        (1..n).map(move |k| k as f64 / n as f64 * TAU)
+    }
+
     /// Checks every key.
     ///
     /// # Errors
@@ -143,28 +152,28 @@ impl Profile {
         estimator: &dyn Estimator,
         seed: u64,
     ) -> Result<Self, ParameterError> {
-        Self::made(brdf, channel, spec, estimator, seed, (0.0, None))
+        spec.check()?;
+        let diffuse = match spec.split {
+            Split::None => 0.0,
+            Split::Minimum => lambertian_part(brdf, channel)?,
+        };
+        Self::made(brdf, (channel, 0.0, diffuse), spec, estimator, seed, None)
     }
 
-    /// The profiles of the view azimuths of `spec` after the first, which is that of [`new`](Self::new); none of an isotropic BRDF.
+    /// The profile of views at another azimuth, rad, without the same diffuse part.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn at_further_azimuths(
+    pub fn at_azimuth(
+        &self,
+        azimuth: f64,
         brdf: &dyn Brdf,
-        channel: Channel,
         spec: &MomentsSpec,
         estimator: &dyn Estimator,
         seed: u64,
-    ) -> Result<Vec<Self>, ParameterError> {
-        let n = match brdf.symmetry().isotropic {
-            true => 1,
-            false => spec.azimuths,
-        };
-        let azimuths = (1..n).map(|k| k as f64 / n as f64 * TAU);
-        azimuths
-            .map(|phi| Self::made(brdf, channel, spec, estimator, seed, (phi, None)))
-            .collect()
+    ) -> Result<Self, ParameterError> {
+        let at = (self.channel, azimuth, self.diffuse);
+        Self::made(brdf, at, spec, estimator, seed, None)
     }
 
     /// The profile of a reconstruction, which is compared with that of its truth, of the same views: the diffuse part of the truth is
@@ -182,25 +191,20 @@ impl Profile {
         estimator: &dyn Estimator,
         seed: u64,
     ) -> Result<Self, ParameterError> {
-        let at = (truth.azimuth, Some(truth));
-        Self::made(brdf, truth.channel, spec, estimator, seed, at)
+        let at = (truth.channel, truth.azimuth, truth.diffuse);
+        Self::made(brdf, at, spec, estimator, seed, Some(truth))
     }
 
     fn made(
         brdf: &dyn Brdf,
-        channel: Channel,
+        (channel, azimuth, diffuse): (Channel, f64, f64),
         spec: &MomentsSpec,
         estimator: &dyn Estimator,
         seed: u64,
-        (azimuth, truth): (f64, Option<&Self>),
+        truth: Option<&Self>,
     ) -> Result<Self, ParameterError> {
         spec.check()?;
         assert!(truth.is_none_or(|truth| truth.views == spec.view_angles()));
-        let diffuse = match (truth, spec.split) {
-            (Some(truth), _) => truth.diffuse,
-            (None, Split::None) => 0.0,
-            (None, Split::Minimum) => lambertian_part(brdf, channel)?,
-        };
         let views = spec.view_angles();
         if let Some(estimated) = brdf.as_estimated() {
             estimated.prepare();

@@ -8,8 +8,10 @@
 
 use super::{Axis, AxisKind, Coords, Maps, ParametrizationSpec, Quantity, mapped_entry};
 use crate::geometry::DirectionPair;
+use crate::numeric::{HORIZON_SLACK, safe_sqrt};
 use crate::registry::Entry;
 use glam::{DVec2, DVec3, Vec3Swizzles};
+use std::f64::consts::PI;
 
 /// (ω_i,x, ω_i,y, u, v); isotropic: sin θ_i, and (u, v) along and across the azimuth of ω_i.
 pub struct Edwards;
@@ -22,6 +24,9 @@ pub(super) const ENTRY: Entry<ParametrizationSpec> = mapped_entry::<Edwards>(
 
 impl Maps for Edwards {
     const KIND: &'static str = "edwards";
+    // Of a reciprocal BRDF the steeper direction is the light: near the horizon of the light coordinates crowd.
+    const SMALLEST: bool = true;
+    const ROUND_TRIP: [f64; 2] = [1e-9, PI];
 
     fn axes(isotropic: bool) -> Vec<Axis> {
         let axis = |symbol, label| Axis::straight(symbol, label, [-1.0, 1.0]);
@@ -40,7 +45,11 @@ impl Maps for Edwards {
 
     fn forward(pair: &DirectionPair, isotropic: bool) -> Coords {
         let [i, o] = [pair.omega_i.vector(), pair.omega_o.vector()];
-        let disk = (o.xy() * i.z - i.xy() * o.z) / (i.z + o.z);
+        let height = i.z + o.z;
+        let disk = match height > 0.0 {
+            true => (o.xy() * i.z - i.xy() * o.z) / height,
+            false => -i.xy(),
+        };
         if !isotropic {
             return [i.x, i.y, disk.x, disk.y];
         }
@@ -54,8 +63,11 @@ impl Maps for Edwards {
     fn inverse(coords: &Coords, isotropic: bool) -> Option<DirectionPair> {
         let [i, h] = light_and_half(coords, isotropic)?;
         let (length2, inside) = (h.length_squared(), 1.0 - (h - i).length_squared());
-        let o = (h * (2.0 * i.dot(h) / length2) - i).with_z(i.z * inside / length2);
-        (length2 > 0.0).then(|| DirectionPair::from_unit([i, o]))
+        let o = h * (2.0 * i.dot(h) / length2) - i;
+        // Of light on the horizon the one point holds all ω_o: any is right.
+        let o = o.with_z(i.z * inside.max(0.0) / length2).try_normalize();
+        let mirror = DVec3::new(-i.x, -i.y, i.z);
+        Some(DirectionPair::from_unit([i, o.unwrap_or(mirror)]))
     }
 
     /// dω_i = d(ω_i,x ω_i,y) / ω_i,z, and dω_o = 4 (ω_o·h) dω_h with dω_h = ω_i,z du dv / |h'|³.
@@ -66,15 +78,17 @@ impl Maps for Edwards {
     }
 }
 
-/// ω_i and h' at coordinates; `None` outside the disks.
+/// ω_i and h' at coordinates; `None` outside the disks, but for rounding.
 fn light_and_half(&[a, b, c, d]: &Coords, isotropic: bool) -> Option<[DVec3; 2]> {
     let (xy, disk) = match isotropic {
         true => (DVec2::new(a, 0.0), DVec2::new(b, c)),
         false => (DVec2::new(a, b), DVec2::new(c, d)),
     };
     let [z2, inside] = [xy, disk].map(|v| 1.0 - v.length_squared());
-    (z2 >= 0.0 && inside >= 0.0).then(|| {
-        let i = xy.extend(z2.sqrt());
+    let is_radius = !isotropic || a >= 0.0;
+    let is_inside = z2 >= -HORIZON_SLACK && inside >= -HORIZON_SLACK;
+    (is_radius && is_inside).then(|| {
+        let i = xy.extend(safe_sqrt(z2));
         [i, i + disk.extend(0.0)]
     })
 }

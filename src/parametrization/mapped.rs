@@ -4,7 +4,7 @@
 //! [`Mapped`] makes a [`Parametrization`] of it for BRDFs of any symmetry:
 //!
 //! - Images are found in the group of the symmetries: the pair is exchanged and mirrored, and mapped. The representative is the
-//!   image whose coordinates are the largest, the first one first; the box keeps the others.
+//!   image whose coordinates are the largest or the smallest, the first one first; the box keeps the others.
 //! - The Jacobian is found by differences of the inverse, where no formula is given: five points an axis, three to one side where the
 //!   domain ends.
 //!
@@ -78,6 +78,13 @@ pub trait Maps: Send + Sync + 'static {
 
     /// How coordinates lie in the space in which scattered readings look for their neighbours.
     const LAYOUT: Layout = Layout::Straight;
+
+    /// True if of several images of a pair the one with the smallest coordinates is the representative, the first one first; else the
+    /// one with the largest is.
+    const SMALLEST: bool = false;
+
+    /// Largest errors (rad) of pair → coordinates → pair, as [`Facts::round_trip`] has them.
+    const ROUND_TRIP: [f64; 2] = [1e-9, MISSED];
 
     /// The axes of the form of isotropic BRDFs, three, or of all BRDFs, four: they hold every pair, no two of a symmetry in one.
     fn axes(isotropic: bool) -> Vec<Axis>;
@@ -218,7 +225,7 @@ impl<M: Maps> Parametrization for Mapped<M> {
     fn forward(&self, pair: &DirectionPair) -> Coords {
         let later = |a: &Coords, b: &Coords| {
             let differs = a.iter().zip(b).find(|(a, b)| (*a - *b).abs() > EQUAL);
-            differs.is_some_and(|(a, b)| a > b)
+            differs.is_some_and(|(a, b)| (a > b) != M::SMALLEST)
         };
         let images = self.orbit(pair);
         let mut best = images[0];
@@ -274,7 +281,7 @@ impl<M: Maps> Parametrization for Mapped<M> {
         Facts {
             layout: M::LAYOUT,
             exchange: false,
-            round_trip: [1e-9, MISSED],
+            round_trip: M::ROUND_TRIP,
             singular: true,
             squared: false,
         }

@@ -47,7 +47,11 @@ pub fn advise<'py>(
             Some(Allowance::Minutes(minutes))
         }
         (None, None) if moment.is_some() => None,
-        _ => return Err(refused("allowed is one of budget and minutes")),
+        _ => {
+            return Err(refused(
+                "allowed is one of budget, minutes and, alone or beside one, moment",
+            ));
+        }
     };
     let of_argument = |name: &'static str| {
         move |e: ParameterError| refused(ParameterError::new(name, e.value, e.allowed))
@@ -84,6 +88,10 @@ pub fn advise<'py>(
     })?;
     for Failure { job, reason, .. } in &advised.failures {
         warn(py, &format!("{job}: {reason}"))?;
+    }
+    if advised.is_enough == Some(false) {
+        let too_few = format!("{} bring too few materials to the level", advised.allowance);
+        warn(py, &too_few)?;
     }
     if !advised.left_out.is_empty() {
         warn(py, &format!("left out: {}", advised.left_out.join(", ")))?;

@@ -85,9 +85,17 @@ pub fn profiles(
     keys: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<Profile>> {
     let (spec, estimator) = settings(keys)?;
-    let of = |&channel: &Channel| Profile::new(brdf, channel, &spec, &*estimator, seed);
     let made = detached(py, || {
-        spec.channels.iter().map(of).collect::<Result<_, _>>()
+        let mut all: Vec<Profile> = Vec::new();
+        for &channel in &spec.channels {
+            let first = Profile::new(brdf, channel, &spec, &*estimator, seed)?;
+            for azimuth in spec.further_azimuths(brdf) {
+                all.push(first.at_azimuth(azimuth, brdf, &spec, &*estimator, seed)?);
+            }
+            all.push(first);
+        }
+        all.sort_by(|a, b| a.azimuth.total_cmp(&b.azimuth));
+        Ok::<_, ParameterError>(all)
     });
     made?.map_err(refused)
 }
@@ -113,6 +121,10 @@ pub fn moment_errors<'py>(
     if let [_, _, ..] = spec.channels[..] {
         let names = listed(spec.channels.iter().map(|c| c.name()));
         let error = ParameterError::new("channels", names, "one channel");
+        return Err(refused(error));
+    }
+    if spec.azimuths > 1 {
+        let error = ParameterError::new("azimuths", spec.azimuths, "1");
         return Err(refused(error));
     }
     let errors = detached(py, || {

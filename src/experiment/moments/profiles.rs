@@ -157,20 +157,18 @@ impl PerMaterial for MomentsPlan {
                 Profile::new(&brdf, channel, &table.spec, &*table.estimator, self.seed)
             });
             // The plan has checked every key, and builds what the channels need.
-            profiles.push(profile.map_err(Error::internal)?);
+            let profile = profile.map_err(Error::internal)?;
             times.push(seconds);
-            let (made, seconds) = counters.timed(Stage::Moments, || {
-                Profile::at_further_azimuths(
-                    &brdf,
-                    channel,
-                    &table.spec,
-                    &*table.estimator,
-                    self.seed,
-                )
-            });
-            let made = made.map_err(Error::internal)?;
-            times.extend((!made.is_empty()).then_some(seconds));
-            further.extend(made);
+            for azimuth in table.spec.further_azimuths(&brdf) {
+                events.go_on()?;
+                let (made, seconds) = counters.timed(Stage::Moments, || {
+                    let estimator = &*table.estimator;
+                    profile.at_azimuth(azimuth, &brdf, &table.spec, estimator, self.seed)
+                });
+                further.push(made.map_err(Error::internal)?);
+                times.push(seconds);
+            }
+            profiles.push(profile);
         }
         // Colours of a material share their shape: the first channel stands for all.
         let clamping = match self.analysis.horizon {

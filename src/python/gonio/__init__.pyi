@@ -190,6 +190,7 @@ def advise(
     minutes: float | None = None,
     instrument: _Path | None = None,
     by: str = "nrmse",
+    moment: str | None = None,
     most: int = 12,
     prior: _Path | None = None,
     seed: int = 1,

@@ -7,11 +7,11 @@ use crate::report::svg::plot::{Axis, Mark, Panel, Series};
 use std::f64::consts::TAU;
 
 /// Elevations of the views whose ellipses are drawn, and of those whose moments are drawn over the azimuth, at most.
-const RINGS: usize = 5;
+const RINGS: usize = 4;
 const CURVES: usize = 3;
 
 /// Azimuths whose ellipses are drawn, at most.
-const SPOKES: usize = 16;
+const SPOKES: usize = 12;
 
 /// Corners of an ellipse.
 const CORNERS: usize = 32;
@@ -29,13 +29,14 @@ const ODD: [Component; 3] = [
 /// The ellipses of the covariance over the directions of views, and moments that are odd in φ over their azimuth; none of a material
 /// whose views have one azimuth.
 pub(super) fn panels(of: &MaterialProfiles) -> Vec<Panel> {
-    let Some(first) = of.profiles.first().filter(|_| !of.further.is_empty()) else {
+    let several = |p: &&Profile| p.views.len() > 1 && !of.further.is_empty();
+    let Some(first) = of.profiles.first().filter(several) else {
         return Vec::new();
     };
     let further = of.further.iter().filter(|p| p.channel == first.channel);
     let all: Vec<&Profile> = std::iter::once(first).chain(further).collect();
     let odd = ODD.into_iter().filter(|c| c.order() <= first.order.get());
-    let mut panels = vec![ellipses(&all)];
+    let mut panels = Vec::from_iter(ellipses(&all));
     panels.extend(odd.map(|c| over_azimuths(&all, c)));
     panels
 }
@@ -60,8 +61,9 @@ fn ellipse(moments: &Moments) -> Option<impl Iterator<Item = [f64; 2]>> {
     })
 }
 
-/// An ellipse of one standard deviation at each view, its θ along the azimuth of the view, all enlarged or shrunk alike.
-fn ellipses(all: &[&Profile]) -> Panel {
+/// An ellipse of one standard deviation at each view, its θ along the azimuth of the view, all enlarged or shrunk alike; `None` without
+/// covariances.
+fn ellipses(all: &[&Profile]) -> Option<Panel> {
     let views = &all[0].views;
     let rings: Vec<usize> = spread(views.len(), RINGS).collect();
     let step = all.len().div_ceil(SPOKES);
@@ -70,10 +72,10 @@ fn ellipses(all: &[&Profile]) -> Panel {
         profiles.flat_map(|p| rings.iter().map(move |&v| (*p, v)))
     };
     let widths = shown().filter_map(|(p, v)| p.slices[v].moments.sigma());
-    let widest = widths.flatten().fold(0.0, f64::max);
+    let widest = widths.flatten().reduce(f64::max)?;
     let last = views.last().map_or(90.0, |v| v.to_degrees());
     // Neighbours do not overlap along the radius, nor by much on the innermost ring.
-    let scale = 0.4 * last / rings.len().max(1) as f64 / widest.max(1e-300);
+    let scale = 0.4 * last / rings.len().max(1) as f64 / widest;
     let series = shown().filter_map(|(profile, v)| {
         let around = ellipse(&profile.slices[v].moments)?;
         let (sin, cos) = profile.azimuth.sin_cos();
@@ -91,7 +93,7 @@ fn ellipses(all: &[&Profile]) -> Panel {
         Axis::linear("θ_o sin φ_o (°)").within([-end, end]),
     ];
     let title = format!("ellipses of one standard deviation, × {times:.2}");
-    Panel::new(title, axes, series)
+    Some(Panel::new(title, axes, series))
 }
 
 /// A moment over the azimuth of the view, at some elevations.

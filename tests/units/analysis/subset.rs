@@ -3,7 +3,7 @@
 use crate::common::{ISOTROPIC, matte, model};
 use gonio::analysis::{Estimate, Subset};
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::parametrization::{all, find};
+use gonio::parametrization::find;
 use std::f64::consts::{PI, TAU};
 
 fn read(name: &str, symmetry: Symmetry, text: &str) -> Subset {
@@ -28,7 +28,7 @@ fn the_whole_box_is_every_pair() {
         reciprocal: true,
         ..ISOTROPIC
     };
-    for entry in all() {
+    for entry in crate::common::polar() {
         for symmetry in [ISOTROPIC, reciprocal, Symmetry::FULL] {
             let whole = read(entry.kind, symmetry, "");
             let Estimate { value, error } = whole.quadrature();
@@ -93,7 +93,7 @@ fn an_image_holds_the_pairs_and_the_own_one_is_the_box() {
     let measure = subset.quadrature();
     // Other pairs of the box, unlike those that images are found from.
     let members = subset.members(5000, 99);
-    for entry in all() {
+    for entry in crate::common::polar() {
         let form = entry.form(Symmetry::FULL);
         let image = subset.image(&form, &measure).unwrap();
         assert!(

@@ -3,7 +3,7 @@
 use crate::common::{made, model, symmetries};
 use gonio::analysis::{Deviations, SYMMETRY_TOLERANCE, deviations, savings, symmetry_pairs};
 use gonio::geometry::{DirectionPair, Symmetry};
-use gonio::parametrization;
+use gonio::parametrization::{self, Layout};
 use gonio::sampling::Sobol;
 
 fn found(f: impl Fn(&DirectionPair) -> Option<f64> + Send + Sync) -> Deviations {
@@ -121,6 +121,10 @@ fn savings_are_the_share_of_the_box_that_is_left() {
         for saving in savings(symmetry) {
             let entry = parametrization::find(saving.parametrization).unwrap();
             let form = entry.form(symmetry);
+            if form.facts().layout == Layout::Straight {
+                // Its images are no equal shares of the box.
+                continue;
+            }
             let axes = entry.axes(unfolded);
             assert_eq!(saving.dimensions, axes.len());
             let mut sobol = Sobol::new(7);

@@ -1,0 +1,127 @@
+//! The accounts of some readings, each a posterior with its share.
+
+use super::super::Kriging;
+use super::Posterior;
+use crate::geometry::DirectionPair;
+use crate::measurement::Measurement;
+use crate::reconstruct::{LogNormal, Predictive, ReconstructError, Suspect, admit};
+use nalgebra::{DMatrix, DVector};
+
+/// Pairs that are predicted at once: what is kept of each is as much as there are readings.
+const PREDICTED: usize = 2048;
+
+/// The accounts of some readings, each with its share.
+pub(crate) struct Mixture {
+    accounts: Vec<(f64, Posterior)>,
+    suspects: Vec<Suspect>,
+}
+
+impl Mixture {
+    /// By the luminance of a measurement's readings.
+    ///
+    /// # Errors
+    /// If there are none or too many, or their covariances are singular.
+    pub(crate) fn new(
+        kriging: &Kriging,
+        measurement: &Measurement,
+    ) -> Result<Self, ReconstructError> {
+        admit(
+            super::super::KIND,
+            measurement.readings(),
+            super::super::MOST,
+        )?;
+        let (accounts, suspects) = Posterior::all(kriging, measurement)?;
+        Ok(Self { accounts, suspects })
+    }
+
+    /// Means of ln(f + ε) at pairs.
+    pub(crate) fn means(&self, pairs: &[DirectionPair]) -> Vec<f64> {
+        let mut all = vec![0.0; pairs.len()];
+        for (share, process) in &self.accounts {
+            for (pairs, all) in pairs.chunks(PREDICTED).zip(all.chunks_mut(PREDICTED)) {
+                let means = process.means(&process.places(pairs)).into_iter();
+                all.iter_mut()
+                    .zip(means)
+                    .for_each(|(z, mean)| *z += share * mean);
+            }
+        }
+        all
+    }
+
+    /// What is known at pairs once there are readings at others too, each as it is expected; `None` if the covariances
+    /// of these are singular.
+    pub(crate) fn with(
+        &self,
+        pairs: &[DirectionPair],
+        read: &[DirectionPair],
+    ) -> Option<Vec<LogNormal>> {
+        let mut known = vec![LogNormal::default(); pairs.len()];
+        for (share, process) in &self.accounts {
+            let read = process.places(read);
+            let chunks = pairs.chunks(PREDICTED);
+            for (pairs, known) in chunks.zip(known.chunks_mut(PREDICTED)) {
+                let places = process.places(pairs);
+                let means = process.means(&places).into_iter();
+                let variances = process.variances_with(&places, &read)?;
+                let all = means.zip(variances).zip(process.shared(&places));
+                for (known, ((mean, variance), shared)) in known.iter_mut().zip(all) {
+                    // The mean of squares, for now.
+                    let variance = variance * process.scale + shared * shared;
+                    known.mean += share * mean;
+                    known.variance += share * (variance + mean * mean);
+                    known.shared += share * shared * shared;
+                }
+            }
+        }
+        let all = known.iter_mut();
+        all.for_each(|k| k.variance = (k.variance - k.mean * k.mean).max(0.0));
+        Some(known)
+    }
+    /// Variances of sums Σ w ln(f + ε) over some pairs, a list of weights for each, once there are readings at others too; `None`
+    /// if the covariances of these are singular.
+    pub(crate) fn variances_of_sums_with(
+        &self,
+        pairs: &[DirectionPair],
+        weights: &[Vec<f64>],
+        read: &[DirectionPair],
+    ) -> Option<Vec<f64>> {
+        let weights = DMatrix::from_fn(pairs.len(), weights.len(), |k, of| weights[of][k]);
+        let mut all = vec![0.0; weights.ncols()];
+        // Of the sums of the means of the accounts: their mean, and that of their squares.
+        let mut between = vec![[0.0; 2]; weights.ncols()];
+        for (share, process) in &self.accounts {
+            let places = process.places(pairs);
+            let variances = process.variances_of_sums(&places, &weights, read)?;
+            let means = DVector::from_vec(process.means(&places));
+            let shared = DVector::from_vec(process.shared(&places));
+            for (i, own) in weights.column_iter().enumerate() {
+                let variance = variances[i] * process.scale;
+                all[i] += share * (variance + own.dot(&shared).powi(2));
+                let mean = own.dot(&means);
+                between[i][0] += share * mean;
+                between[i][1] += share * mean * mean;
+            }
+        }
+        let between = between
+            .into_iter()
+            .map(|[mean, square]| square - mean * mean);
+        let both = all.iter().zip(between);
+        Some(both.map(|(of, more)| of + more.max(0.0)).collect())
+    }
+}
+
+impl Predictive for Mixture {
+    fn predict(&self, pairs: &[DirectionPair]) -> Vec<LogNormal> {
+        let known = self.with(pairs, &[]);
+        known.unwrap_or_else(|| unreachable!("nothing is not singular"))
+    }
+
+    fn variances_of_sums(&self, pairs: &[DirectionPair], weights: &[Vec<f64>]) -> Vec<f64> {
+        let known = self.variances_of_sums_with(pairs, weights, &[]);
+        known.unwrap_or_else(|| unreachable!("nothing is not singular"))
+    }
+
+    fn suspects(&self) -> &[Suspect] {
+        &self.suspects
+    }
+}
