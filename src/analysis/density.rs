@@ -1,7 +1,7 @@
 //! How densely a parametrization's own uniform points lie about a pair: poses that follow it lie where they are dense.
 
 use crate::geometry::{Direction, DirectionPair, Symmetry};
-use crate::parametrization::{self, Parametrization, WarpSpec, Warps};
+use crate::parametrization::{self, Images, Layout, Parametrization, WarpSpec, Warps};
 use crate::sampling::Random;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -84,8 +84,15 @@ impl Density {
         }
         let inverse = |[i, o]: &[DVec2; 2]| {
             let beside = DirectionPair::new(turned(pair.omega_i, *i)?, turned(pair.omega_o, *o)?);
-            let jacobian = self.form.jacobian(&self.form.forward(&beside));
-            (is_within(&beside, self.elevation) && jacobian > 0.0).then(|| 1.0 / jacobian)
+            let coords = self.form.forward(&beside);
+            // Images of polar coordinates have the same Jacobian.
+            let images = match self.form.facts().layout {
+                Layout::Straight => self.form.images(&coords),
+                _ => Images::from_slice(&[coords]),
+            };
+            let inverses = images.iter().map(|c| 1.0 / self.form.jacobian(c));
+            let mean = inverses.sum::<f64>() / images.len() as f64;
+            (is_within(&beside, self.elevation) && mean.is_finite()).then_some(mean)
         };
         let all: Vec<f64> = self.beside.iter().filter_map(inverse).collect();
         let mean = all.iter().sum::<f64>() / all.len() as f64;

@@ -113,6 +113,15 @@ fn a_laboratory_is_told_when_to_stop() {
     // What was asked for before is not to be read again.
     bench.good(format!("{next}9 --force"));
     assert!(!bench.path("more.csv").exists());
+    let next = "next readings.csv --batch 8 -o more.csv --for";
+    let told = bench.good(format!("{next} mean_deg=90"));
+    says(
+        &told,
+        "stop: expected nrmse … moment_mean_deg … upper bound",
+    );
+    assert!(!bench.path("more.csv").exists());
+    bench.tells(format!("{next} variance=1%"), "moment_covariance ");
+    assert!(bench.path("more.csv").exists());
 }
 
 #[test]
@@ -126,6 +135,10 @@ fn what_cannot_be_planned_is_refused_in_a_sentence() {
          2 | next --batch 8 --set target.nrmse=0 -o x.csv | target.nrmse = 0: allowed is a number in (0.000001, 10]
          2 | next --batch 8 --set target={} -o x.csv | nrmse, log_relative or both
          2 | next --batch 8 --planner a-optimal --set target.nrmse=0.1 -o x.csv | before the first reading
+         2+ | next --batch 8 --for width=5% -o x.csv | --for … allowed is variance
+         2+ | next --batch 8 --for variance=5 -o x.csv | --for … a number from 0 to 1, as 0.05 or 5%
+         2 | next --batch 8 --planner a-optimal --for variance=5% -o x.csv | before the first reading
+         2 | next --batch 8 --planner sobol --for variance=5% -o x.csv | --planner
          3 | next nothing.csv --batch 8 -o x.csv | nothing.csv
          3 | next poses.csv --batch 8 -o x.csv | poses.csv
          2 | next --batch 8 -o x.nobody | --format
@@ -316,10 +329,32 @@ fn advice_is_for_a_material_and_an_instrument(level: Level) {
     bench.does(
         "2 | advise mixed.toml --budget 8 | allowed: materials of the same symmetries
          2 | advise nobody --budget 8 | nobody
+         2+ | advise ggx | --budget
+         2 | advise ggx --for variance=0 | allowed is a level above 0
+         2+ | advise ggx --for variance --by nrmse | --by
          2 | advise ggx --budget 8 --instrument nobody | nobody
          2 | advise ggx --budget 8 --prior nobody.gonio | nobody.gonio",
     );
     if level == Level::Thorough {
+        // Poses for a moment are the best for it, and beside them stand those for the BRDF.
+        let advice = advised(
+            &bench,
+            "advise ggx --set alpha=0.1 --for variance=20% --json -q",
+        );
+        let sets: Vec<_> = advice
+            .iter()
+            .map(|(a, _)| a["sample_set"].as_str().unwrap())
+            .collect();
+        assert!(
+            sets[0].contains("for-covariance") && sets.contains(&"adaptive"),
+            "{sets:?}"
+        );
+        assert!(
+            advice[0].1[0].contains("--for covariance=0.2"),
+            "{:?}",
+            advice[0].1
+        );
+        assert!(advice[0].0["moment"]["mean"].as_f64().unwrap() <= 0.2);
         let told = bench.ends(format!("advise ggx --minutes 0.1 {machine}"), 4);
         says(&told, "too short for one pose");
     }
