@@ -10,7 +10,7 @@ mod round_trips;
 
 use common::{at, polar, warps};
 use gonio::geometry::Symmetry;
-use gonio::parametrization::{self, Parametrization};
+use gonio::parametrization::Parametrization;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
