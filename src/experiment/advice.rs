@@ -320,7 +320,10 @@ impl AdviceSpec {
         retain("reconstruction", &|table| {
             let up_to = table.get("up_to").and_then(Value::as_integer);
             let few = up_to.is_none_or(|up_to| most as i64 <= up_to);
-            few && (!planners || kind(table) == KRIGING)
+            let kind = kind(table);
+            // Those that need no grid, which is left out where poses are for a moment.
+            let suits = self.moment.is_none() || [KRIGING, "thin-plate"].contains(&&*kind);
+            few && suits && (!planners || kind == KRIGING)
         });
         if is_empty {
             return Ok(None);

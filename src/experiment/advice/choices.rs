@@ -82,7 +82,12 @@ impl AdviceSpec {
         symmetry: Symmetry,
     ) -> (Vec<Advice>, Vec<String>) {
         let findings = Findings::asked(rows, BAND, &ReportSpec::default());
-        let Some(ranking) = findings.ranking(self.metric(), Measure::Cosine.name(), None) else {
+        let metric = self.metric();
+        let measure = match metric.is_of_moments() {
+            true => "",
+            false => Measure::Cosine.name(),
+        };
+        let Some(ranking) = findings.ranking(metric, measure, None) else {
             return (Vec::new(), Vec::new());
         };
         let of = |line: &Line| Some((line.choice.clone(), line.cells.first().copied()??));
