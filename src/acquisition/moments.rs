@@ -74,10 +74,13 @@ impl MomentAim {
         self.column().trim_start_matches(PREFIX)
     }
 
-    /// The names of all errors.
-    fn names() -> impl Iterator<Item = &'static str> {
-        let all = MomentErrors::QUANTITIES.into_iter().flatten();
-        all.map(|(quantity, _)| quantity.name.trim_start_matches(PREFIX))
+    /// Every error of every band, at level 0.
+    fn all() -> impl Iterator<Item = Self> {
+        let bands = 0..VIEW_BANDS.len();
+        bands.flat_map(|band| {
+            let level = 0.0;
+            (0..MomentErrors::COUNT).map(move |of| Self { band, of, level })
+        })
     }
 
     /// Elevations of its views, rad.
@@ -127,32 +130,19 @@ impl FromStr for MomentAim {
             Some((name, level)) => (name.trim(), Some(level.trim())),
             None => (text.trim(), None),
         };
-        let known = name.replacen("variance", "covariance", 1);
-        let known = if name.starts_with("variance") {
-            &*known
-        } else {
-            name
+        let refused = |allowed| ParameterError::new("for", format!("\"{text}\""), allowed);
+        let known = match name.strip_prefix("variance") {
+            Some(band) => format!("covariance{band}"),
+            None => name.to_owned(),
         };
-        let refused = || {
-            let allowed = one_of(name, std::iter::once("variance").chain(Self::names()));
-            ParameterError::new("for", format!("\"{text}\""), allowed)
-        };
-        let mut errors = VIEW_BANDS.iter().enumerate().flat_map(|(band, _)| {
-            (0..MomentErrors::COUNT).map(move |of| Self {
-                band,
-                of,
-                level: 0.0,
-            })
-        });
-        let found = errors.find(|aim| aim.name() == known).ok_or_else(refused)?;
+        let found = Self::all().find(|aim| aim.name() == known);
+        let found = found.ok_or_else(|| {
+            let names = Self::all().map(|aim| aim.name());
+            refused(one_of(name, std::iter::once("variance").chain(names)))
+        })?;
         let level = match level {
-            None => MomentErrors::LEVELS[found.of].ok_or_else(|| {
-                ParameterError::new(
-                    "for",
-                    format!("\"{text}\""),
-                    format!("{name}=LEVEL: it has no level of its own"),
-                )
-            })?,
+            None => MomentErrors::LEVELS[found.of]
+                .ok_or_else(|| refused(format!("{name}=LEVEL: it has no level of its own")))?,
             Some(level) => {
                 let (is_share, is_angle) = (SHARES.contains(&found.of), found.of == DEGREES);
                 let (number, per) = match level.strip_suffix('%').filter(|_| is_share) {
@@ -168,8 +158,7 @@ impl FromStr for MomentAim {
                 let level = number.map(|n| n / per + 0.0);
                 level.filter(|n| (0.0..=most).contains(n)).ok_or_else(|| {
                     let example = if is_share { ", as 0.05 or 5%" } else { "" };
-                    let allowed = format!("{name}=LEVEL, a number from 0 to {most}{example}");
-                    ParameterError::new("for", format!("\"{text}\""), allowed)
+                    refused(format!("{name}=LEVEL, a number from 0 to {most}{example}"))
                 })?
             }
         };
@@ -209,9 +198,9 @@ pub struct MomentForecast {
     pub then: f64,
 }
 
-/// Ratios of true and expected errors that nine of ten tables are below, in the order of [`MomentErrors::QUANTITIES`], at 12 to 140
-/// readings: beside what readings leave open an error has what linear sums, the kernel and the diffuse part err by.
-/// [`docs::moments`](crate::docs::moments) says how they were found.
+/// Ratios of true and expected errors that nine of ten are below, in the order of [`MomentErrors::QUANTITIES`], of ten tables (four of the
+/// mean, the skewness and the kurtosis) at 12 to 140 readings: beside what readings leave open an error has what linear sums, the kernel and the diffuse part err by.
+/// [`docs::moments`](crate::docs::moments) has how often stops by them hold.
 const NINTH: [f64; MomentErrors::COUNT] = [4.0, 2.2, 2.2, 2.5, 2.3, 4.5];
 
 impl MomentForecast {
