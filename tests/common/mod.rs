@@ -18,7 +18,8 @@ use gonio::experiment::{
 };
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
 use gonio::instrument::{self, InstrumentSpec};
-use gonio::metrics::{self, Errors, Measure, MetricsSpec};
+use gonio::metrics::{self, Errors, Measure, MetricsSpec, Values};
+use gonio::moments::{MomentsSpec, PeakResolving};
 use gonio::parametrization::{
     self, Coords, Layout, Parametrization, ParametrizationSpec, WarpSpec,
 };
@@ -365,9 +366,37 @@ pub fn on_threads<T: Send>(threads: usize, make: impl FnOnce() -> T + Send) -> T
 
 pub const ISOTROPIC: Symmetry = Symmetry {
     isotropic: true,
-    reciprocal: false,
-    bilateral: false,
+    ..Symmetry::NONE
 };
+
+/// All but the mirror.
+pub const ONE_SIDED: Symmetry = Symmetry {
+    bilateral: false,
+    ..Symmetry::FULL
+};
+
+/// So many views of a profile, up to an elevation.
+pub fn views(views: usize, max_view_deg: f64) -> MomentsSpec {
+    MomentsSpec {
+        views,
+        max_view_deg,
+        ..MomentsSpec::default()
+    }
+}
+
+/// The usual estimator of moments, with a tolerance.
+pub fn peak_resolving(tolerance: f64) -> PeakResolving {
+    PeakResolving {
+        tolerance,
+        ..PeakResolving::default()
+    }
+}
+
+/// Values of pairs all of which have some.
+pub fn values(luminance: Vec<f64>) -> Values {
+    let missing = Vec::new();
+    Values { luminance, missing }
+}
 
 /// A BRDF that a test makes of a function.
 struct Made<F> {

@@ -12,10 +12,8 @@ fn nothing_on_a_front_is_dominated_and_all_else_is() {
         let dominates =
             |a: [f64; 2], b: [f64; 2]| a[0] <= b[0] && a[1] <= b[1] && (a[0] < b[0] || a[1] < b[1]);
         for (point, is_on) in points.iter().flatten().zip(front(&points)) {
-            let dominated = points
-                .iter()
-                .flatten()
-                .any(|other| dominates(*other, *point));
+            let mut others = points.iter().flatten();
+            let dominated = others.any(|other| dominates(*other, *point));
             assert_eq!(is_on, !dominated, "{point:?} of {points:?}");
         }
     }
@@ -56,12 +54,8 @@ fn every_choice_has_a_rung() {
     };
     for section in bench::all() {
         for ladder in (section.ladders)(&settings).unwrap() {
-            assert!(
-                !ladder.rungs.is_empty(),
-                "{} {:?}",
-                section.name,
-                ladder.names
-            );
+            let (name, names) = (section.name, ladder.names);
+            assert!(!ladder.rungs.is_empty(), "{name} {names:?}");
         }
     }
 }

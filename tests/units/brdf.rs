@@ -31,10 +31,8 @@ fn a_config_writes_a_list_or_steps() {
     let steps = read("{ wavelengths_nm = { from = 400, to = 700, step = 10 } }").unwrap();
     let nm = steps.wavelengths().unwrap().nm();
     let odd = read("{ wavelengths_nm = { from = 362.1, to = 362.4, step = 0.1 } }").unwrap();
-    assert_eq!(
-        odd.wavelengths().unwrap().nm(),
-        [362.1, 362.2, 362.3, 362.4]
-    );
+    let odd = odd.wavelengths().unwrap().nm();
+    assert_eq!(odd, [362.1, 362.2, 362.3, 362.4]);
     assert_eq!((nm.len(), nm[0], nm[30]), (31, 400.0, 700.0));
     // What is written is what was read.
     for channels in [list, steps, Channels::Rgb] {
@@ -77,6 +75,8 @@ fn the_mean_is_exact_for_straight_lines() {
     assert_eq!(one.luminance(&[0.7]), 0.7);
 }
 
+const MERL: &str = "kind = \"merl\"\npath = \"a\"";
+
 #[test]
 fn a_truth_says_what_its_formula_favours() {
     let sum = |a: &str, b: &str| {
@@ -86,27 +86,22 @@ fn a_truth_says_what_its_formula_favours() {
         )
     };
     let table = |of: &str| format!("kind = \"tabulated\"\nof = {{ kind = \"{of}\" }}");
-    let plain = [
-        ("neither", "lambert oren-nayar test-f test-g"),
-        (
-            "theta_h",
-            "ggx beckmann ward phong sheen shifted-gamma low-abc",
-        ),
-        ("h_bar", "low-abc-smooth test-s"),
-    ];
-    let plain = plain.into_iter().flat_map(|(want, kinds)| {
+    let plain = self::table(
+        "neither | lambert oren-nayar test-f test-g
+         theta_h | ggx beckmann ward phong sheen shifted-gamma low-abc
+         h_bar | low-abc-smooth test-s",
+    );
+    let plain = plain.flat_map(|[want, kinds]| {
         let kinds = kinds.split(' ');
         kinds.map(move |kind| (format!("kind = \"{kind}\""), want))
     });
     // A component without weight has no say.
-    let weightless =
-        sum("ggx", "test-s").replace("0.5, brdf = { kind = \"test", "0, brdf = { kind = \"test");
+    let of_test = "0.5, brdf = { kind = \"test";
+    let weightless = sum("ggx", "test-s").replace(of_test, &of_test[2..].replacen('5', "0", 1));
+    let retro = "kind = \"retro-reflective\"\nof = { kind = \"ggx\" }";
     let others = [
         (weightless, "theta_h"),
-        (
-            "kind = \"retro-reflective\"\nof = { kind = \"ggx\" }".into(),
-            "neither",
-        ),
+        (retro.into(), "neither"),
         (sum("lambert", "ggx"), "theta_h"),
         (sum("phong", "ggx"), "theta_h"),
         (sum("lambert", "low-abc-smooth"), "h_bar"),
@@ -114,10 +109,7 @@ fn a_truth_says_what_its_formula_favours() {
         (sum("ggx", "oren-nayar"), "neither"),
         (sum("lambert", "lambert"), "neither"),
         (table("low-abc-smooth"), "half-difference table"),
-        (
-            "kind = \"merl\"\npath = \"a\"".into(),
-            "half-difference table",
-        ),
+        (MERL.into(), "half-difference table"),
     ];
     for (text, want) in plain.chain(others) {
         let spec = brdf::read(DeTable::parse(&text).unwrap()).unwrap();
@@ -141,7 +133,7 @@ fn a_measured_truth_favours_what_its_interval_does() {
     {
         for kind in declared {
             let text = match kind {
-                "merl" => "kind = \"merl\"\npath = \"a\"".into(),
+                "merl" => MERL.into(),
                 kind => format!("kind = \"{kind}\""),
             };
             let spec = brdf::read(DeTable::parse(&text).unwrap()).unwrap();
@@ -231,10 +223,8 @@ fn nothing_changes_but_that_it_is_seen() {
             tables += usize::from(brdf.as_merl().is_some());
             let [got, own] = both.map(|f| {
                 let of = f.as_sample()?;
-                Some((
-                    of.sample(at(0.4, 0.0), [0.3, 0.6]).map(|d| d.vector()),
-                    of.pdf(&pairs[5]),
-                ))
+                let sample = of.sample(at(0.4, 0.0), [0.3, 0.6]);
+                Some((sample.map(|d| d.vector()), of.pdf(&pairs[5])))
             });
             assert_eq!(got, own, "{} {text}", entry.kind);
             samplers += usize::from(own.is_some());

@@ -1,3 +1,4 @@
+use crate::common::{form, on_threads};
 use gonio::experiment::{Counters, Counts, Row, Stage, Work, quantities};
 use gonio::geometry::Symmetry;
 use gonio::instrument::{Bench, Order, Parts};
@@ -11,25 +12,18 @@ fn every_stage_and_kind_has_a_place_and_a_name_of_its_own() {
     assert!(Work::ALL.iter().enumerate().all(|(i, w)| *w as usize == i));
     let stages: BTreeSet<_> = Stage::ALL.iter().map(|s| s.name()).collect();
     let works: BTreeSet<_> = Work::ALL.iter().map(|w| w.name()).collect();
-    assert_eq!(
-        (stages.len(), works.len()),
-        (Stage::ALL.len(), Work::ALL.len())
-    );
+    assert_eq!(stages.len(), Stage::ALL.len());
+    assert_eq!(works.len(), Work::ALL.len());
 }
 
 #[test]
 fn no_thread_loses_a_count() {
     let counters = Counters::default();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(5)
-        .build()
-        .unwrap();
     let add = |i: usize| counters.add(Stage::Measure, Work::Poses, i);
-    pool.install(|| (0..10_000).into_par_iter().for_each(add));
+    on_threads(5, || (0..10_000).into_par_iter().for_each(add));
     (0..10).for_each(add);
-    counters
-        .within(Stage::Pictures)
-        .add(Stage::Plan, Work::Drawn, 3);
+    let pictures = counters.within(Stage::Pictures);
+    pictures.add(Stage::Plan, Work::Drawn, 3);
     let counts = counters.clone().counts();
     assert_eq!(counts.get(Stage::Pictures, Work::Drawn), 3);
     assert_eq!(counts.get(Stage::Measure, Work::Poses), 49_995_000 + 45);
@@ -45,8 +39,7 @@ fn no_thread_loses_a_count() {
 
 #[test]
 fn a_tour_depends_on_poses_kind_limits_and_order_only() {
-    let form = gonio::parametrization::find("hybrid").unwrap();
-    let form = form.form(Symmetry::FULL);
+    let form = form("hybrid", Symmetry::FULL);
     let schedule = RandomSet {}.plan(&form, 100, 1).unwrap();
     for preset in gonio::instrument::presets() {
         let spec = gonio::instrument::read(preset.text).unwrap();

@@ -1,4 +1,4 @@
-use crate::common::says;
+use crate::common::{says, table};
 use gonio::files::{UNPACKED_LIMIT, may_unpack, read_text, write_atomically};
 use std::io::Write;
 use std::path::Path;
@@ -46,11 +46,7 @@ fn links_stay_and_what_they_lead_to_is_written() {
     symlink("below/new", at("dangling")).unwrap();
     symlink("round", at("circle")).unwrap();
     symlink("circle", at("round")).unwrap();
-    for (link, file) in [
-        ("far", "below/file"),
-        ("near", "below/file"),
-        ("dangling", "below/new"),
-    ] {
+    for [link, file] in table("far | below/file\nnear | below/file\ndangling | below/new") {
         write_atomically(&at(link), |out| out.write_all(link.as_bytes())).unwrap();
         assert!(at(link).symlink_metadata().unwrap().is_symlink());
         assert!(at(file).symlink_metadata().unwrap().is_file());

@@ -56,9 +56,8 @@ fn statistics_are_those_asked_for() {
         let (mut slopes, mut products) = ([0.0; 2], [0.0; 2]);
         let seeds = 40;
         for seed in 0..seeds {
-            let text = format!(
-                "rms_slope = {slope}\ncorrelation = {length}\nsize = {size}\nseed = {seed}"
-            );
+            let size_of = format!("correlation = {length}\nsize = {size}\nseed = {seed}");
+            let text = format!("rms_slope = {slope}\n{size_of}");
             let field = registry::read_text(&entry, &text).unwrap();
             let field = field.build(0).unwrap();
             for s in field.all_slopes() {

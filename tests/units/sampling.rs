@@ -50,11 +50,8 @@ mod hemisphere {
                 counts.push(0);
                 wanted.push(0.0);
             }
-            let own = if expected(bin) >= 5.0 {
-                counts.len() - 1
-            } else {
-                0
-            };
+            let is_own = expected(bin) >= 5.0;
+            let own = if is_own { counts.len() - 1 } else { 0 };
             counts[own] += count;
             wanted[own] += expected(bin);
         }
@@ -90,10 +87,6 @@ mod hemisphere {
                 assert!(h.cos_theta() > 0.0 && (h.vector().length() - 1.0).abs() < 4e-16);
             }
         }
-    }
-
-    #[test]
-    fn densities_are_zero_below_the_horizon() {
         let below = Direction::from_spherical(2.0, 0.3);
         assert_eq!(cosine_hemisphere_pdf(below), 0.0);
         assert_eq!(ggx_half_vector_pdf(0.1, below), 0.0);
@@ -103,23 +96,21 @@ mod hemisphere {
 #[cfg(feature = "experiments")]
 mod points {
     use crate::common::chi_squared::{equal_bins, uniformity};
+    use crate::common::product;
     use gonio::sampling::{Random, Sobol};
 
     #[test]
     fn every_block_is_stratified() {
         // (0, m, 2)-net: every dyadic rectangle of area 2^-m holds one of 2^m consecutive points.
         let mut sobol = Sobol::new(3);
-        for block in [0, 1, 15] {
-            for m in [4, 10] {
-                for x_bits in 0..=m {
-                    let (nx, ny) = (1_u64 << x_bits, 1_u64 << (m - x_bits));
-                    let mut seen = vec![false; 1 << m];
-                    for i in 0..1 << m {
-                        let [x, y] = sobol.point(block * Sobol::BLOCK + i);
-                        let cell = (x * nx as f64) as u64 * ny + (y * ny as f64) as u64;
-                        assert!(!std::mem::replace(&mut seen[cell as usize], true));
-                    }
-                }
+        let shapes = [4, 10].map(|m| (0..=m).map(move |x_bits| (m, x_bits)));
+        for (block, (m, x_bits)) in product([0, 1, 15], shapes.into_iter().flatten()) {
+            let (nx, ny) = (1_u64 << x_bits, 1_u64 << (m - x_bits));
+            let mut seen = vec![false; 1 << m];
+            for i in 0..1 << m {
+                let [x, y] = sobol.point(block * Sobol::BLOCK + i);
+                let cell = (x * nx as f64) as u64 * ny + (y * ny as f64) as u64;
+                assert!(!std::mem::replace(&mut seen[cell as usize], true));
             }
         }
         // Every single dimension of a whole block, one point in each of 65 536 intervals.
@@ -237,12 +228,7 @@ mod quadrature {
 
     /// ∫ x^degree dx from -1 to 1.
     fn exact(degree: i32) -> f64 {
-        let is_even = degree % 2 == 0;
-        if is_even {
-            2.0 / f64::from(degree + 1)
-        } else {
-            0.0
-        }
+        f64::from(1 - degree % 2) * 2.0 / f64::from(degree + 1)
     }
 
     #[test]

@@ -1,14 +1,15 @@
 mod lattice {
+    use crate::common::product;
     use gonio::geometry::Symmetry;
-    use gonio::parametrization;
-    use gonio::parametrization::{Axis, AxisKind};
+    use gonio::parametrization::{self, Axis, AxisKind};
     use gonio::schedule::Centring::{Cell, Node, Start};
     use gonio::schedule::{Centring, Lattice, LatticeAxis, for_each_node};
 
     /// theta_h, theta_d and the azimuth of half/difference coordinates.
     fn axes(symmetry: Symmetry) -> Vec<Axis> {
-        let entry = parametrization::find("half-difference").unwrap();
-        entry.axes(symmetry)
+        parametrization::find("half-difference")
+            .unwrap()
+            .axes(symmetry)
     }
 
     /// Positions of all nodes in units of the range.
@@ -66,19 +67,14 @@ mod lattice {
 
     #[test]
     fn index_undoes_value() {
-        for axis in axes(Symmetry::NONE) {
-            for centring in [Cell, Node, Start] {
-                for n in [1, 2, 7, 90] {
-                    let lattice = LatticeAxis::new(&axis, centring, n);
-                    for i in -2..=n as i64 + 2 {
-                        for part in [0.0, 0.3] {
-                            let index = i as f64 + part;
-                            let back = lattice.index(lattice.value(index));
-                            // An ulp of the value, divided by the step.
-                            assert!((back - index).abs() < 1e-13, "{index} {back}");
-                        }
-                    }
-                }
+        let lattices = product([Cell, Node, Start], [1, 2, 7, 90]);
+        for (axis, (centring, n)) in product(axes(Symmetry::NONE), lattices) {
+            let lattice = LatticeAxis::new(&axis, centring, n);
+            for (i, part) in product(-2..=n as i64 + 2, [0.0, 0.3]) {
+                let index = i as f64 + part;
+                let back = lattice.index(lattice.value(index));
+                // An ulp of the value, divided by the step.
+                assert!((back - index).abs() < 1e-13, "{index} {back}");
             }
         }
     }
@@ -87,14 +83,10 @@ mod lattice {
     fn node_numbers_run_fastest_along_the_last_axis_and_wrap_on_circles() {
         let axes = axes(Symmetry::NONE);
         let shape = [2, 4, 3, 2];
-        let lattice = Lattice {
-            axes: axes
-                .iter()
-                .zip(shape)
-                .map(|(a, n)| LatticeAxis::new(a, Cell, n))
-                .collect(),
-            pose: vec![None; 48],
-        };
+        let axes = axes.iter().zip(shape);
+        let axes = axes.map(|(a, n)| LatticeAxis::new(a, Cell, n)).collect();
+        let pose = vec![None; 48];
+        let lattice = Lattice { axes, pose };
         assert_eq!(lattice.shape(), shape);
         for_each_node(&[3, 0], |_| panic!("no node"));
         // Axes 1 and 3 are circles, 0 and 2 end.
@@ -104,21 +96,18 @@ mod lattice {
             assert_eq!(lattice.node(&outside), None);
         }
         // Beyond a pole the coordinates go on: the mirror image of the first cell.
-        assert_eq!(
-            lattice.coords(&[-1, 0, 0, 0])[0],
-            -lattice.coords(&[0, 0, 0, 0])[0]
-        );
+        let at = |i| lattice.coords(&[i, 0, 0, 0])[0];
+        assert_eq!(at(-1), -at(0));
     }
 }
 
 #[cfg(feature = "experiments")]
 mod export {
+    use crate::common::{form, planned};
     use gonio::geometry::Symmetry;
-    use gonio::parametrization;
-    use gonio::parametrization::WarpSpec;
-    use gonio::schedule::{
-        Grid, SampleSet, Schedule, ScheduleFormat, Sequence, SobolSet, write_schedule,
-    };
+    use gonio::parametrization::{self, WarpSpec};
+    use gonio::schedule::{SampleSet, Schedule, SobolSet};
+    use gonio::schedule::{ScheduleFormat, Sequence, write_schedule};
 
     fn text(schedule: &Schedule, format: ScheduleFormat) -> String {
         let mut bytes = Vec::new();
@@ -139,17 +128,10 @@ mod export {
         };
         let of_arms = "theta_i_deg phi_i_deg theta_o_deg phi_o_deg";
         let both = [("k", WarpSpec::Arcsine), ("h_bar", WarpSpec::SquareRoot)];
+        let (half, merl) = ("half-difference", [("theta_h", WarpSpec::Merl)]);
         for (name, warps, own) in [
-            (
-                "half-difference",
-                &[][..],
-                "theta_h_deg theta_d_deg phi_d_deg",
-            ),
-            (
-                "half-difference",
-                &[("theta_h", WarpSpec::Merl)],
-                "theta_h_merl theta_d_deg phi_d_deg",
-            ),
+            (half, &[][..], "theta_h_deg theta_d_deg phi_d_deg"),
+            (half, &merl, "theta_h_merl theta_d_deg phi_d_deg"),
             ("hybrid", &both, "h_bar_square_root k_arcsine_deg delta_deg"),
             ("spherical", &[], "delta_phi_deg"),
         ] {
@@ -159,23 +141,15 @@ mod export {
 
     #[test]
     fn the_header_says_what_was_folded_and_left_out() {
-        let entry = parametrization::find("orthographic").unwrap();
-        let schedule = Grid::default()
-            .plan(&entry.form(Symmetry::FULL), 200, 1)
-            .unwrap();
+        let of = |symmetry| planned(&form("orthographic", symmetry), "grid", 200, 1);
+        let schedule = of(Symmetry::FULL);
         let about = text(&schedule, ScheduleFormat::Csv);
-        let poses = schedule.poses.len();
+        let poses = format!("{} poses", schedule.poses.len());
         let share = format!("{:.4}", schedule.unphysical_share);
-        for part in [
-            &format!("{poses} poses"),
-            "isotropic, reciprocal, bilateral",
-            &share,
-        ] {
+        for part in [&poses, "isotropic, reciprocal, bilateral", &share] {
             assert!(about.contains(part), "{about}");
         }
-        let schedule = Grid::default()
-            .plan(&entry.form(Symmetry::NONE), 200, 1)
-            .unwrap();
-        assert!(text(&schedule, ScheduleFormat::Csv).contains("under the symmetries none"));
+        let about = text(&of(Symmetry::NONE), ScheduleFormat::Csv);
+        assert!(about.contains("under the symmetries none"));
     }
 }

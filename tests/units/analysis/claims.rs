@@ -1,6 +1,6 @@
 //! Verdicts that follow from the equations, and verdicts on materials made to have them.
 
-use crate::common::{matte, model};
+use crate::common::{matte, model, near};
 use gonio::analysis::{Claim, Verdict, on_material, on_materials, on_test_functions};
 use std::sync::LazyLock;
 
@@ -25,33 +25,19 @@ static S_AND_F: LazyLock<[Vec<Claim>; 2]> = LazyLock::new(|| {
 #[test]
 fn equations_are_judged_as_the_algebra_says() {
     let claims = &*EQUATIONS;
-    for id in [
-        "orthographic-is-hybrid-at-90",
-        "reciprocity-is-half-a-turn",
-        "cos-theta-d",
-        "product-of-cosines",
-        "back-isolines-concentric",
-        "f-aligned-half-difference",
-        "f-aligned-hybrid",
-        "f-bends-orthographic",
-        "s-aligned-orthographic",
-        "s-aligned-hybrid",
-        "s-independent-of-phi-d",
-        "g-circular-at-90",
+    let hold = "orthographic-is-hybrid-at-90 reciprocity-is-half-a-turn cos-theta-d product-of-cosines \
+        back-isolines-concentric f-aligned-half-difference f-aligned-hybrid f-bends-orthographic \
+        s-aligned-orthographic s-aligned-hybrid s-independent-of-phi-d g-circular-at-90";
+    let hold_partly = "length-of-h-bar theta-k slices-correspond projection-to-two-dimensions \
+        mirror-isolines-pinched";
+    for (ids, want) in [
+        (hold, Verdict::Holds),
+        ("g-zero-on-the-horizon phi-k-is-a-sum", Verdict::DoesNotHold),
+        (hold_partly, Verdict::HoldsPartly),
     ] {
-        assert_eq!(verdict(claims, id), Verdict::Holds, "{id}");
-    }
-    for id in ["g-zero-on-the-horizon", "phi-k-is-a-sum"] {
-        assert_eq!(verdict(claims, id), Verdict::DoesNotHold, "{id}");
-    }
-    for id in [
-        "length-of-h-bar",
-        "theta-k",
-        "slices-correspond",
-        "projection-to-two-dimensions",
-        "mirror-isolines-pinched",
-    ] {
-        assert_eq!(verdict(claims, id), Verdict::HoldsPartly, "{id}");
+        for id in ids.split(' ') {
+            assert_eq!(verdict(claims, id), want, "{id}");
+        }
     }
     // At quarter turns alone a hybrid slice is one of half/difference coordinates.
     for (azimuth, is_slice) in [(0, true), (30, false), (60, false), (90, true)] {
@@ -61,14 +47,11 @@ fn equations_are_judged_as_the_algebra_says() {
     }
     // Half of all pairs; 20 000 of them have a standard error of 0.0035.
     let share = number(claims, "theta-k", "share_on_the_other_branch");
-    assert!((share - 0.5).abs() < 0.01, "{share}");
+    near(share, 0.5, 0.01, "share");
     // Small isolines of both are ellipses of axes 1 : cos 75°.
     for name in ["aspect_small_theta_h", "aspect_small_h_bar"] {
         let aspect = number(claims, "mirror-isolines-pinched", name);
-        assert!(
-            (aspect * 75_f64.to_radians().cos() - 1.0).abs() < 0.01,
-            "{aspect}"
-        );
+        near(aspect * 75_f64.to_radians().cos(), 1.0, 0.01, name);
     }
     // G − |h_bar|² − |k|² = k_z², and |k_z| = |cos θ_i − cos θ_o|/2 is a half at most.
     let at_0 = number(claims, "g-circular-at-90", "largest_difference_hybrid_0deg");
@@ -84,14 +67,9 @@ fn claims_are_named_once_and_say_what_they_measure() {
     names.dedup();
     assert_eq!(names.len(), count);
     for claim in &claims {
-        assert!(
-            !claim.numbers.is_empty() && !claim.finding.is_empty(),
-            "{claim:?}"
-        );
-        assert!(
-            claim.numbers.iter().all(|(_, v)| v.is_finite()),
-            "{claim:?}"
-        );
+        let is_said = !claim.numbers.is_empty() && !claim.finding.is_empty();
+        let is_finite = claim.numbers.iter().all(|(_, v)| v.is_finite());
+        assert!(is_said && is_finite, "{claim:?}");
     }
 }
 
@@ -100,21 +78,11 @@ fn lobes_of_theta_h_are_not_like_s_and_lobes_of_h_bar_are() {
     let [s, f] = &*S_AND_F;
     // S is a function of |h_bar| by construction; F of theta_d, which both charts keep.
     assert_eq!(verdict(s, "isolines-like-s"), Verdict::Holds);
-    assert_eq!(
-        number(
-            s,
-            "hybrid-changes-least",
-            "changes_with_azimuth_orthographic"
-        ),
-        0.0
-    );
+    let name = "changes_with_azimuth_orthographic";
+    let [of_s, of_f] = [s, f].map(|claims| number(claims, "hybrid-changes-least", name));
+    assert_eq!(of_s, 0.0);
     assert_ne!(verdict(f, "isolines-like-s"), Verdict::Holds);
-    let change = number(
-        f,
-        "hybrid-changes-least",
-        "changes_with_azimuth_orthographic",
-    );
-    assert!(change > 1e-3, "{change}");
+    assert!(of_f > 1e-3, "{of_f}");
 }
 
 #[test]

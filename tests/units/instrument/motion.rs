@@ -1,4 +1,4 @@
-use crate::common::near;
+use crate::common::{near, product};
 use gonio::instrument::{AxisMotion, Travel};
 use gonio::sampling::Random;
 use gonio::schedule::Positions;
@@ -9,6 +9,13 @@ fn axis(speed: f64, acceleration: f64) -> AxisMotion {
         speed,
         acceleration,
         wraps: false,
+    }
+}
+
+fn wrapping(speed: f64, acceleration: f64) -> AxisMotion {
+    AxisMotion {
+        wraps: true,
+        ..axis(speed, acceleration)
     }
 }
 
@@ -70,14 +77,7 @@ fn without_a_limit_only_the_other_counts() {
 
 #[test]
 fn travel_is_a_metric_and_grows_with_distance() {
-    let travel = Travel::new(&[
-        axis(0.5, 1.0),
-        AxisMotion {
-            wraps: true,
-            ..axis(0.3, 2.0)
-        },
-        axis(1.0, 0.2),
-    ]);
+    let travel = Travel::new(&[axis(0.5, 1.0), wrapping(0.3, 2.0), axis(1.0, 0.2)]);
     let random = Random::new(4);
     for i in 0..3000 {
         let x: [f64; 9] = random.point(i);
@@ -103,23 +103,18 @@ fn travel_is_a_metric_and_grows_with_distance() {
 
 #[test]
 fn an_axis_that_wraps_takes_the_shorter_way() {
-    let wraps = Travel::new(&[AxisMotion {
-        wraps: true,
-        ..axis(0.5, 1.0)
-    }]);
+    let wraps = Travel::new(&[wrapping(0.5, 1.0)]);
     let straight = one(0.5, 1.0);
-    for k in -20..=20 {
-        for l in -20..=20 {
-            let [a, b] = [k, l].map(|k| PI * f64::from(k) / 20.0);
-            let ways = [-TAU, 0.0, TAU].map(|turn| straight.seconds(&at(a), &at(b + turn)));
-            let shortest = ways.into_iter().fold(f64::INFINITY, f64::min);
-            // The root makes 2e-8 s of a rounding of 1e-16 rad near 0.
-            near(wraps.seconds(&at(a), &at(b)), shortest, 1e-7, (k, l));
-            let way = wraps.way(0, &at(a), &at(b));
-            assert!(way.abs() <= PI + 1e-12);
-            let turns = (a + way - b) / TAU;
-            near(turns, turns.round(), 1e-12, (k, l));
-        }
+    for (k, l) in product(-20..=20, -20..=20) {
+        let [a, b] = [k, l].map(|k| PI * f64::from(k) / 20.0);
+        let ways = [-TAU, 0.0, TAU].map(|turn| straight.seconds(&at(a), &at(b + turn)));
+        let shortest = ways.into_iter().fold(f64::INFINITY, f64::min);
+        // The root makes 2e-8 s of a rounding of 1e-16 rad near 0.
+        near(wraps.seconds(&at(a), &at(b)), shortest, 1e-7, (k, l));
+        let way = wraps.way(0, &at(a), &at(b));
+        assert!(way.abs() <= PI + 1e-12);
+        let turns = (a + way - b) / TAU;
+        near(turns, turns.round(), 1e-12, (k, l));
     }
 }
 
@@ -145,10 +140,8 @@ mod plan {
                 for order in Order::ALL {
                     let plan = bench.plan(&schedule, order);
                     let visits = plan.visits.iter().map(|v| (v.pose, Ok(v.positions)));
-                    let left = plan
-                        .unreachable
-                        .iter()
-                        .map(|(pose, why)| (*pose, Err(*why)));
+                    let left = plan.unreachable.iter();
+                    let left = left.map(|(pose, why)| (*pose, Err(*why)));
                     let mut all: Vec<_> = visits.chain(left).collect();
                     all.sort_by_key(|(pose, _)| *pose);
                     assert!(all.iter().map(|(pose, _)| *pose).eq(0..300));

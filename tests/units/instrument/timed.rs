@@ -2,7 +2,7 @@
 
 use crate::common::{form, near, planned, preset, product};
 use gonio::geometry::Symmetry;
-use gonio::instrument::{AxisMotion, Machine, Motion, Scan, Stop, TimingSpec, Travel};
+use gonio::instrument::{Machine, Motion, Scan, Stop, TimingSpec};
 use gonio::sampling::Random;
 use gonio::schedule::{Schedule, Visit};
 
@@ -29,6 +29,14 @@ const STOP: Setting = Setting {
     exposure: 0.25,
     every_minutes: 0.0,
 };
+
+/// Stops, with a calibration every so many minutes.
+fn calibrated(every_minutes: f64) -> Setting {
+    Setting {
+        every_minutes,
+        ..STOP
+    }
+}
 
 const SETTLE: f64 = 0.2;
 
@@ -92,10 +100,7 @@ fn begins(v: &Visit) -> f64 {
 fn stop_and_go_adds_up() {
     let (n, every) = (400, 5.0);
     let schedule = schedule(n, 7);
-    let motion = motion(&Setting {
-        every_minutes: every,
-        ..STOP
-    });
+    let motion = motion(&calibrated(every));
     let mut path = wandering(n);
     // A pose where the one before was: nothing moves, nothing settles.
     path[50].1 = path[49].1;
@@ -149,11 +154,7 @@ fn tiles_are_read_as_often_as_the_time_asks() {
     let schedule = schedule(n, n);
     let path = wandering(n);
     let tiles = |every_minutes: f64| {
-        let setting = Setting {
-            every_minutes,
-            ..STOP
-        };
-        let visits = motion(&setting).timed(&schedule, Vec::new(), &path);
+        let visits = motion(&calibrated(every_minutes)).timed(&schedule, Vec::new(), &path);
         let extra = visits.iter().filter(|v| {
             let rest = v.move_seconds + v.exposure_seconds + OVERHEAD;
             v.seconds - rest > 0.5 * TILE
@@ -170,10 +171,8 @@ fn tiles_are_read_as_often_as_the_time_asks() {
         let (count, seconds) = tiles(every);
         let most = (bare / (60.0 * every)).floor() as usize + 1;
         let least = (bare / (60.0 * every + 4.0)).floor() as usize;
-        assert!(
-            (least..=most).contains(&count),
-            "{count} of {least}..{most}"
-        );
+        let range = least..=most;
+        assert!(range.contains(&count), "{count} of {range:?}");
         near(seconds - bare, TILE * count as f64, 1e-8, every);
     }
     // Shorter than any visit: before every one.
@@ -192,20 +191,17 @@ fn a_long_sweep_takes_the_time_of_one_move() {
     };
     let visits = motion(&fly).timed(&schedule, Vec::new(), &path);
     let first = visits[0].seconds;
-    let one = Travel::new(&[AxisMotion {
-        speed: 0.5,
-        acceleration: 1.0,
-        wraps: false,
-    }]);
-    let whole = one.seconds(&[0.0; 4], &[2.0, 0.0, 0.0, 0.0]);
+    let one = motion(&STOP);
+    let whole = one.travel().seconds(&[0.0; 4], &[2.0, 0.0, 0.0, 0.0]);
     near(total(&visits) - first, whole, 1e-12, "one move");
     // Exposures or the rate of readings set the pace where they are slower than the axis; the
     // ramps are as long as the pace asks.
-    for (exposure, rate, pace) in [
+    let paces = [
         (0.3, None, 0.3),
         (0.0, Some(4.0), 0.25),
         (0.3, Some(2.0), 0.5),
-    ] {
+    ];
+    for (exposure, rate, pace) in paces {
         let fly = Setting {
             exposure,
             rate,
@@ -225,10 +221,8 @@ fn a_long_sweep_takes_the_time_of_one_move() {
 #[test]
 fn flying_is_never_slower_than_stopping() {
     let settings = product([0.0, 0.1, 0.5, 3.0], [0.0, 0.01, 0.25, 3.0]);
-    let paths = product(
-        [None, Some(1000.0), Some(2.0), Some(0.2)],
-        [1e-4, 0.01, 0.3],
-    );
+    let rates = [None, Some(1000.0), Some(2.0), Some(0.2)];
+    let paths = product(rates, [1e-4, 0.01, 0.3]);
     for ((every_minutes, exposure), (rate, d)) in product(settings, paths) {
         let path = rows(12, 9, d);
         let schedule = schedule(path.len(), 1);
@@ -264,10 +258,7 @@ fn flying_is_never_slower_than_stopping() {
 fn without_sweeps_flying_is_stopping() {
     let n = 100;
     let schedule = schedule(n, 1);
-    let setting = Setting {
-        every_minutes: 1.0,
-        ..STOP
-    };
+    let setting = calibrated(1.0);
     let stopped = motion(&setting);
     let flown = motion(&Setting {
         scan: Scan::Fly,

@@ -114,11 +114,8 @@ fn small_sets_are_solved_nearly_exactly() {
     for n in 1..=8 {
         for (travel, positions) in (0..10).flat_map(|seed| sets(n, seed)) {
             let best = shortest(&travel, &positions);
-            let found = seconds(
-                &travel,
-                &positions,
-                &tour(Order::TwoOpt, &travel, &positions),
-            );
+            let tour = tour(Order::TwoOpt, &travel, &positions);
+            let found = seconds(&travel, &positions, &tour);
             assert!(found >= best * (1.0 - 1e-12));
             assert!(found <= 1.03 * best, "{n}: {found} {best}");
             exact += usize::from(found <= best * (1.0 + 1e-12));

@@ -1,6 +1,6 @@
 //! Height fields from files.
 
-use crate::common::{says, table};
+use crate::common::{near, says, table};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec,
     WritableImage,
@@ -54,21 +54,16 @@ fn refused(bytes: &[u8]) -> String {
 
 fn of_exr(channels: &[(&str, &[f32])], width: usize) -> Vec<u8> {
     let height = channels[0].1.len() / width;
-    let list: SmallVec<_> = channels
-        .iter()
-        .map(|(name, values)| AnyChannel::new(*name, FlatSamples::F32(values.to_vec())))
-        .collect();
-    let layer = Layer::new(
-        (width, height),
-        LayerAttributes::default(),
-        Encoding::UNCOMPRESSED,
-        AnyChannels::sort(list),
-    );
+    let list = channels.iter().map(|(name, values)| {
+        let values = FlatSamples::F32(values.to_vec());
+        AnyChannel::new(*name, values)
+    });
+    let list: SmallVec<_> = list.collect();
+    let (look, raw) = (LayerAttributes::default(), Encoding::UNCOMPRESSED);
+    let layer = Layer::new((width, height), look, raw, AnyChannels::sort(list));
     let mut bytes = Cursor::new(Vec::new());
-    Image::from_layer(layer)
-        .write()
-        .to_buffered(&mut bytes)
-        .unwrap();
+    let image = Image::from_layer(layer);
+    image.write().to_buffered(&mut bytes).unwrap();
     bytes.into_inner()
 }
 
@@ -106,10 +101,7 @@ fn all_formats_have_the_same_heights() {
             let cells: Vec<_> = row.iter().map(u16::to_string).collect();
             format!(" {}\r\n", cells.join(separator))
         });
-        format!(
-            "\u{feff}# of a profilometer\n\n{}",
-            rows.collect::<String>()
-        )
+        "\u{feff}# of a profilometer\n\n".to_owned() + &rows.collect::<String>()
     };
     let same = [
         (grey([3, 2], &NUMBERS), Some(65535.0)),
@@ -146,16 +138,11 @@ fn of_several_channels_that_of_heights_is_read() {
 #[test]
 fn a_cast_is_upside_down_and_small_heights_on_a_tall_offset_are_kept() {
     let text = b"1e6,1000000.001\n1000000.002,1000000.004\n";
-    let heights = |height_um| -> Vec<f64> {
-        let map = Map::of(text, 0.001, Some(height_um));
-        map.field().heights().collect()
-    };
-    let expected = [2.0, 4.0, 0.0, 1.0];
-    for (found, expected) in heights(1.0).into_iter().zip(expected) {
-        assert!((found - expected).abs() < 1e-5, "{found} {expected}");
-    }
-    for (found, expected) in heights(-1.0).into_iter().zip(expected) {
-        assert!((found + expected).abs() < 1e-5, "{found} {expected}");
+    for height_um in [1.0, -1.0] {
+        let field = Map::of(text, 0.001, Some(height_um)).field();
+        for (found, expected) in field.heights().zip([2.0, 4.0, 0.0, 1.0]) {
+            near(found, height_um * expected, 1e-5, expected);
+        }
     }
 }
 
@@ -181,10 +168,8 @@ fn a_step_across_an_edge_is_told() {
     };
     let turn = std::f64::consts::TAU / 32.0;
     assert!(told(&|x, y| (2.0 * turn * x).sin() + (turn * y).cos()).is_empty());
-    assert_eq!(
-        told(&|x, y| (1.5 * turn * x).cos() + (turn * y).cos()).len(),
-        1
-    );
+    let part = told(&|x, y| (1.5 * turn * x).cos() + (turn * y).cos());
+    assert_eq!(part.len(), 1);
     let plane = told(&|x, y| 0.1 * x + 0.2 * y);
     let steps = "steps of 3.100 along x, 6.200 along y, where those inside are 0.100 along x, 0.200 along y";
     assert!(plane.len() == 1 && plane[0].contains(steps), "{plane:?}");
@@ -194,8 +179,12 @@ fn a_step_across_an_edge_is_told() {
 #[test]
 fn a_file_that_is_no_map_is_told_why() {
     let some = [0.5f32; 4];
-    let png = |color, depth, bytes: usize| of_png([2, 2], color, depth, &vec![9; bytes]);
     use png::{BitDepth, ColorType};
+    let png = |color, depth, bytes: usize| of_png([2, 2], color, depth, &vec![9; bytes]);
+    let grey_of_8 = png(ColorType::Grayscale, BitDepth::Eight, 4);
+    let colour = png(ColorType::Rgb, BitDepth::Sixteen, 24);
+    let with_alpha = png(ColorType::GrayscaleAlpha, BitDepth::Sixteen, 16);
+    let of_csv = "neither OpenEXR nor PNG, and of CSV line 1 has a zero byte";
     let with = |value: f32| of_exr(&[("Y", &[0.0, 1.0, value, 2.0, 3.0, 4.0])], 2);
     let made = [
         (grey([1, 1], &[7]), "1 × 1 heights; allowed: 2 to 8192"),
@@ -208,22 +197,10 @@ fn a_file_that_is_no_map_is_told_why() {
         (with(f32::NEG_INFINITY), "is -inf; allowed: finite"),
         (with(1e38), "e37 cells; allowed: less than 2e5"),
         (b"1,2\n3,\xff".to_vec(), "line 2: cell 2 is \"ÿ\""),
-        (
-            b"\0\0\0\0".to_vec(),
-            "neither OpenEXR nor PNG, and of CSV line 1 has a zero byte",
-        ),
-        (
-            png(ColorType::Grayscale, BitDepth::Eight, 4),
-            "this PNG is grey of 8 bits; allowed: grey of 16",
-        ),
-        (
-            png(ColorType::Rgb, BitDepth::Sixteen, 24),
-            "this PNG is colour of 16 bits; allowed: grey",
-        ),
-        (
-            png(ColorType::GrayscaleAlpha, BitDepth::Sixteen, 16),
-            "grey with alpha of 16 bits",
-        ),
+        (b"\0\0\0\0".to_vec(), of_csv),
+        (grey_of_8, "this PNG is grey of 8 bits; allowed: grey of 16"),
+        (colour, "this PNG is colour of 16 bits; allowed: grey"),
+        (with_alpha, "grey with alpha of 16 bits"),
     ];
     let texts = table(
         r#"
@@ -296,9 +273,17 @@ fn keys_have_ranges() {
             other => panic!("{other:?}"),
         }
     };
-    assert!(told(0.0, Some(1.0)).contains("pitch_um = 0: allowed is a number in (0, 1000000]"));
-    assert!(told(f64::NAN, Some(1.0)).contains("pitch_um = NaN"));
-    assert!(told(1.0, Some(f64::INFINITY)).contains("height_um = inf"));
-    let none = told(1.0, None);
-    says(&none, "height_um = none: allowed is a number in … white");
+    let least = "pitch_um = 0: allowed is a number in (0, 1000000]";
+    for (pitch_um, height_um, parts) in [
+        (0.0, Some(1.0), least),
+        (f64::NAN, Some(1.0), "pitch_um = NaN"),
+        (1.0, Some(f64::INFINITY), "height_um = inf"),
+        (
+            1.0,
+            None,
+            "height_um = none: allowed is a number in … white",
+        ),
+    ] {
+        says(&told(pitch_um, height_um), parts);
+    }
 }

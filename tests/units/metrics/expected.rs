@@ -69,8 +69,6 @@ fn of_the_black_only_the_logarithm_is_known() {
     assert_eq!(expected.nrmse, None);
     assert!((expected.log_relative.unwrap() - log).abs() < 1e-15);
     assert!((expected.shared[1].unwrap() - 0.5 * log).abs() < 1e-15);
-    assert_eq!(
-        Expected::from_pairs(std::iter::empty()),
-        Expected::default()
-    );
+    let nothing = Expected::from_pairs(std::iter::empty());
+    assert_eq!(nothing, Expected::default());
 }

@@ -4,7 +4,7 @@ mod pairs;
 mod tally;
 mod test_set;
 
-use crate::common::{made, matte, test_pairs};
+use crate::common::{self, made, matte, test_pairs};
 use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::metrics::{
@@ -58,11 +58,8 @@ fn a_batch_equals_single_look_ups() {
         }
     }
     assert!(evaluate(&patchy(), &[]).luminance.is_empty());
-    let whole = evaluate(
-        &Lambert::new(Spectrum::Grey(0.5), Channels::Rgb),
-        &pairs(100),
-    );
-    assert!(whole.missing.is_empty());
+    let whole = Lambert::new(Spectrum::Grey(0.5), Channels::Rgb);
+    assert!(evaluate(&whole, &pairs(100)).missing.is_empty());
 }
 
 #[test]
@@ -91,10 +88,7 @@ fn missing_pairs_are_left_out_of_both() {
 #[test]
 fn shares_are_of_the_pairs_that_are_compared() {
     let coverage = [Interpolated, Extrapolated, Unknown, Extrapolated, Unknown];
-    let mut truth = Values {
-        luminance: vec![1.0; 5],
-        missing: Vec::new(),
-    };
+    let mut truth = common::values(vec![1.0; 5]);
     let shares = |truth: &Values| {
         let found = Uncovered::among(&coverage, &[1.0; 5], truth);
         Uncovered::QUANTITIES.map(|(_, of)| of(&found))

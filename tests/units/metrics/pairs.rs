@@ -13,15 +13,11 @@ fn cosine_pairs_have_uniform_cos_squared() {
         let sin2_mask = f64::to_radians(mask_deg).sin().powi(2);
         let sin2 = |d: Direction| d.sin_theta().powi(2) / sin2_mask;
         let azimuth = |d: Direction| d.phi() / std::f64::consts::TAU + 0.5;
-        for of in [
-            &|p: &DirectionPair| sin2(p.omega_i),
-            &|p: &DirectionPair| sin2(p.omega_o),
-            &|p: &DirectionPair| azimuth(p.omega_i),
-            &|p: &DirectionPair| azimuth(p.omega_o),
-        ] as [&dyn Fn(&DirectionPair) -> f64; 4]
-        {
-            let p = uniformity(&equal_bins(pairs.iter().map(of), 50));
-            assert!(p > 1e-3, "{mask_deg}: p = {p}");
+        for end in [|p: &DirectionPair| p.omega_i, |p: &DirectionPair| p.omega_o] {
+            for of in [&sin2 as &dyn Fn(Direction) -> f64, &azimuth] {
+                let p = uniformity(&equal_bins(pairs.iter().map(|p| of(end(p))), 50));
+                assert!(p > 1e-3, "{mask_deg}: p = {p}");
+            }
         }
     }
 }

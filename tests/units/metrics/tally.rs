@@ -1,16 +1,9 @@
-use crate::common::test_pairs;
+use crate::common::{test_pairs, values};
 use gonio::geometry::DirectionPair;
-use gonio::metrics::{Errors, Measure, Tally, Values, compare, compare_weighted};
+use gonio::metrics::{Errors, Measure, Tally, compare, compare_weighted};
 
 fn pairs(n: usize) -> Vec<DirectionPair> {
     test_pairs(Measure::Lobe, n)
-}
-
-fn values(luminance: Vec<f64>) -> Values {
-    Values {
-        luminance,
-        missing: Vec::new(),
-    }
 }
 
 fn close(got: Option<f64>, want: f64) {
@@ -44,11 +37,8 @@ fn the_quantile_is_where_a_thousandth_is_above() {
         assert_eq!(tally.errors(0).relative_p999, errors.relative_p999);
         assert!(tally.standard_errors(0).relative_p999.unwrap() < 1e-2 * scale);
     }
-    let same = compare(
-        &pairs,
-        &values(vec![1.0; 20_000]),
-        &values(vec![1.0; 20_000]),
-    );
+    let one = values(vec![1.0; 20_000]);
+    let same = compare(&pairs, &one, &one);
     assert_eq!(same.relative_p999, Some(0.0));
 }
 
@@ -66,19 +56,16 @@ fn the_standard_error_of_an_average_is_that_of_a_mean() {
     let mean = errors.iter().sum::<f64>() / 16.0;
     let spread: f64 = errors.iter().map(|e| (e - mean).powi(2)).sum();
     close(tally.errors(0).mean_relative, mean);
-    close(
-        tally.standard_errors(0).mean_relative,
-        (spread / (16.0 * 15.0)).sqrt(),
-    );
+    let standard = tally.standard_errors(0).mean_relative;
+    close(standard, (spread / (16.0 * 15.0)).sqrt());
 }
 
 #[test]
 fn a_scaled_truth_has_the_errors_on_paper() {
     let pairs = pairs(1000);
     // Values over nine decades, above the floor.
-    let f: Vec<f64> = (0..1000)
-        .map(|i| 10f64.powf(i as f64 / 111.0 - 2.0))
-        .collect();
+    let decades = (0..1000).map(|i| f64::from(i) / 111.0 - 2.0);
+    let f: Vec<f64> = decades.map(|x| 10f64.powf(x)).collect();
     for c in [0.0, 0.5, 1.0, 1.5, 4.0] {
         let g = f.iter().map(|f| c * f).collect();
         let errors = compare(&pairs, &values(f.clone()), &values(g));
@@ -119,10 +106,8 @@ fn constants_have_the_errors_on_paper() {
     for (f, g) in [(0.3, 0.2), (1e-5, 2e-4), (0.0, 0.1), (5.0, 0.0), (2.0, 2.0)] {
         let errors = compare(&pairs, &values(vec![f; 1000]), &values(vec![g; 1000]));
         close(errors.log_relative, ((g + 1e-3) / (f + 1e-3)).ln().abs());
-        close(
-            errors.log1p,
-            mean(&|cos| ((1.0 + g * cos).ln() - (1.0 + f * cos).ln()).abs()),
-        );
+        let log1p = |cos: f64| ((1.0 + g * cos).ln() - (1.0 + f * cos).ln()).abs();
+        close(errors.log1p, mean(&log1p));
         let cbrt = mean(&|cos| cos.powf(2.0 / 3.0)).sqrt() * (g.cbrt() - f.cbrt()).abs();
         close(errors.cbrt, cbrt);
         close(errors.mean_relative, f64::abs(g - f) / f.max(1e-3));
@@ -179,20 +164,15 @@ fn undefined_errors_are_empty() {
     let black = compare(&pairs, &values(vec![0.0; 3]), &values(vec![0.0; 3]));
     assert_eq!(black.nrmse, None);
     assert_eq!(black.mean_relative, Some(0.0));
-    let none = Values {
-        luminance: vec![0.0; 3],
-        missing: vec![true; 3],
-    };
+    let mut none = values(vec![0.0; 3]);
+    none.missing = vec![true; 3];
     for errors in [
         compare(&pairs, &none, &values(vec![1.0; 3])),
         compare(&[], &values(vec![]), &values(vec![])),
     ] {
         assert_eq!(errors.pairs, 0);
-        assert!(
-            Errors::QUANTITIES
-                .iter()
-                .all(|(_, of)| of(&errors).is_none())
-        );
+        let mut quantities = Errors::QUANTITIES.iter();
+        assert!(quantities.all(|(_, of)| of(&errors).is_none()));
     }
     // The squares overflow, the logarithms do not.
     let huge = compare(&pairs, &values(vec![1.0; 3]), &values(vec![1e200; 3]));

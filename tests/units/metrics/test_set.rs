@@ -1,9 +1,9 @@
 //! Densities, replicates and convergence of test pairs.
 
 use super::spec;
-use crate::common::near;
+use crate::common::{near, values};
 use gonio::geometry::DirectionPair;
-use gonio::metrics::{Level, Measure, REPLICATES, TestSet, Values, test_pairs};
+use gonio::metrics::{Level, Measure, REPLICATES, TestSet, test_pairs};
 use std::ops::Range;
 
 /// Mean over the replicates, and its standard error.
@@ -62,9 +62,7 @@ fn a_level_is_as_many_as_all_before_it() {
     let large = TestSet::new(&Measure::ALL, &spec(2048, 80.0, 0.0, 0)).unwrap();
     assert_eq!([small.candidates(0), small.candidates(2)], [512, 2048]);
     let of = |levels: &[Level], r: usize| -> Vec<DirectionPair> {
-        let of = levels
-            .iter()
-            .map(|l| l.pairs[l.replicates[r].clone()].to_vec());
+        let of = levels.iter().map(|l| &l.pairs[l.replicates[r].clone()]);
         let mut all = of.collect::<Vec<_>>().concat();
         // Each level is in an order of its own.
         all.sort_by_key(|pair| pair.omega_i.vector().x.to_bits());
@@ -96,10 +94,7 @@ fn standard_errors_are_honest() {
         let errors = |seed: u64, pairs: usize| {
             let set = TestSet::new(&[Measure::Cosine], &spec(pairs, 80.0, 0.0, seed)).unwrap();
             let level = set.level(0);
-            let values = |w: f64| Values {
-                luminance: level.pairs.iter().map(|p| value(p, w)).collect(),
-                missing: Vec::new(),
-            };
+            let values = |w: f64| values(level.pairs.iter().map(|p| value(p, w)).collect());
             let mut tally = set.tally();
             level.add_to(&mut tally, &values(width), &values(1.1 * width));
             let of = |e: gonio::metrics::Errors| [e.nrmse, e.log_relative].map(Option::unwrap);
@@ -111,17 +106,13 @@ fn standard_errors_are_honest() {
         for seed in 0..seeds {
             let (found, standard) = errors(seed, 4096);
             for k in 0..2 {
-                assert!(
-                    standard[k] < 0.1 * found[k],
-                    "{width} {k}: {standard:?} {found:?}"
-                );
-                z2[k] += ((found[k] - truth[k]) / standard[k]).powi(2) / seeds as f64;
+                let [found, standard] = [found[k], standard[k]];
+                assert!(standard < 0.1 * found, "{width} {k}: {standard} {found}");
+                z2[k] += ((found - truth[k]) / standard).powi(2) / seeds as f64;
             }
         }
         // The mean of 40 squares of Student's t with 15 degrees of freedom is 1.15 ± 0.32.
-        assert!(
-            z2.iter().all(|z2| (0.4..2.4).contains(z2)),
-            "{width}: {z2:?}"
-        );
+        let is_honest = z2.iter().all(|z2| (0.4..2.4).contains(z2));
+        assert!(is_honest, "{width}: {z2:?}");
     }
 }

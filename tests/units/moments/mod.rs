@@ -1,14 +1,14 @@
 mod correlation;
 mod fit;
 
-use crate::common::{form, matte, model, near, planned};
+use crate::common::{self, form, matte, model, near, planned};
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::moments::{
-    Batch, Channel, Clamping, Component, HorizonCopy, Kind, MomentErrors, MomentsSpec, Order,
-    PeakResolving, Profile, Slice, SliceMoments, Tally, lambertian_part,
+    Batch, Channel, Clamping, Component, HorizonCopy, Kind, MomentErrors, Order, PeakResolving,
+    Profile, Slice, SliceMoments, Tally, lambertian_part,
 };
 use gonio::parametrization::view_centered;
 use gonio::reconstruct::{Multilinear, Reconstruct};
@@ -36,13 +36,8 @@ fn channels_are_those_of_the_brdf() {
         let slice = Slice::new(&rgb, channel, 0.3).unwrap();
         slice.value(0.1, -0.4).unwrap() * PI
     };
-    let expected = [
-        0.2126 * 0.1 + 0.7152 * 0.2 + 0.0722 * 0.6,
-        0.3,
-        0.1,
-        0.2,
-        0.6,
-    ];
+    let luminance = 0.2126 * 0.1 + 0.7152 * 0.2 + 0.0722 * 0.6;
+    let expected = [luminance, 0.3, 0.1, 0.2, 0.6];
     for (channel, want) in Channel::ALL.into_iter().zip(expected) {
         assert!((at(channel) - want).abs() < 1e-14);
     }
@@ -69,13 +64,9 @@ fn what_is_below_the_diffuse_part_is_clamped() {
 }
 
 #[test]
-fn all_of_lambert_is_diffuse() {
+fn the_minimum_is_found_between_the_nodes() {
     let part = lambertian_part(&matte(0.3), Channel::Luminance).unwrap();
     assert!((part * PI / 0.3 - 1.0).abs() < 1e-15);
-}
-
-#[test]
-fn the_minimum_is_found_between_the_nodes() {
     // A lobe that is everywhere positive: its minimum over a far denser grid is no smaller.
     let ggx = model("ggx", "alpha = 0.4");
     let part = lambertian_part(&*ggx, Channel::Luminance).unwrap();
@@ -90,30 +81,17 @@ fn the_minimum_is_found_between_the_nodes() {
 }
 
 fn profile(brdf: &dyn Brdf, views: usize, max_view_deg: f64) -> Profile {
-    let spec = MomentsSpec {
-        views,
-        max_view_deg,
-        ..MomentsSpec::default()
-    };
-    let estimator = PeakResolving::default();
+    let (spec, estimator) = (common::views(views, max_view_deg), PeakResolving::default());
     Profile::new(brdf, Channel::Luminance, &spec, &estimator, 1).unwrap()
 }
 
 #[test]
 fn a_darker_copy_errs_in_energy_alone() {
-    let [errors, ..] = MomentErrors::between(
-        &profile(&matte(0.8), 3, 60.0),
-        &profile(&matte(0.6), 3, 60.0),
-    );
-    assert!((errors.energy.unwrap() - 0.25).abs() < 1e-12);
-    for e in [
-        errors.mean,
-        errors.covariance,
-        errors.skewness,
-        errors.kurtosis,
-    ] {
-        assert!(e.unwrap() < 1e-12);
-    }
+    let [truth, darker] = [0.8, 0.6].map(|albedo| profile(&matte(albedo), 3, 60.0));
+    let [e, ..] = MomentErrors::between(&truth, &darker);
+    assert!((e.energy.unwrap() - 0.25).abs() < 1e-12);
+    let others = [e.mean, e.covariance, e.skewness, e.kurtosis];
+    assert!(others.iter().all(|e| e.unwrap() < 1e-12));
 }
 
 #[test]
@@ -126,10 +104,7 @@ fn a_wider_lobe_errs_as_its_moments_do() {
     for (f, g) in f.slices.iter().zip(&g.slices) {
         let ([ft, fp], [gt, gp]) = (f.moments.mean().unwrap(), g.moments.mean().unwrap());
         mean += (gt - ft).abs().max((gp - fp).abs()) / 3.0;
-        let (f, g) = (
-            f.moments.covariance().unwrap(),
-            g.moments.covariance().unwrap(),
-        );
+        let [f, g] = [f, g].map(|slice| slice.moments.covariance().unwrap());
         let relative = [
             (g[0] - f[0]).abs() / f[0],
             (g[1] - f[1]).abs() / (f[0] * f[2]).sqrt(),
@@ -168,11 +143,7 @@ fn differences_from_a_truth_are_known_to_a_fifth() {
     let measured = Ideal.measure(&*ggx, &planned(&form, "grid", 200, 1));
     let copy = Multilinear::default().reconstruct(&measured).unwrap();
     let (truth, whole) = (profile(&*ggx, 4, 75.0), profile(&*copy, 4, 75.0));
-    let spec = MomentsSpec {
-        views: 4,
-        max_view_deg: 75.0,
-        ..MomentsSpec::default()
-    };
+    let spec = common::views(4, 75.0);
     let against = |truth| Profile::against(truth, &*copy, &spec, &PeakResolving::default(), 1);
     let less = against(&truth).unwrap();
     for ((f, g), l) in truth.slices.iter().zip(&whole.slices).zip(&less.slices) {
@@ -191,11 +162,10 @@ fn differences_from_a_truth_are_known_to_a_fifth() {
             // What is no difference but rounding, or quadrature, is known as well as the tolerance says.
             let known = components().map(|c| g.moments.get(c).unwrap().uncertainty);
             let known = 2.0 * known.fold(0.0, f64::max);
+            let (less, all) = (off(l, g), off(f, g));
             assert!(
-                off(l, g) <= f64::max(0.2 * off(f, g), known),
-                "{order}: {} of {}",
-                off(l, g),
-                off(f, g)
+                less <= f64::max(0.2 * all, known),
+                "{order}: {less} of {all}"
             );
         }
     }
@@ -206,11 +176,8 @@ fn differences_from_a_truth_are_known_to_a_fifth() {
     for (f, g) in truth.slices.iter().zip(&same.slices) {
         for c in Component::ALL {
             let [f, g] = [f, g].map(|s| s.moments.get(c).unwrap());
-            let off = (f.value - g.value).abs();
-            assert!(
-                off <= f.uncertainty + g.uncertainty
-                    && g.uncertainty <= 1e-4 * f.value.abs().max(5.0)
-            );
+            assert!((f.value - g.value).abs() <= f.uncertainty + g.uncertainty);
+            assert!(g.uncertainty <= 1e-4 * f.value.abs().max(5.0));
         }
     }
 }
@@ -231,10 +198,9 @@ fn the_copy_is_the_brdf_at_normal_view_and_keeps_its_shape_uncut() {
                 let v = d.vector();
                 Direction::from_unit(DVec3::new(v.x * c - v.y * s, v.x * s + v.y * c, v.z))
             };
-            let moved = DirectionPair::new(
-                turn(view_centered(theta - 0.5, phi)),
-                turn(view_centered(0.5, 0.0)),
-            );
+            let both = [[theta - 0.5, phi], [0.5, 0.0]];
+            let [light, view] = both.map(|[theta, phi]| turn(view_centered(theta, phi)));
+            let moved = DirectionPair::new(light, view);
             assert!((copy.luminance(&moved).unwrap() / got - 1.0).abs() < 1e-12);
         }
     }
@@ -294,12 +260,9 @@ fn a_far_and_narrow_cloud_keeps_its_digits() {
         let values = tally.values();
         for c in Component::ALL.into_iter().filter(|c| c.order() >= 2) {
             let scale = if c.order() == 2 { width * width } else { 1.0 };
-            let (got, want) = (
-                values[c.index()].unwrap() / scale,
-                reference[c.index()].unwrap(),
-            );
+            let [got, want] = [&values, &reference].map(|values| values[c.index()].unwrap());
             // What is left is the rounding of the points themselves, 2e-16/width.
-            near(got, want, 4e-15 / width + 1e-12, (width, c));
+            near(got / scale, want, 4e-15 / width + 1e-12, (width, c));
         }
     }
 }

@@ -44,10 +44,6 @@ fn the_errors_of_a_darker_copy_are_exact() {
     let darker = compare(0.5, 0.2);
     let near = |v: Option<f64>| (v.unwrap() - 0.6).abs() < 1e-12;
     assert!(near(darker.nrmse) && near(darker.mean_relative));
-    // What is darker is blue in the picture of differences, the third.
-    let (width, picture) = pixels(&darker.png());
-    let difference = picture[8 * width + 76];
-    assert!(difference[2] > difference[0], "{difference:?}");
     let same = compare(0.5, 0.5);
     assert_eq!((same.nrmse, same.mean_relative), (Some(0.0), Some(0.0)));
     // Relative to nothing.
@@ -67,6 +63,7 @@ fn pictures_lie_side_by_side() {
     let at = |x: usize| picture[8 * width + x];
     let [truth, copy, difference] = [12, 44, 76].map(at);
     assert!(truth[0] > copy[0] && copy[0] > 0);
+    // What is darker is blue in the picture of differences.
     assert!(difference[2] > difference[0], "{difference:?}");
     // Beside the spheres there is nothing.
     assert_eq!([at(27), picture[64]].map(|p| p[3]), [0, 0]);
@@ -198,10 +195,8 @@ fn layers_read_back_with_their_mask() {
 }
 
 fn charts(names: &[&str]) -> Vec<Entry<ParametrizationSpec>> {
-    let found = names
-        .iter()
-        .map(|name| parametrization::find(name).unwrap());
-    found.collect()
+    let found = names.iter().map(|name| parametrization::find(name));
+    found.map(Option::unwrap).collect()
 }
 
 #[test]

@@ -1,3 +1,4 @@
+use crate::common::product;
 use gonio::report::{
     Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, Series, forest_svg, labelled, svg,
 };
@@ -57,22 +58,23 @@ fn marks(text: &str, color: &str) -> usize {
 
 const BLUE: &str = "#0072B2";
 
+const ORANGE: &str = "#D55E00";
+
+const MARKS: [Mark; 3] = [Mark::Line, Mark::Dashed, Mark::Points];
+
 #[test]
 fn every_series_with_data_is_seen() {
     let wave = |f: f64| (0..90).map(move |i| (f64::from(i), Some((f * f64::from(i)).sin().abs())));
-    for scale in [Scale::Linear, Scale::Log] {
-        for mark in [Mark::Line, Mark::Dashed, Mark::Points] {
-            let [a, b] = [0.1, 0.2].map(|f| wave(f).collect::<Vec<_>>());
-            let text = drawn(&[panel(scale, vec![series(0, mark, &a), series(1, mark, &b)])]);
-            assert!(marks(&text, BLUE) >= 2 && marks(&text, ORANGE) >= 2);
-        }
+    for (scale, mark) in product([Scale::Linear, Scale::Log], MARKS) {
+        let [a, b] = [0.1, 0.2].map(|f| wave(f).collect::<Vec<_>>());
+        let text = drawn(&[panel(scale, vec![series(0, mark, &a), series(1, mark, &b)])]);
+        assert!(marks(&text, BLUE) >= 2 && marks(&text, ORANGE) >= 2);
     }
     let many = (0..40).map(|c| {
         let points: Vec<_> = wave(0.01 * c as f64 + 0.01).collect();
         series(c, Mark::Line, &points)
     });
-    let many = many.collect();
-    let text = drawn(&[panel(Scale::Linear, many)]);
+    let text = drawn(&[panel(Scale::Linear, many.collect())]);
     for c in 0..40 {
         assert!(text.contains(&format!("\nseries {c}\n")));
     }
@@ -82,15 +84,11 @@ fn every_series_with_data_is_seen() {
     assert!(colors.iter().filter(is_line).count() >= 40);
 }
 
-const ORANGE: &str = "#D55E00";
-
 #[test]
 fn gaps_are_left_open() {
     let values = [1.0, 2.0, f64::INFINITY, 1.0, f64::NAN, 2.0, 3.0];
     let value = |v: f64| Some(v).filter(|v| !v.is_infinite());
-    let points: Vec<_> = (0..7)
-        .map(|i| (f64::from(i), value(values[i as usize])))
-        .collect();
+    let points: Vec<_> = (0..7).map(|i| (i as f64, value(values[i]))).collect();
     let text = drawn(&[panel(Scale::Linear, vec![series(0, Mark::Line, &points)])]);
     // Two lines, a dot for the point on its own, the legend.
     assert_eq!(marks(&text, BLUE), 4);
@@ -100,9 +98,8 @@ fn gaps_are_left_open() {
 fn odd_data_is_drawn_without_complaint() {
     let constants = [0.0, 1.0, -1e-16, 1e-320, f64::MAX, -f64::MAX, 5e-324];
     let bumps = |value: &dyn Fn(i32) -> f64| -> Vec<(f64, Option<f64>)> {
-        (0..9)
-            .map(|i| (f64::from(i), Some(1e-16 * value(i))))
-            .collect()
+        let points = (0..9).map(|i| (f64::from(i), Some(1e-16 * value(i))));
+        points.collect()
     };
     let ends = [
         [Some(-f64::MAX), Some(f64::MAX)],
@@ -130,20 +127,15 @@ fn odd_data_is_drawn_without_complaint() {
         Some([0.5, 0.5 + 1e-15]),
         Some([-f64::MAX, f64::INFINITY]),
     ];
-    for points in &odd {
-        for mark in [Mark::Line, Mark::Dashed, Mark::Points] {
-            for scale in [Scale::Linear, Scale::Log] {
-                for range in ranges {
-                    let mut panel = panel(scale, vec![series(0, mark, points)]);
-                    panel.y.range = range;
-                    panel.x.range = range;
-                    drawn(&[panel.clone()]);
-                    panel.x.range = None;
-                    panel.x.scale = scale;
-                    drawn(&[panel]);
-                }
-            }
-        }
+    let looks = product(MARKS, [Scale::Linear, Scale::Log]);
+    for ((mark, scale), (points, range)) in product(looks, product(&odd, ranges)) {
+        let mut panel = panel(scale, vec![series(0, mark, points)]);
+        panel.y.range = range;
+        panel.x.range = range;
+        drawn(&[panel.clone()]);
+        panel.x.range = None;
+        panel.x.scale = scale;
+        drawn(&[panel]);
     }
     assert!(drawn(&[panel(Scale::Log, vec![])]).contains("no data"));
     drawn(&[]);
@@ -152,12 +144,7 @@ fn odd_data_is_drawn_without_complaint() {
 
 #[test]
 fn what_leaves_the_range_is_cut_off() {
-    let points = [
-        (0.0, Some(0.5)),
-        (1.0, Some(1e9)),
-        (2.0, Some(0.5)),
-        (3.0, Some(-4.0)),
-    ];
+    let points = [(0.0, 0.5), (1.0, 1e9), (2.0, 0.5), (3.0, -4.0)].map(|(x, y)| (x, Some(y)));
     let mut panel = panel(Scale::Linear, vec![series(0, Mark::Line, &points)]);
     panel.y.range = Some([0.0, 1.0]);
     let text = drawn(&[panel]);
@@ -182,16 +169,10 @@ fn what_leaves_the_range_is_cut_off() {
 
 #[test]
 fn rounding_has_no_axis_of_its_own() {
-    let wave = |size: f64| -> Vec<(f64, Option<f64>)> {
-        (0..9)
-            .map(|i| (f64::from(i), Some(size * f64::from(i).sin())))
-            .collect()
-    };
     let text = |size: f64| {
-        drawn(&[panel(
-            Scale::Linear,
-            vec![series(0, Mark::Line, &wave(size))],
-        )])
+        let wave = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(f64::from);
+        let wave = wave.map(|x| (x, Some(size * x.sin())));
+        drawn(&[panel(Scale::Linear, vec![series(0, Mark::Line, &wave)])])
     };
     let [small, rounding] = [1e-9, 1e-17].map(text);
     assert!(small.contains("·10⁻") && !rounding.contains("·10⁻"));
@@ -200,17 +181,15 @@ fn rounding_has_no_axis_of_its_own() {
 
 #[test]
 fn lines_of_one_panel_have_marks_of_their_own() {
-    let points: Vec<_> = (0..40)
-        .map(|i| (f64::from(i), Some(f64::from(i))))
-        .collect();
+    let points = (0..40).map(|i| (f64::from(i), Some(f64::from(i))));
+    let points: Vec<_> = points.collect();
     let two = [0, 1].map(|c| series(c, Mark::Line, &points)).to_vec();
     let [one, two] = [two[..1].to_vec(), two].map(|s| drawn(&[panel(Scale::Linear, s)]));
     // Circles on the first, squares on the second, at a few of its points, and in the legend.
-    let [circles, squares] = ["<circle", "z\"/>"].map(|tag| two.matches(tag).count());
-    assert!(
-        (4..15).contains(&circles) && (4..15).contains(&squares),
-        "{circles} {squares}"
-    );
+    for shape in ["<circle", "z\"/>"] {
+        let count = two.matches(shape).count();
+        assert!((4..15).contains(&count), "{shape}: {count}");
+    }
     assert!(!one.contains("<circle"));
 }
 
@@ -247,9 +226,7 @@ fn a_ratio_lies_where_its_axis_says() {
     let dots = text.split("<circle cx=\"").skip(1);
     let dots = dots.map(|t| t.split('"').next().unwrap().parse().unwrap());
     let dots: Vec<f64> = dots.collect();
-    let [a, b, c] = dots[..] else {
-        panic!("{dots:?}")
-    };
+    let [a, b, c] = dots[..].try_into().unwrap();
     // 0.1, 1 and 10 are equally far apart; tenths of a pixel are rounded.
     assert!((b - a - (c - b)).abs() <= 2.0 && b > a + 1000.0, "{dots:?}");
     assert!(text.contains("a &lt; b"));

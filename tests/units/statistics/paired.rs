@@ -9,15 +9,18 @@ fn pairs(n: u32, shift: f64, spread: f64) -> Vec<(f64, f64)> {
     (1..=n).map(pair).collect()
 }
 
+/// The comparison of pairs that can be compared.
+fn compared(pairs: &[(f64, f64)]) -> Paired {
+    Paired::new(pairs, BAND, &Bootstrap::new(1)).unwrap()
+}
+
 fn verdict(n: u32, shift: f64, spread: f64) -> Verdict {
-    Paired::new(&pairs(n, shift, spread), BAND, &Bootstrap::new(1))
-        .unwrap()
-        .verdict()
+    compared(&pairs(n, shift, spread)).verdict()
 }
 
 #[test]
 fn what_is_known_badly_has_a_wider_interval() {
-    let plain = Paired::new(&pairs(20, 0.1, 0.05), BAND, &Bootstrap::new(1)).unwrap();
+    let plain = compared(&pairs(20, 0.1, 0.05));
     assert_eq!(plain.known_to(&[(0.0, 0.0); 20]).interval, plain.interval);
     let wide = plain.known_to(&[(0.3, 0.4); 20]);
     let [a, b] = [plain, wide].map(|p| p.interval.unwrap().map(|end| (end / p.ratio).ln()));
@@ -53,13 +56,13 @@ fn mean_and_sign_must_agree() {
     // A single material on which A is hopeless: the test leans to A, the mean does not.
     let mut one = pairs(30, -0.1, 0.05);
     one[7] = (1.0, 1e-6);
-    let one = Paired::new(&one, BAND, &Bootstrap::new(1)).unwrap();
+    let one = compared(&one);
     assert!(one.p.unwrap() < 1e-4 && one.ratio > 1.0);
     assert_eq!(one.verdict(), Verdict::Undecided);
     // Five of thirty differ, all to one side: the mean leans, the sign cannot be tested.
     let mut five = vec![(0.1, 0.1); 25];
     five.extend(pairs(5, -2.0, 0.1));
-    let five = Paired::new(&five, BAND, &Bootstrap::new(1)).unwrap();
+    let five = compared(&five);
     assert!(five.interval.unwrap()[1] < 1.0);
     assert_eq!((five.p, five.verdict()), (None, Verdict::Undecided));
 }
@@ -73,23 +76,16 @@ fn known_ratios() {
         (0.0, 1e-15),
         (1.005, 1.0),
     ];
-    let found = Paired::new(&pairs, BAND, &Bootstrap::new(1)).unwrap();
+    let found = compared(&pairs);
     assert!((found.ratio / (0.25f64 * 1.005).powf(0.2) - 1.0).abs() < 1e-14);
     assert_eq!((found.wins, found.losses, found.ties), (2, 1, 2));
     assert_eq!((found.n, found.interval, found.p), (5, None, None));
     // The interval is that of the log ratios, sorted by size.
-    let six: Vec<(f64, f64)> = [-0.1, 0.2, -0.3, 0.4, 0.5, -0.6f64]
-        .map(|l| (l.exp(), 1.0))
-        .to_vec();
-    let got = Paired::new(&six, BAND, &Bootstrap::new(9))
-        .unwrap()
-        .interval
-        .unwrap();
-    let logs = [-0.1, 0.2, -0.3, 0.4, 0.5, -0.6];
-    for (g, e) in got
-        .iter()
-        .zip(Bootstrap::new(9).mean_interval(&logs).unwrap())
-    {
+    let logs = [-0.1, 0.2, -0.3, 0.4, 0.5, -0.6f64];
+    let six = logs.map(|l| (l.exp(), 1.0));
+    let got = compared(&six).interval.unwrap();
+    let expected = Bootstrap::new(1).mean_interval(&logs).unwrap();
+    for (g, e) in got.iter().zip(expected) {
         assert!((g.ln() - e).abs() < 1e-14, "{got:?}");
     }
 }
@@ -97,18 +93,16 @@ fn known_ratios() {
 #[test]
 fn exchanged_and_shuffled() {
     let pairs = pairs(24, -0.1, 0.4);
-    let found = Paired::new(&pairs, BAND, &Bootstrap::new(1)).unwrap();
+    let found = compared(&pairs);
     let swapped: Vec<_> = pairs.iter().map(|(a, b)| (*b, *a)).collect();
-    let back = Paired::new(&swapped, BAND, &Bootstrap::new(1)).unwrap();
+    let back = compared(&swapped);
     let [low, high] = found.interval.unwrap();
     let [low_back, high_back] = back.interval.unwrap();
     for product in [found.ratio * back.ratio, low * high_back, high * low_back] {
         assert!((product - 1.0).abs() < 1e-13, "{product}");
     }
-    assert_eq!(
-        (found.p, found.wins, found.losses),
-        (back.p, back.losses, back.wins)
-    );
+    assert_eq!(found.p, back.p);
+    assert_eq!([found.wins, found.losses], [back.losses, back.wins]);
     let mut turned = pairs.clone();
     turned.reverse();
     assert_eq!(Paired::new(&turned, BAND, &Bootstrap::new(1)), Some(found));
@@ -132,22 +126,16 @@ fn many_comparisons_need_more() {
         .map(|k| {
             let wave = |i: u32| f64::from((i * i + 31 * k) * (i + 7)).sin();
             let pair = |i| ((0.3 * wave(i)).exp() * if k == 0 { 0.7 } else { 1.0 }, 1.0);
-            Paired::new(
-                &(1..=24).map(pair).collect::<Vec<_>>(),
-                BAND,
-                &Bootstrap::new(1),
-            )
-            .unwrap()
+            compared(&(1..=24).map(pair).collect::<Vec<_>>())
         })
         .collect();
     let together = Paired::adjusted(&alone);
     let found = |list: &[Paired]| -> Vec<usize> {
-        (0..40)
-            .filter(|k| list[*k].verdict() != Verdict::Undecided)
-            .collect()
+        let is_decided = |k: &usize| list[*k].verdict() != Verdict::Undecided;
+        (0..40).filter(is_decided).collect()
     };
     assert!(found(&alone).len() > 1, "no false finding to lose");
     assert_eq!(found(&together), [0]);
-    let none = Paired::new(&[(0.1, 0.2)], BAND, &Bootstrap::new(1)).unwrap();
+    let none = compared(&[(0.1, 0.2)]);
     assert_eq!(Paired::adjusted(&[none]), [none]);
 }

@@ -74,12 +74,9 @@ fn assert_least_squares(rows: &[(Vec<usize>, f64)]) {
     let (total, rest) = (left(rows, &[vec![]]), left(rows, &terms));
     let share = |term: &Vec<usize>| {
         let mut others = terms.clone();
-        others.retain(|t| {
-            if term.len() == 1 {
-                !t.contains(&term[0])
-            } else {
-                t != term
-            }
+        others.retain(|t| match term[..] {
+            [factor] => !t.contains(&factor),
+            _ => t != term,
         });
         others.push(vec![]);
         let without = left(rows, &others);
@@ -90,17 +87,14 @@ fn assert_least_squares(rows: &[(Vec<usize>, f64)]) {
     let named = found.pairs.iter().map(|p| vec![p.0, p.1]);
     assert!(terms[factors..].iter().cloned().eq(named), "{found:?}");
     assert!((found.variance * rows.len() as f64 / total - 1.0).abs() < 1e-12);
-    for (term, got) in terms
-        .iter()
-        .zip(found.mains.iter().chain(found.pairs.iter().map(|p| &p.2)))
-    {
+    let shares = found.mains.iter().chain(found.pairs.iter().map(|p| &p.2));
+    for (term, got) in terms.iter().zip(shares) {
         let want = share(term);
         assert!((got - want).abs() < 1e-12, "{term:?}: {got} {want}");
     }
     let told: f64 = terms.iter().map(share).sum::<f64>() + rest / total;
-    assert!(
-        (found.rest - rest / total).abs() < 1e-12 && (found.entangled + told - 1.0).abs() < 1e-11
-    );
+    assert!((found.rest - rest / total).abs() < 1e-12);
+    assert!((found.entangled + told - 1.0).abs() < 1e-11);
 }
 
 #[test]
