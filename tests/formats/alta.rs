@@ -139,19 +139,13 @@ fn pairs_come_back_from_every_kind_of_coordinates() {
 #[test]
 fn values_lose_their_cosine_and_keep_their_colours() {
     let rows = cartesian(&[0.1, 0.2, 0.3]);
-    for (output, has_cosine) in [
-        ("INV_STERADIAN", false),
-        ("RGB_COLOR", false),
-        ("INV_STERADIAN_COSINE_FACTOR", true),
-    ] {
+    for output in ["INV_STERADIAN", "RGB_COLOR", "INV_STERADIAN_COSINE_FACTOR"] {
+        let has_cosine = output.contains("COSINE");
         let back = good(&file("CARTESIAN", output, 3, &rows, ""));
         assert_eq!(back.measurement.channels, Channels::Rgb);
         for (i, pair) in pairs().iter().enumerate() {
-            let cos = if has_cosine {
-                pair.omega_o.cos_theta()
-            } else {
-                1.0
-            };
+            let cosine = pair.omega_o.cos_theta();
+            let cos = if has_cosine { cosine } else { 1.0 };
             let values = back.measurement.value(i).unwrap();
             for (value, c) in values.iter().zip([0.1, 0.2, 0.3]) {
                 near(value * cos, c, 1e-14, output);
@@ -165,10 +159,8 @@ fn values_by_wavelength_need_their_wavelengths() {
     let values = [0.1, 0.2, 0.3, 0.4];
     let line = "#WAVELENGTHS_NM 400 532.5 700 1064\n";
     let with_radii = cartesian(&[0.1, 0.2, 0.3, 0.4, 0.01]);
-    for (rows, more, has_radii) in [
-        (cartesian(&values), "", false),
-        (with_radii, "#VS 1\n", true),
-    ] {
+    let plain = cartesian(&values);
+    for (rows, more, has_radii) in [(plain, "", false), (with_radii, "#VS 1\n", true)] {
         let more = format!("{line}{more}");
         let back = good(&file("CARTESIAN", "INV_STERADIAN", 4, &rows, &more));
         let back = back.measurement;
@@ -179,13 +171,8 @@ fn values_by_wavelength_need_their_wavelengths() {
     }
     // As many as there are colours are wavelengths still.
     let three = "#WAVELENGTHS_NM 400 500 600\n";
-    let back = good(&file(
-        "CARTESIAN",
-        "INV_STERADIAN",
-        3,
-        &cartesian(&values[..3]),
-        three,
-    ));
+    let rows = cartesian(&values[..3]);
+    let back = good(&file("CARTESIAN", "INV_STERADIAN", 3, &rows, three));
     assert!(back.measurement.channels.wavelengths().is_some());
     for [output, p, nm, line, part] in table(
         "
@@ -196,12 +183,9 @@ fn values_by_wavelength_need_their_wavelengths() {
         INV_STERADIAN | 3 | blue 500 600       | 4 | blue: allowed are numbers of nm",
     ) {
         let p = p.parse().unwrap();
-        let more = if nm.is_empty() {
-            String::new()
-        } else {
-            format!("#WAVELENGTHS_NM {nm}\n")
-        };
-        let text = file("CARTESIAN", output, p, &cartesian(&values[..p]), &more);
+        let more = format!("#WAVELENGTHS_NM {nm}\n");
+        let more = if nm.is_empty() { "" } else { &more };
+        let text = file("CARTESIAN", output, p, &cartesian(&values[..p]), more);
         refused(try_read(&text), line, part);
     }
 }

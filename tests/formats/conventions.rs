@@ -28,10 +28,8 @@ fn written(columns: &[String], rows: &[Vec<f64>]) -> [String; 3] {
     let line = |cells: Vec<String>| cells.join(",") + "\n";
     let numbers = |row: &Vec<f64>| line(row.iter().map(f64::to_string).collect());
     let csv = line(columns.to_vec()) + &rows.iter().map(numbers).collect::<String>();
-    let spreadsheet = csv
-        .replace(',', ";")
-        .replace('.', ",")
-        .replace('\n', "\r\n");
+    let spreadsheet = csv.replace(',', ";").replace('.', ",");
+    let spreadsheet = spreadsheet.replace('\n', "\r\n");
     let object = |row: &Vec<f64>| {
         let object: BTreeMap<_, _> = columns.iter().zip(row).collect();
         serde_json::to_string(&object).unwrap() + "\n"
@@ -82,19 +80,22 @@ fn angles_in_every_convention_are_the_same_poses() {
         "theta_i,theta_o,phi_o",
         "theta_i,theta_o,delta_phi",
     ];
-    let azimuth_choices = [None]
+    let azimuths_or_none = [None]
         .into_iter()
         .chain(Azimuth::ALL.map(|a| Some(a.value)));
-    let polar_choices = product(AngleUnit::ALL, [false, true]);
-    for (azimuth, ((unit, elevation), columns)) in
-        product(azimuth_choices, product(polar_choices, columns))
-    {
+    let polar = product(AngleUnit::ALL, [false, true]);
+    let choices = product(azimuths_or_none, product(polar, columns));
+    for (azimuth, ((unit, elevation), columns)) in choices {
         let is_alone = !columns.contains("phi_i");
         let row = |(i, pair): (usize, &DirectionPair)| {
             let [a, b] = azimuths(azimuth.unwrap_or(Azimuth::Sample), pair, is_alone);
-            let polar = |d: Direction| match elevation {
-                true => FRAC_PI_2 - d.theta(),
-                false => d.theta(),
+            let zenith = |d: Direction| d.theta();
+            let polar = |d| {
+                if elevation {
+                    FRAC_PI_2 - zenith(d)
+                } else {
+                    zenith(d)
+                }
             };
             let angle = |column| match column {
                 "theta_i" => polar(pair.omega_i),
@@ -115,11 +116,9 @@ fn angles_in_every_convention_are_the_same_poses() {
             let names = columns.split(',').map(|c| format!("{c}{ending}"));
             let names: Vec<String> = names.chain(["value".into()]).collect();
             let ours = columns.split(',').chain(["value"]).map(str::to_owned);
+            let renamed = ours.zip(names.clone()).filter(|_| ending == "In");
             let conventions = Conventions {
-                columns: match ending {
-                    "In" => ours.zip(names.clone()).collect(),
-                    _ => vec![],
-                },
+                columns: renamed.collect(),
                 angles: (!ending.starts_with('_')).then_some(unit.value),
                 elevation,
                 azimuth,
@@ -191,13 +190,10 @@ fn values_of_every_quantity_are_the_same_readings() {
     let alta = |line: &str| format!("{ALTA}{line}0.4 0.1 1.1 0.2 3\n");
     let csv = |column: &str| format!("{ANGLES},{column}\n20,0,70,0,3\n");
     let said = |word: &str| alta(&format!("#PARAM_OUT {word}\n"));
+    let cosine = said("INV_STERADIAN_COSINE_FACTOR");
     for (said, given, words) in [
         (said("INV_STERADIAN"), alta(""), "quantity=brdf"),
-        (
-            said("INV_STERADIAN_COSINE_FACTOR"),
-            alta(""),
-            "quantity=brdf-cosine",
-        ),
+        (cosine, alta(""), "quantity=brdf-cosine"),
         (csv("value_cos"), csv("value"), "quantity=brdf-cosine-light"),
     ] {
         let [said, given] = [read(&said, ""), read(&given, words)];
@@ -306,13 +302,15 @@ fn repeats_of_a_pose_show_their_scatter() {
         // Repeats come one after the other, or in turns.
         let turns = [0, 2, 5, 9, 1, 8, 4, 7, 3, 6].map(|i: usize| rows[i].clone());
         for rows in [rows.concat(), turns.concat()] {
-            let back = read(
-                &format!("{ANGLES},value_450nm,value_550nm{columns}\n{rows}"),
-                "",
+            let text = format!("{ANGLES},value_450nm,value_550nm{columns}\n{rows}");
+            let back = read(&text, "");
+            let [note] = &back.notes[..] else {
+                panic!("{:?}", back.notes)
+            };
+            assert!(
+                note.starts_with("6 rows with a pose of another row"),
+                "{note}"
             );
-            assert_eq!(back.notes.len(), 1);
-            let note = "6 rows with a pose of another row";
-            assert!(back.notes[0].starts_with(note), "{:?}", back.notes);
             let m = back.measurement;
             assert_eq!(m.values.len(), 8);
             let details = m.details.as_ref().unwrap();
@@ -434,10 +432,8 @@ fn a_cut_file_is_read_up_to_the_cut() {
             let ended = cut.matches('\n').count();
             assert_eq!(back.rows, whole.rows - (lines - ended), "{cut}");
             // Without a count it is not known whether rows are missing.
-            let start = match cut.ends_with('\n') && !is_counted {
-                true => "not cut",
-                false => "cut",
-            };
+            let is_whole = cut.ends_with('\n') && !is_counted;
+            let start = if is_whole { "not cut" } else { "cut" };
             let start = format!("{start}: {} w", count(back.rows, "row"));
             let note = back.notes.last().unwrap();
             assert!(note.starts_with(&start), "{note}");
@@ -455,12 +451,13 @@ fn a_cut_file_is_read_up_to_the_cut() {
     }
     let head = format!("{ALTA}#PARAM_OUT INV_STERADIAN\n");
     let alta = head + "0.1 0 0.2 0 1\n0.3 0 0.2 0 4\n";
-    for (cut, is_refused) in [
+    let cuts = [
         ("0.5 0 0.2\n", true),
         ("0.5 0 0.2", true),
         ("0.5 0 0.2 0 1", false),
         ("", false),
-    ] {
+    ];
+    for (cut, is_refused) in cuts {
         let text = format!("{alta}{cut}");
         assert_eq!(read(&text, "partial").rows, 2);
         let strict = try_read(&text, Conventions::default());

@@ -39,7 +39,7 @@ fn only_a_single_peak_at_the_light_is_doubted() {
     for layout in &layouts {
         let peak = |brdf: &dyn Brdf| retro_peak(&Ideal.measure(brdf, layout));
         for (entry, example) in &examples {
-            let spec = registry::read_text(entry, example).unwrap_or_else(|e| panic!("{e}"));
+            let spec = registry::read_text(entry, example).unwrap();
             // Tables of files are not there.
             let Ok(brdf) = spec.build(Channels::Luminance) else {
                 continue;
@@ -50,20 +50,16 @@ fn only_a_single_peak_at_the_light_is_doubted() {
             doubted += usize::from(found.is_some());
         }
         // A lobe turned to the light is seen; a rough one has no peak that is so near.
-        for (keys, ratio) in [
-            ("kind = \"ggx\", alpha = 0.1", 3.0),
-            ("kind = \"ggx\", alpha = 0.3", 3.0),
-            ("kind = \"phong\"", 3.0),
-            (
-                "kind = \"ggx\", alpha = 0.6, fresnel = { kind = \"none\" }",
-                1.5,
-            ),
-        ] {
+        for [keys, ratio] in table(
+            r#"kind = "ggx", alpha = 0.1 | 3
+            kind = "ggx", alpha = 0.3 | 3
+            kind = "phong" | 3
+            kind = "ggx", alpha = 0.6, fresnel = { kind = "none" } | 1.5"#,
+        ) {
             let found = peak(&*model("retro-reflective", &format!("of = {{ {keys} }}")));
-            assert!(
-                found.is_some_and(|f| f.retro >= ratio * f.mirror),
-                "{keys}: {found:?}"
-            );
+            let ratio: f64 = ratio.parse().unwrap();
+            let is_seen = found.as_ref().is_some_and(|f| f.retro >= ratio * f.mirror);
+            assert!(is_seen, "{keys}: {found:?}");
         }
         // Both peaks, of any weights; a matte one with a lobe at the light.
         for (mirror, back) in [(1.0, 1.0), (0.1, 0.9), (0.5, 0.5)] {
@@ -141,24 +137,17 @@ fn elevations_and_percents_that_nothing_names_are_doubted() {
         (&percent, "", Some("--uncertainties percent")),
     ] {
         let warnings = read(text, words).warnings;
-        assert_eq!(
-            warnings.len(),
-            usize::from(warning.is_some()),
-            "{warnings:?}"
-        );
+        let count = usize::from(warning.is_some());
+        assert_eq!(warnings.len(), count, "{warnings:?}");
         says(&warnings.concat(), warning.unwrap_or_default());
     }
     // Two percent of .3 are .006 1/sr, whatever the unit of the values.
+    use UncertaintyUnit::{Percent, Relative, Value};
     for (uncertainty, unit, quantity, want) in [
-        (0.006, UncertaintyUnit::Value, Quantity::Brdf, 0.006),
-        (2.0, UncertaintyUnit::Percent, Quantity::Brdf, 0.006),
-        (0.02, UncertaintyUnit::Relative, Quantity::Brdf, 0.006),
-        (
-            2.0,
-            UncertaintyUnit::Percent,
-            Quantity::ReflectanceFactor,
-            0.006 / PI,
-        ),
+        (0.006, Value, Quantity::Brdf, 0.006),
+        (2.0, Percent, Quantity::Brdf, 0.006),
+        (0.02, Relative, Quantity::Brdf, 0.006),
+        (2.0, Percent, Quantity::ReflectanceFactor, 0.006 / PI),
     ] {
         let conventions = Conventions {
             uncertainties: Some(unit),

@@ -35,10 +35,8 @@ fn measured(channels: Channels) -> Measurement {
 }
 
 fn written(name: &str, measurement: &Measurement) -> std::io::Result<String> {
-    let about = About {
-        material: Some("brushed \"steel\"".into()),
-        ..About::default()
-    };
+    let mut about = About::default();
+    about.material = Some("brushed \"steel\"".into());
     let mut bytes = Vec::new();
     let format = WRITE_READINGS.named(name).unwrap();
     let write = WRITE_READINGS.function(&format).unwrap();
@@ -105,15 +103,12 @@ fn a_header_of_pab_opto_is_read_in_its_dialects() {
     let off = distance(&m.schedule.poses[0].pair, &mirror, Symmetry::NONE);
     near(off, 0.0, 1e-12, "mirror");
     // Other words for the same.
-    for (old, new) in [
-        ("#format theta", "#format: theta"),
-        ("#incident_angle 30 90", "#intheta 30\n#inphi: 90"),
-        (
-            "#incident_angle 30 90",
-            "#theta_in 30\n#phi_in 90\n#upphi 90",
-        ),
-        ("\n60 270 0.25", "\n\n 60\t270\t2.5e-1"),
-    ] {
+    for [old, new] in table(
+        r"#format theta | #format: theta
+        #incident_angle 30 90 | #intheta 30\n#inphi: 90
+        #incident_angle 30 90 | #theta_in 30\n#phi_in 90\n#upphi 90
+        \n60 270 0.25 | \n\n 60\t270\t2.5e-1",
+    ) {
         let other = read(&edited(PAB, old, new)).measurement;
         assert_eq!(other.values, m.values);
         assert_eq!(other.schedule.poses, m.schedule.poses);
@@ -142,16 +137,13 @@ fn a_header_of_astm_says_what_columns_are() {
     let pair = DirectionPair::from_spherical(0.5, -1.0, 0.2, 0.0);
     let found = distance(&m.schedule.poses[1].pair, &pair, Symmetry::NONE);
     near(found, 0.0, 1e-14, "pose");
-    let without = ASTM
-        .replace("phi_i,", "")
-        .replace("400nm,500nm", "value,phi_x");
+    let without = ASTM.replace("phi_i,", "");
+    let without = without.replace("400nm,500nm", "value,phi_x");
     assert!(formats::of_text(&without).is_some_and(|f| f.name == "astm"));
     let grey = "VARS theta_i,theta_s,phi_s,signal\n0.5,0.5,3.1,1.5\n";
     let grey = read(grey).measurement;
-    assert_eq!(
-        (grey.channels, grey.values),
-        (Channels::Luminance, vec![1.5])
-    );
+    assert_eq!(grey.channels, Channels::Luminance);
+    assert_eq!(grey.values, [1.5]);
 }
 
 #[test]
@@ -239,11 +231,7 @@ fn angles_of_astm_are_in_radians_or_said_to_be_degrees() {
     assert_eq!(found.about.material.as_deref(), Some("steel"));
     assert_eq!(found.unread, ["LAB_NAME"]);
     // An angle is no value.
-    refused_edits(
-        degrees,
-        "
-        signal | theta_i | VARS names the angle theta_i: allowed are
-        signal | theta_t | VARS names the angle theta_t: allowed are",
-        |text| read(text, None),
-    );
+    let angles = "signal | theta_i | VARS names the angle theta_i: allowed are
+                  signal | theta_t | VARS names the angle theta_t: allowed are";
+    refused_edits(degrees, angles, |text| read(text, None));
 }

@@ -1,6 +1,6 @@
 //! Tables of laboratories that are not quite what they should be.
 
-use super::common::{near, says, table};
+use super::common::{near, product, says, table};
 use super::{chord, try_read};
 use gonio::formats::Readings;
 use gonio::schedule::Conventions;
@@ -64,10 +64,8 @@ fn an_unknown_column_gets_a_short_answer() {
     assert_eq!(notes, ["ignored columns: lamp"]);
     let misspelt = strict(&text.replace("theta_o_deg", "tetha_o_deg"));
     let sentence = super::chain(&misspelt.err().unwrap());
-    assert!(
-        sentence.ends_with("; did you mean theta_o_deg?"),
-        "{sentence}"
-    );
+    let end = "; did you mean theta_o_deg?";
+    assert!(sentence.ends_with(end), "{sentence}");
 }
 
 #[test]
@@ -130,10 +128,8 @@ fn symmetries_that_readings_do_not_have_are_doubted() {
     };
     let brushed = |turn: f64| 1.0 + 0.5 * turn.to_radians().cos();
     let warnings = read(&table(&brushed, "", "")).warnings;
-    says(
-        &warnings[0],
-        "scatter by 20 % (median of 12 configurations) … --symmetry",
-    );
+    let told = "scatter by 20 % (median of 12 configurations) … --symmetry";
+    says(&warnings[0], told);
     // What they claim to be uncertain by explains it; a sample that looks alike has nothing to explain.
     for text in [table(&brushed, ",type_a", ",0.3"), table(&|_| 1.0, "", "")] {
         assert!(read(&text).warnings.is_empty());
@@ -150,10 +146,7 @@ fn a_scan_needs_no_azimuth() {
 /// In-plane readings of a lobe about the light, whose azimuths these are.
 fn lobe(lights: &[u32]) -> String {
     let mut text = HEAD.to_owned();
-    let scans = lights
-        .iter()
-        .flat_map(|light| [30_u32, 45].map(|theta| (light, theta)));
-    for (light, theta) in scans {
+    for (light, theta) in product(lights, [30_u32, 45]) {
         for o in (0..=80).step_by(4) {
             for (side, off) in [(0, theta.abs_diff(o)), (180, theta + o)] {
                 let value = 0.1 + (-f64::from(off * off) / 50.0).exp();

@@ -23,10 +23,8 @@ use gonio::brdf::Channels;
 use gonio::formats::{self, READ_READINGS, Readings, of_text, read_readings};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{self, WarpSpec};
-use gonio::schedule::{
-    AngleUnit, Assume, Azimuth, Choice, Conventions, FileError, MAX_AXES, Polarisation, Quantity,
-    write_schedule,
-};
+use gonio::schedule::{AngleUnit, Azimuth, Choice, Conventions, Polarisation, Quantity};
+use gonio::schedule::{Assume, FileError, MAX_AXES, write_schedule};
 use gonio::schedule::{Itinerary, Schedule, ScheduleFormat, Unreachable, Visit};
 use std::sync::Arc;
 
@@ -149,11 +147,9 @@ fn backwards(schedule: &Schedule) -> Itinerary {
     let mut itinerary = Itinerary {
         instrument: "a bench, with \"quotes\"".into(),
         // The second is called like a coordinate.
-        axes: vec![
-            "light, \"upper\" arm".into(),
-            "theta_i".into(),
-            "turn".into(),
-        ],
+        axes: ["light, \"upper\" arm", "theta_i", "turn"]
+            .map(String::from)
+            .into(),
         order: "as-generated".into(),
         visits: Vec::new(),
         unreachable: Vec::new(),

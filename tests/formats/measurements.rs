@@ -66,16 +66,14 @@ pub fn measured(
 }
 
 pub fn about(measurement: &Measurement, itinerary: &Itinerary) -> About {
+    let hash = schedule_hash(&measurement.schedule, Sequence::Visits(itinerary));
     About {
         is_bare: false,
         material: Some("red # paint, \"matte\" = 1".into()),
         instrument: Some(itinerary.instrument.clone()),
         realisation: Some(3),
         seed: Some(u64::MAX),
-        schedule_hash: Some(schedule_hash(
-            &measurement.schedule,
-            Sequence::Visits(itinerary),
-        )),
+        schedule_hash: Some(hash),
         foreign_header: None,
     }
 }
@@ -129,23 +127,20 @@ fn a_measurement_comes_back_to_the_bit() {
         let (measurement, itinerary) = measured(&schedule, channels, details);
         let about = about(&measurement, &itinerary);
         let backwards: Vec<u32> = (0..schedule.poses.len() as u32).rev().collect();
-        for sequence in [
-            Sequence::Generated,
-            Sequence::Order(&backwards),
-            Sequence::Visits(&itinerary),
-        ] {
-            for format in FORMATS.into_iter().chain([ScheduleFormat::Arrays]) {
-                let text = text(&measurement, &about, sequence, format);
-                if format == ScheduleFormat::JsonLines {
-                    check_lines(&schema, &text);
-                }
-                let back = read(&text);
-                assert_same(&back.measurement, &measurement);
-                assert_eq!(back.about, about);
-                assert!(back.notes.is_empty(), "{:?}", back.notes);
-                if let Sequence::Order(poses) = sequence {
-                    assert_eq!(order(&back.measurement), poses);
-                }
+        let sequences = [Sequence::Order(&backwards), Sequence::Visits(&itinerary)];
+        let sequences = [Sequence::Generated].into_iter().chain(sequences);
+        let formats = FORMATS.into_iter().chain([ScheduleFormat::Arrays]);
+        for (sequence, format) in product(sequences, formats) {
+            let text = text(&measurement, &about, sequence, format);
+            if format == ScheduleFormat::JsonLines {
+                check_lines(&schema, &text);
+            }
+            let back = read(&text);
+            assert_same(&back.measurement, &measurement);
+            assert_eq!(back.about, about);
+            assert!(back.notes.is_empty(), "{:?}", back.notes);
+            if let Sequence::Order(poses) = sequence {
+                assert_eq!(order(&back.measurement), poses);
             }
         }
     }
@@ -158,10 +153,8 @@ fn four_angles_and_a_value_are_enough() {
     assert_eq!(m.outcomes, [Outcome::Reading, Outcome::NoData]);
     assert_eq!((m.values[0], m.details), (0.5, None));
     // Times the cosine: cos 60° = 1/2 to rounding, uncertainties too.
-    let m = read(&format!(
-        "{ANGLES},value_cos,uncertainty\n60,0,20,0,0.25,0.01\n"
-    ))
-    .measurement;
+    let cosine = format!("{ANGLES},value_cos,uncertainty\n60,0,20,0,0.25,0.01\n");
+    let m = read(&cosine).measurement;
     let details = m.details.unwrap();
     near(m.values[0], 0.5, 1e-15, "value");
     near(details.type_b[0], 0.02, 1e-16, "uncertainty");

@@ -76,8 +76,9 @@ fn vectors_stand_for_angles() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("mine.npz");
     std::fs::write(&path, bytes).unwrap();
+    let otherwise = gonio::geometry::Symmetry::NONE;
     let assume = Assume {
-        otherwise: gonio::geometry::Symmetry::NONE,
+        otherwise,
         ..Assume::default()
     };
     let readings = load_readings(&path, &assume).unwrap();
@@ -109,13 +110,8 @@ fn headers_and_texts_are_read_as_numpy_reads_them() {
     let wide = "ok\0é\0\0".chars();
     let wide: Vec<u8> = wide.flat_map(|c| u32::from(c).to_be_bytes()).collect();
     let read = |angle: Vec<u8>, flags: Vec<u8>| {
-        let others = [
-            "phi_i_deg.npy",
-            "theta_o_deg.npy",
-            "phi_o_deg.npy",
-            "value.npy",
-        ];
-        let others = others.map(|name| (name, plain.clone()));
+        let others = "phi_i_deg.npy theta_o_deg.npy phi_o_deg.npy value.npy".split(' ');
+        let others: Vec<_> = others.map(|name| (name, plain.clone())).collect();
         let own = [("theta_i_deg.npy", angle), ("flags.npy", flags)];
         as_text("npz", &archive(&[&own[..], &others].concat()))
     };
@@ -133,19 +129,13 @@ fn headers_and_texts_are_read_as_numpy_reads_them() {
     let head = |descr: &str, shape: &str| {
         format!("{{'descr': {descr}, 'shape': {shape}, 'fortran_order': False}}")
     };
+    let structured = head("[('a', '<f4'), ('b', [('c', '<f4')])]", "(2,)");
+    let endless = format!("{{'descr': {}", "[".repeat(60_000));
+    let short = "{'descr': '<f8', 'shape': (2,)}".into();
     for (text, part) in [
-        (
-            head("[('a', '<f4'), ('b', [('c', '<f4')])]", "(2,)"),
-            "it holds [('a'",
-        ),
-        (
-            format!("{{'descr': {}", "[".repeat(60_000)),
-            "its header is {'descr'",
-        ),
-        (
-            "{'descr': '<f8', 'shape': (2,)}".into(),
-            "allowed: descr, fortran_order and shape",
-        ),
+        (structured, "it holds [('a'"),
+        (endless, "its header is {'descr'"),
+        (short, "allowed: descr, fortran_order and shape"),
         (head("'<f8'", "((2,),)"), "its header is"),
         (head("'<f8'", "(-2,)"), "its header is"),
         (head("'|f8'", "(2,)"), "it holds |f8"),
@@ -169,35 +159,23 @@ fn what_is_no_table_is_refused_by_name() {
     assert!(with("value.npy", column(&[1.0, f64::NAN])).is_ok());
     let long_name = format!("{}.npy", "x".repeat(300));
     let terabytes = "(1099511627776, 1099511627776)";
+    let infinite = column(&[1.0, f64::INFINITY]);
+    let (round, three) = ("theta_i_deg.npy/../value.npy", column(&[1.0, 2.0, 3.0]));
+    let fortran = array("<f8", true, "(2, 3)", &[0; 48]);
+    let cut_head = b"\x93NUMPY\x02\x00\xff\xff\xff\xff{".to_vec();
     for (name, bytes, part) in [
         ("value.npy", column(&[1.0]), "\"value\""),
-        (
-            "value.npy",
-            column(&[1.0, f64::INFINITY]),
-            "holds inf at row 1",
-        ),
+        ("value.npy", infinite, "holds inf at row 1"),
         ("value.txt", whole.clone(), "value.txt"),
-        (
-            "theta_i_deg.npy/../value.npy",
-            column(&[1.0, 2.0, 3.0]),
-            "shape [3]",
-        ),
+        (round, three, "shape [3]"),
         ("value.npy", values("<f8", "(2, 1)", two), "[2, 1]"),
         ("value.npy", values("<f8", "(3,)", two), "cut"),
         ("value.npy", values("<f8", terabytes, &two[..8]), "is cut"),
         ("value.npy", values("<c16", "(1,)", &[0; 16]), "c16"),
         ("value.npy", values("|O", "(2,)", &[0; 16]), "it holds"),
-        (
-            "omega_i.npy",
-            array("<f8", true, "(2, 3)", &[0; 48]),
-            "Fortran",
-        ),
+        ("omega_i.npy", fortran, "Fortran"),
         ("header.npy", whole.clone(), "header holds numbers"),
-        (
-            "value.npy",
-            b"\x93NUMPY\x02\x00\xff\xff\xff\xff{".to_vec(),
-            "cut",
-        ),
+        ("value.npy", cut_head, "cut"),
         ("value.npy", Vec::new(), "is cut"),
         ("value.npy", b"\x93NUMPY\x04\x00\0\0".to_vec(), "version 4"),
         ("value.npy", b"PK\x03\x04\x04\x00\0\0".to_vec(), "begin"),
@@ -206,11 +184,9 @@ fn what_is_no_table_is_refused_by_name() {
         (&long_name, whole, "long name"),
     ] {
         let sentence = with(name, bytes).unwrap_err().to_string();
-        says(&sentence, part);
-        assert!(
-            sentence.starts_with("m: ") && !sentence.contains('\n'),
-            "{sentence}"
-        );
+        let rest = sentence.strip_prefix("m: ").expect(&sentence);
+        assert!(!rest.contains('\n'), "{sentence}");
+        says(rest, part);
     }
     // Vectors beside angles are theirs, of any length; alone they have a direction.
     let refusal = |bytes: &[u8]| as_text("npz", bytes).unwrap_err().to_string();
@@ -222,15 +198,11 @@ fn what_is_no_table_is_refused_by_name() {
     let both = [at(10.0), at(20.0)];
     assert!(with("omega_i.npy", vectors(both.as_flattened())).is_ok());
     let other = with("omega_i.npy", vectors(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]));
-    says(
-        &other.unwrap_err().to_string(),
-        "not the directions of theta_i_deg",
-    );
+    let other = other.unwrap_err().to_string();
+    says(&other, "not the directions of theta_i_deg");
     let none = vectors(&[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
-    says(
-        &refusal(&archive(&[("omega_i.npy", none)])),
-        "no direction at row 1",
-    );
+    let none = archive(&[("omega_i.npy", none)]);
+    says(&refusal(&none), "no direction at row 1");
     let whole = archive(&[("value.npy", column(&[1.0, 2.0]))]);
     for cut in [0, 3, 30, whole.len() / 2, whole.len() - 1] {
         assert!(as_text("npz", &whole[..cut]).is_err());

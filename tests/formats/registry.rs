@@ -3,10 +3,9 @@
 use super::common::{form, model, near, planned, says};
 use super::{ScheduleFormat, text};
 use gonio::brdf::{self, Channels};
-use gonio::formats::{
-    self, MERL, READ_READINGS, READ_SCHEDULE, READ_TABLE, Tabulation, WRITE_READINGS,
-    WRITE_SCHEDULE, WRITE_TABLE,
-};
+use gonio::formats::{self, MERL, Tabulation};
+use gonio::formats::{READ_READINGS, READ_SCHEDULE, READ_TABLE};
+use gonio::formats::{WRITE_READINGS, WRITE_SCHEDULE, WRITE_TABLE};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::About;
@@ -38,14 +37,9 @@ fn names_and_extensions_tell_formats_apart() {
 fn the_page_has_every_format() {
     let page = include_str!("../../src/docs/formats.md");
     let rows = formats::all().into_iter().map(|format| {
-        let extensions: Vec<_> = format.extensions.iter().map(|e| format!(".{e}")).collect();
-        format!(
-            "| `{}` | {} | {} | {} |\n",
-            format.name,
-            extensions.join(", "),
-            format.holds().join(", "),
-            format.summary
-        )
+        let (name, holds, summary) = (format.name, format.holds(), format.summary);
+        let (extensions, holds) = (format.extensions.join(", ."), holds.join(", "));
+        format!("| `{name}` | .{extensions} | {holds} | {summary} |\n")
     });
     let table = "|---|---|---|---|\n".to_owned() + &rows.collect::<String>() + "\n";
     assert!(page.contains(&table), "the page should have\n{table}");

@@ -81,10 +81,8 @@ fn a_schedule_comes_back_from_both_formats() {
 fn an_itinerary_is_in_the_file_and_what_it_leaves_out_too() {
     for schedule in schedules() {
         let itinerary = backwards(&schedule);
-        let labels = itinerary
-            .unreachable
-            .iter()
-            .map(|(pose, why)| (pose, why.label()));
+        let labels = itinerary.unreachable.iter();
+        let labels = labels.map(|(pose, why)| (pose, why.label()));
         let unreachable = serde_json::to_string(&labels.collect::<Vec<_>>()).unwrap();
         let hash = schedule_hash(&schedule, Sequence::Visits(&itinerary));
         assert_ne!(hash, schedule_hash(&schedule, Sequence::Generated));
@@ -182,10 +180,12 @@ fn tables_from_a_spreadsheet_are_taken_as_they_are() {
         text += &format!("7,{po},{to},{},{pi},{ti}\n", 9 - i);
     }
     texts.push(text);
-    let json = |[ti, pi, to, po]: [f64; 4]| {
-        format!(
-            "{{\"theta_i_deg\":{ti},\"phi_i_deg\":{pi},\"theta_o_deg\":{to},\"phi_o_deg\":{po}}}\n"
-        )
+    let json = |row: [f64; 4]| {
+        let cells: Vec<_> = ANGLES.split(',').zip(row).collect();
+        let cells = cells
+            .iter()
+            .map(|(name, angle)| format!("\"{name}\":{angle}"));
+        format!("{{{}}}\n", cells.collect::<Vec<_>>().join(","))
     };
     texts.push(rows.map(json).concat());
     for text in texts {
@@ -206,18 +206,15 @@ fn tables_from_a_spreadsheet_are_taken_as_they_are() {
 fn a_header_survives_a_spreadsheet() {
     let schedule = grid(60);
     // What has a comma in it is quoted, every line is padded to the width of the table.
-    let pad = |line: &str| {
-        let comment = line.starts_with('#');
-        match (comment, comment && line.contains([',', '"'])) {
-            (_, true) => format!("\"{}\",,,,,,,\r\n", line.replace('"', "\"\"")),
-            (true, false) => format!("{line},,,,,,,\r\n"),
-            (false, _) => format!("{line}\r\n"),
+    let pad = |line: &str| match line.starts_with('#') {
+        false => format!("{line}\r\n"),
+        true if line.contains([',', '"']) => {
+            format!("\"{}\",,,,,,,\r\n", line.replace('"', "\"\""))
         }
+        true => format!("{line},,,,,,,\r\n"),
     };
-    let text: String = text(&schedule, None, ScheduleFormat::Csv)
-        .lines()
-        .map(pad)
-        .collect();
+    let plain = text(&schedule, None, ScheduleFormat::Csv);
+    let text: String = plain.lines().map(pad).collect();
     assert!(text.contains("\"# lattice = [{\"\"n\"\":"), "{text}");
     let back = read(&text);
     assert!(back.schedule.lattice == schedule.lattice);
@@ -244,10 +241,8 @@ fn the_reader_may_choose_the_coordinates() {
         ("half-difference", Symmetry::NONE),
     ] {
         let back = read_in(name, symmetry);
-        assert!(
-            back.lattice.is_none(),
-            "the lattice is in other coordinates"
-        );
+        // The lattice is in other coordinates.
+        assert!(back.lattice.is_none());
         for (a, b) in back.poses.iter().zip(&schedule.poses) {
             assert!(chord(&a.pair, &b.pair) < 2e-15);
             assert_eq!(a.coords, back.parametrization.forward(&a.pair));
@@ -300,11 +295,8 @@ fn what_is_no_schedule_is_refused_with_its_line() {
 #[test]
 fn a_lattice_without_the_rows_to_bear_it_out_is_refused() {
     let axis = |n: f64, d: f64| {
-        let step = d / n;
-        format!(
-            "{{\"n\":{n},\"origin\":{},\"step\":{step},\"periodic\":false}}",
-            step / 2.0
-        )
+        let (step, origin) = (d / n, d / n / 2.0);
+        format!("{{\"n\":{n},\"origin\":{origin},\"step\":{step},\"periodic\":false}}")
     };
     let quarter = std::f64::consts::FRAC_PI_2;
     for n in [1e3, 1e6, 1e12] {
