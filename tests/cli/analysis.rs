@@ -4,6 +4,8 @@ use super::common::{Level, levels, says};
 use super::{Bench, csv_rows, number};
 use serde_json::Value;
 
+type Row = serde_json::Map<String, Value>;
+
 #[test]
 fn claims_are_judged_with_and_without_a_material() {
     let bench = Bench::new();
@@ -43,9 +45,8 @@ fn alignment_is_that_of_all_materials(level: Level) {
     let bench = Bench::new();
     let alphas = &[0.1, 0.4, 0.2, 0.3, 0.5][..level.of(2, 5)];
     let n = alphas.len() + 1;
-    let ggx = alphas
-        .iter()
-        .map(|alpha| format!("{{ kind = \"ggx\", alpha = {alpha} }}, "));
+    let ggx = |alpha| format!("{{ kind = \"ggx\", alpha = {alpha} }}, ");
+    let ggx = alphas.iter().map(ggx);
     let materials = ggx.collect::<String>() + "{ kind = \"low-abc-smooth\" }";
     let text = format!("experiment = \"moments\"\nmaterial = [{materials}]\n");
     bench.write("many.toml", text);
@@ -57,11 +58,9 @@ fn alignment_is_that_of_all_materials(level: Level) {
     for weight in ["coordinates", "solid-angle"] {
         let shares = table(&format!("--weight {weight}"));
         let shares_of = |parametrization: &Value, function: &str| -> Vec<f64> {
-            let of = shares
-                .iter()
-                .filter(|r| r["parametrization"] == *parametrization);
-            let all = of.filter(|r| r["phi_deg"] == "");
-            all.map(|r| number(r, function)).collect()
+            let is_of = |r: &&Row| r["parametrization"] == *parametrization && r["phi_deg"] == "";
+            let of = shares.iter().filter(is_of);
+            of.map(|r| number(r, function)).collect()
         };
         for row in aligned.iter().filter(|r| r["weight"] == weight) {
             let function = row["function"].as_str().unwrap();

@@ -175,11 +175,8 @@ fn shells_and_man_know_every_command() {
             all.len()
         );
         let mut bash = std::process::Command::new("bash");
-        let output = bash
-            .args(["-c", &asks])
-            .current_dir(bench.path(""))
-            .output();
-        let output = String::from_utf8(output.unwrap().stdout).unwrap();
+        bash.args(["-c", &asks]).current_dir(bench.path(""));
+        let output = String::from_utf8(bash.output().unwrap().stdout).unwrap();
         let completed: Vec<&str> = output.lines().collect();
         assert_eq!(completed.join(" "), found, "{words}");
     }
@@ -204,19 +201,15 @@ fn the_estimate_of_a_check_adds_up() {
         found["core_seconds"].as_f64().unwrap()
     };
     let budgets = |list: &str, kind: &str| {
-        seconds(&format!(
-            "--set budgets=[{list}] --set sample_set=[{{kind=\"sobol\"}}] --set reconstruction=[{{kind=\"{kind}\"}}]"
-        ))
+        let of = format!("--set budgets=[{list}] --set reconstruction=[{{kind=\"{kind}\"}}]");
+        seconds(&format!("{of} --set sample_set=[{{kind=\"sobol\"}}]"))
     };
     let [one, other, both] = ["60", "500", "60,500"].map(|list| budgets(list, "kriging"));
     near(one + other, both, 1e-9 * both, "two budgets");
     assert!(other > one && other > 10.0 * budgets("500", "nearest"));
     // The summary stands above the schedules.
-    let text = bench.good("check small.toml");
-    says(
-        &text,
-        "to reconstruct and compare: about … within a factor of three … schedules for",
-    );
+    let parts = "to reconstruct and compare: about … within a factor of three … schedules for";
+    bench.tells("check small.toml", parts);
 }
 
 #[test]
@@ -300,10 +293,8 @@ fn a_slip_of_the_pen_is_listed_and_marked() {
         let [light, sensor, turned] = [i * 7 % 80, i * 11 % 79, i * 29 % 360];
         format!("{light},0,{sensor},{turned},{value}\n")
     };
-    bench.write(
-        "slip.csv",
-        READINGS.to_owned() + &(0..60).map(row).collect::<String>(),
-    );
+    let rows: String = (0..60).map(row).collect();
+    bench.write("slip.csv", READINGS.to_owned() + &rows);
     let listed = r"left out: 1 reading, since all others contradict it\n  slip.csv:42: theta_i 40.00°, theta_o 45.00°";
     // Kriging says so where it does it by itself.
     let kriging = "reconstruct slip.csv --take-all --reconstruction kriging --set";
@@ -327,10 +318,8 @@ fn a_slip_of_the_pen_is_listed_and_marked() {
 #[test]
 fn what_readings_do_not_say_is_not_printed_as_a_number() {
     let bench = Bench::new();
-    let mut text = READINGS.replace(
-        "value",
-        "value_r,value_g,value_b,uncertainty_r,uncertainty_g,uncertainty_b",
-    );
+    let columns = "value_r,value_g,value_b,uncertainty_r,uncertainty_g,uncertainty_b";
+    let mut text = READINGS.replace("value", columns);
     for i in 0..60_u32 {
         let (light, sensor, turned) = (i * 7 % 20, i * 11 % 40, i * 29 % 360);
         text += &format!("{light},0,{sensor},{turned},0.1,0.2,0.15,0.001,0.002,0.001\n");
@@ -355,14 +344,12 @@ fn files_and_kinds_stand_in_place_of_a_config() {
     fs::rename(bench.path("t.zbsdf"), bench.path("t.bsdf")).unwrap();
     fs::rename(bench.path("r.brdf"), bench.path("r.txt")).unwrap();
     for file in ["t.bsdf", "r.txt"] {
-        bench.good(format!(
-            "schedule {file} --parametrization hybrid --budget 20 -o s-{file}.csv"
+        let few = "--set budgets=[40] --set metrics.tolerance=0.5";
+        bench.does(&format!(
+            "0 | schedule {file} --parametrization hybrid --budget 20 -o s-{file}.csv
+             0 | measure s.csv --config {file} -o m-{file}.csv
+             0 | run {file} {few} -o run-{file} | hybrid"
         ));
-        bench.good(format!("measure s.csv --config {file} -o m-{file}.csv"));
-        let told = bench.good(format!(
-            "run {file} --set budgets=[40] --set metrics.tolerance=0.5 -o run-{file}"
-        ));
-        says(&told, "hybrid");
     }
     bench.write("one.csv", "");
     bench.write("cloth.bin", "");

@@ -1,11 +1,11 @@
 //! What runs do, counted. Every number follows from the config and the library, so that no run does more than is
 //! asked unseen: a count that is not expected is a failure too.
 
-use super::common::says;
+use super::common::{self, says};
 use super::{Bench, MATERIALS, pages};
 use gonio::analysis::alignment;
 use gonio::brdf::{Channels, ObservedBrdf, Presence};
-use gonio::experiment::{Plan, Source, Unit};
+use gonio::experiment::{Plan, Unit};
 use gonio::geometry::Symmetry;
 use gonio::instrument::{Ideal, Instrument};
 use gonio::metrics::{AlbedoProbe, TestSet};
@@ -99,12 +99,10 @@ fn needed(plan: &Plan, units: &[Unit]) -> Counts {
             counts.add("load.bytes_read", 3 * bytes);
         }
         let aligned = AtomicU64::new(0);
-        alignment(&ObservedBrdf::new(
-            &*brdf,
-            |_: &[f64], asked: &[Presence]| {
-                aligned.fetch_add(asked.len() as u64, Ordering::Relaxed);
-            },
-        ));
+        let seen = |_: &[f64], asked: &[Presence]| {
+            aligned.fetch_add(asked.len() as u64, Ordering::Relaxed);
+        };
+        alignment(&ObservedBrdf::new(&*brdf, seen));
         let is_table = tables.channel_bytes > 0;
         counts.asks("truth", is_table, pairs + probe);
         counts.asks("alignment", is_table, aligned.into_inner() as usize);
@@ -149,7 +147,7 @@ fn needed(plan: &Plan, units: &[Unit]) -> Counts {
 
 fn plan(bench: &Bench, text: &str) -> Plan {
     bench.write("c.toml", text);
-    Plan::read(&Source::new("c.toml", text)).unwrap()
+    common::plan(text).unwrap()
 }
 
 /// Runs `c.toml`, and returns its counts.
@@ -163,10 +161,8 @@ fn the_quickstart_does_what_its_rows_need() {
     let bench = Bench::new();
     let text = pages::read("configs/quickstart.toml");
     let text = text.replace("[250, 1000, 4000, 16000]", "[30, 60]");
-    let text = text.replace(
-        "tolerance = 0.04\nmax_pairs = 16384",
-        "pairs = 200\nmax_pairs = 1",
-    );
+    let pairs = "pairs = 200\nmax_pairs = 1";
+    let text = text.replace("tolerance = 0.04\nmax_pairs = 16384", pairs);
     let text = text.replace("up_to = 250", "up_to = 30");
     let plan = plan(&bench, &text);
     let shown = bench.good("run c.toml -q -o a --explain");

@@ -55,12 +55,10 @@ fn assert_whole(bench: &Bench, run: &str, expected: &[(String, Vec<u8>)]) {
             assert!(bytes.ends_with(b"</html>\n") || bytes.ends_with(b"</html>"));
         }
         let name = file.rsplit('/').next().unwrap();
-        let expected = expected.iter().find(|(name, _)| *name == file);
-        if let (true, false, Some((_, whole))) =
-            (file.contains('/'), name.starts_with('.'), expected)
-        {
-            assert!(bytes == *whole, "{file} is not whole");
-        }
+        let is_drawn = file.contains('/') && !name.starts_with('.');
+        let expected = expected.iter().find(|(name, _)| is_drawn && *name == file);
+        let is_whole = expected.is_none_or(|(_, whole)| bytes == *whole);
+        assert!(is_whole, "{file} is not whole");
     }
 }
 
@@ -159,13 +157,11 @@ fn results_that_cannot_be_printed_are_an_error() {
         let output = bench.command(args).stdout(full.unwrap()).output().unwrap();
         let stderr = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{args}: {stderr}");
-        let told = stderr
-            .lines()
-            .filter(|line| line.starts_with("gonio: stdout: "));
+        let told = stderr.lines().filter(|l| l.starts_with("gonio: stdout: "));
         assert_eq!(told.count(), 1, "{args}: {stderr}");
         // Closed ones are as if nothing reads: no file that is opened takes their place.
-        let closed = by_shell(&bench, "exec \"$0\" \"$@\" <&- >&-", args).output();
-        let closed = closed.unwrap();
+        let mut closed = by_shell(&bench, "exec \"$0\" \"$@\" <&- >&-", args);
+        let closed = closed.output().unwrap();
         assert_eq!(closed.status.code(), Some(0), "{args}");
         assert!(closed.stdout.is_empty());
     }
@@ -190,9 +186,10 @@ fn unprivileged(bench: &Bench) -> Option<impl Fn(&str) -> std::process::Output> 
     let root = fs::metadata("/proc/self").is_ok_and(|me| me.uid() == 0);
     let (dir, program) = (bench.path(""), bench.path("gonio"));
     // Where the program is others may not look. A copy cannot be run as long as another thread forks.
-    let linked = fs::hard_link(env!("CARGO_BIN_EXE_gonio"), &program);
+    let built = env!("CARGO_BIN_EXE_gonio");
+    let linked = fs::hard_link(built, &program);
     linked
-        .or_else(|_| fs::copy(env!("CARGO_BIN_EXE_gonio"), &program).map(drop))
+        .or_else(|_| fs::copy(built, &program).map(drop))
         .unwrap();
     if root {
         // The folder is only ours at first.
@@ -272,9 +269,8 @@ fn a_full_disk_is_said_and_room_is_all_that_it_takes() {
         // No file may be larger than so many blocks of 512 or 1024 bytes.
         for blocks in [0, 4] {
             let line = format!("ulimit -f {blocks}; trap '' XFSZ; exec \"$0\" \"$@\"");
-            let output = by_shell(&bench, &line, "run c.toml -q -o full")
-                .output()
-                .unwrap();
+            let mut run = by_shell(&bench, &line, "run c.toml -q -o full");
+            let output = run.output().unwrap();
             let stderr = String::from_utf8(output.stderr).unwrap();
             assert_eq!(output.status.code(), Some(2), "{blocks}: {stderr}");
             assert!(stderr.starts_with("gonio: full"), "{stderr}");

@@ -7,7 +7,6 @@ use super::common::says;
 use super::faults::by_shell;
 use std::fs;
 use std::process::{Command, Output};
-use std::time::{Duration, Instant};
 
 const HEAD: &str = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value";
 
@@ -28,35 +27,29 @@ fn text_that_is_none_and_numbers_that_are_none_are_refused() {
     let utf_16 = |t: &[u8]| -> Vec<u8> { t.iter().flat_map(|byte| [*byte, 0]).collect() };
     let text = rows();
     let row = |cells: &str| format!("{HEAD}\n1,2,3,4,5\n{cells}\n").into_bytes();
-    for (bytes, place, part) in [
-        (Vec::new(), "f.csv", "no line that names the columns"),
-        (utf_16(&row("1,2,3,4,x")), "f.csv:3", "value = x"),
+    let zeros = [text.as_bytes(), &[0; 99]].concat();
+    let twice = text.replace("phi_o_deg", "value").into_bytes();
+    for (bytes, told) in [
+        (Vec::new(), "f.csv: there is no line that names the columns"),
+        (utf_16(&row("1,2,3,4,x")), "f.csv:3: … value = x"),
         (
-            [text.as_bytes(), &[0; 99]].concat(),
-            "f.csv",
-            "line 27 has a zero byte",
+            zeros,
+            "f.csv: cannot read this file: line 27 has a zero byte",
         ),
-        (row("1,2,3,4,1e400"), "f.csv:3", "value = 1e400"),
-        (row("1,2,3,4,0x10"), "f.csv:3", "value = 0x10"),
-        (row("1,2,3,4,\"5"), "f.csv:3", "a quote is not closed"),
+        (row("1,2,3,4,1e400"), "f.csv:3: … value = 1e400"),
+        (row("1,2,3,4,0x10"), "f.csv:3: … value = 0x10"),
+        (row("1,2,3,4,\"5"), "f.csv:3: … a quote is not closed"),
         (
             row("1,2,3,4,\u{1b}[31m5\u{7}"),
-            "f.csv:3",
-            "value = \u{fffd}[31m5\u{fffd}: allowed",
+            "f.csv:3: … value = \u{fffd}[31m5\u{fffd}: allowed",
         ),
-        (
-            text.replace("phi_o_deg", "value").into_bytes(),
-            "f.csv:1",
-            "column \"value\" is there twice",
-        ),
+        (twice, "f.csv:1: … column \"value\" is there twice"),
     ] {
         bench.write("f.csv", bytes);
         let sentence = bench.refused("reconstruct f.csv", 3);
         let is_control = |c: char| c.is_control() && c != '\n';
         assert!(!sentence.contains(is_control), "{sentence:?}");
-        let start = format!("gonio: {place}: ");
-        assert!(sentence.starts_with(&start), "{sentence}");
-        says(&sentence, part);
+        says(&sentence, &format!("gonio: {told}"));
     }
     bench.write("c.toml", "budgets = [9]\n\0\0\0");
     bench.refuses("check c.toml", 2, "line 2 has a zero byte");
@@ -80,36 +73,36 @@ fn names_of_any_bytes_are_names() {
     use std::ffi::OsStr;
     use std::os::unix::ffi::OsStrExt;
     let bench = Bench::new();
+    let told = |command: &str, name: &OsStr| {
+        let output = bench.command(command).arg(name).output().unwrap();
+        (
+            output.status.code(),
+            String::from_utf8(output.stderr).unwrap(),
+        )
+    };
     for name in [&b"a\nb.csv"[..], b"a\x1b[31mb.csv", b"a\xe9b.csv"] {
         let name = OsStr::from_bytes(name);
         fs::write(bench.path("").join(name), "no columns\n").unwrap();
-        let output = bench.command("reconstruct").arg(name).output().unwrap();
-        let sentence = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(3), "{sentence}");
-        assert_eq!(sentence.lines().count(), 1, "{sentence}");
-        assert!(
-            !sentence.trim_end().contains(char::is_control),
-            "{sentence:?}"
-        );
+        let (code, sentence) = told("reconstruct", name);
+        assert_eq!(code, Some(3), "{sentence}");
+        let line = sentence.strip_suffix('\n').unwrap();
+        assert!(!line.contains(char::is_control), "{sentence:?}");
     }
     // Where names are texts.
-    let name = OsStr::from_bytes(b"a\xe9b.csv");
-    let output = bench.command("moments").arg(name).output().unwrap();
-    let sentence = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{sentence}");
+    let (code, sentence) = told("moments", OsStr::from_bytes(b"a\xe9b.csv"));
+    assert_eq!(code, Some(2), "{sentence}");
     let told = "gonio: a\u{fffd}b.csv: this argument is no UTF-8; allowed: another name\n";
     assert_eq!(sentence, told);
 }
+
+const PRIOR: &str = "LAMBERT\nreconstruction = [{ kind = \"kriging\", prior = 'FILE' }]";
 
 /// What a config names of a kind of file, and the exit code of what is none.
 const NAMING: [(&str, i32); 6] = [
     ("material = [{ kind = \"merl\", path = 'FILE' }]", 3),
     ("material = [{ kind = \"utia\", path = 'FILE' }]", 3),
     ("material = [{ kind = \"readings\", file = 'FILE' }]", 3),
-    (
-        "LAMBERT\nreconstruction = [{ kind = \"kriging\", prior = 'FILE' }]",
-        2,
-    ),
+    (PRIOR, 2),
     ("LAMBERT\ninstrument = [{ file = 'FILE' }]", 2),
     ("LAMBERT\nlighting = [{ kind = \"map\", path = 'FILE' }]", 3),
 ];
@@ -156,9 +149,7 @@ fn what_is_no_file_is_refused_and_not_waited_for() {
                 continue;
             }
             bench.write("c.toml", super::SMALL);
-            let start = Instant::now();
-            bench.ends("run c.toml -q -o run", 2);
-            assert!(start.elapsed() < Duration::from_secs(5), "{name} {file}");
+            bench.refused("run c.toml -q -o run", 2);
             fs::rename(&to, &from).unwrap();
             fs::remove_dir_all(bench.path("run")).unwrap();
         }

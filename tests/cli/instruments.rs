@@ -10,9 +10,7 @@ fn the_reachable_share_is_that_of_the_limits() {
     // and of cosine-distributed directions that is sin²θ, of pairs sin⁴θ.
     let bench = Bench::new();
     let limits = "theta_i_max_deg=60 theta_o_max_deg=60 separation_min_deg=0";
-    let sets = limits
-        .split(' ')
-        .map(|limit| format!(" --set limits.{limit}"));
+    let sets = limits.split(' ').map(|l| format!(" --set limits.{l}"));
     let said = bench.good("check pgii".to_owned() + &sets.collect::<String>());
     for material in ["isotropic", "anisotropic"] {
         let row = words_after(&said, material).join(" ");
@@ -36,10 +34,8 @@ fn wrong_files_are_refused_with_their_line() {
     let presets = instrument::presets();
     let cornell = presets.iter().find(|p| p.name == "cornell").unwrap();
     let text = edited(cornell.text, "bits = 16", "bit = 16");
-    let line = 1 + text
-        .lines()
-        .position(|line| line.contains("bit = 16"))
-        .unwrap();
+    let line = text.lines().position(|line| line.contains("bit = 16"));
+    let line = line.unwrap() + 1;
     bench.write("mine.toml", text);
     // An override is its own place; a preset that is none is a file that is not there.
     bench.does(&format!(

@@ -31,12 +31,9 @@ fn played(bench: &Bench, page: &str, level: Level) -> String {
                 }
                 let shown = bench.shown(command);
                 // Progress that a slow machine prints.
-                let is_progress =
-                    |line: &&str| line.starts_with("gonio: ") && line.contains(" left  ");
-                let lines = shown
-                    .split_inclusive('\n')
-                    .filter(|line| !is_progress(line));
-                let shown: String = lines.collect();
+                let is_progress = |l: &&str| l.starts_with("gonio: ") && l.contains(" left  ");
+                let lines = shown.split_inclusive('\n');
+                let shown: String = lines.filter(|line| !is_progress(line)).collect();
                 now += &format!("{line}\n{shown}");
                 if !shown.is_empty() && !shown.ends_with('\n') {
                     now.push('\n');
@@ -64,10 +61,8 @@ fn the_laboratory_s_page_shows_what_its_commands_print(level: Level) {
         fs::write(of_repository("src/docs/laboratory.md"), &now).unwrap();
         return;
     }
-    assert!(
-        page.matches("\n$ gonio ").count() >= 8,
-        "its commands are gone"
-    );
+    let commands = page.matches("\n$ gonio ").count();
+    assert!(commands >= 8, "its commands are gone");
     for (then, now) in page.lines().zip(now.lines()) {
         assert_eq!(
             then, now,

@@ -316,9 +316,7 @@ fn csv_rows(text: &str) -> Vec<Map<String, Value>> {
     let heads = reader.headers().unwrap().clone();
     let pairs = |row: csv::StringRecord| {
         let cells = heads.iter().zip(row.iter());
-        cells
-            .map(|(head, cell)| (head.into(), cell.into()))
-            .collect()
+        cells.map(|(h, cell)| (h.into(), cell.into())).collect()
     };
     reader.records().map(|row| pairs(row.unwrap())).collect()
 }
@@ -330,10 +328,8 @@ fn number(row: &Map<String, Value>, name: &str) -> f64 {
 
 /// The words of the last line that begins with a text.
 fn words_after<'a>(text: &'a str, start: &str) -> Vec<&'a str> {
-    let rest = text
-        .lines()
-        .rev()
-        .find_map(|l| l.trim_start().strip_prefix(start));
+    let mut lines = text.lines().rev();
+    let rest = lines.find_map(|l| l.trim_start().strip_prefix(start));
     let rest = rest.unwrap_or_else(|| panic!("no line {start} in {text}"));
     rest.split_whitespace().collect()
 }

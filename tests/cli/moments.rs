@@ -1,7 +1,7 @@
 //! Moments of materials without a run, and as quantities of an acquisition.
 
 use super::common::{says, table};
-use super::{Bench, csv_rows, empty_merl};
+use super::{Bench, READINGS, csv_rows, empty_merl};
 use gonio::experiment::Row;
 use gonio::moments::Component;
 use serde_json::{Map, Value};
@@ -88,13 +88,8 @@ fn a_table_and_materials_of_configs_have_moments() {
     let all = rows("two.toml");
     let name = |r: &Map<String, Value>| format!("{} {}", r["material"], r["channel"]);
     let order: Vec<_> = all.iter().map(name).step_by(3).collect();
-    let names = [
-        "\"lambert\" \"red\"",
-        "\"lambert\" \"blue\"",
-        "\"half/shiny\" \"red\"",
-        "\"half/shiny\" \"blue\"",
-    ];
-    assert_eq!(order, names);
+    let names = r#""lambert" "red", "lambert" "blue", "half/shiny" "red", "half/shiny" "blue""#;
+    assert_eq!(order.join(", "), names);
     let one = rows("two.toml --material half/shiny");
     assert!(one[..] == all[6..]);
 }
@@ -184,24 +179,23 @@ fn slices_that_are_not_resolved_are_told() {
 
 /// The columns of moments of a row.
 fn moments(row: &Row) -> [Option<f64>; 6] {
-    [
+    let names = [
         "energy",
         "mean_deg",
         "mean",
         "covariance",
         "skewness",
         "kurtosis",
-    ]
-    .map(|name| row.value(&format!("moment_{name}")))
+    ];
+    names.map(|name| row.value(&format!("moment_{name}")))
 }
 
 #[test]
 fn acquisitions_compare_moments_if_asked() {
     let bench = Bench::new();
     let small = "run small.toml -q --set budgets=[60] --set seeds=[1]";
-    let asked = format!(
-        "{small} --set 'quantities=[\"albedo\", \"moments\"]' {QUICK} --set moments.order=4 --set moments.views=2"
-    );
+    let size = format!("{QUICK} --set moments.order=4 --set moments.views=2");
+    let asked = format!("{small} --set 'quantities=[\"albedo\", \"moments\"]' {size}");
     bench.good(format!("{small} --set quantities=[\"albedo\"] -o without"));
     let rows = bench.rows("without");
     assert!(rows.iter().all(|row| moments(row) == [None; 6]));
@@ -258,31 +252,25 @@ fn moments_of_readings_are_as_uncertain_as_these_leave_them() {
     bench.good("measure poses.csv --config plan.toml -o exact.csv");
     // As noisy as the option says, in one channel and in two wavelengths.
     let exact = bench.read("exact.csv");
-    let exact = csv_rows(
-        &exact
-            .lines()
-            .filter(|l| !l.starts_with('#'))
-            .map(|l| format!("{l}\n"))
-            .collect::<String>(),
-    );
+    let exact = exact.split_inclusive('\n').filter(|l| !l.starts_with('#'));
+    let exact = csv_rows(&exact.collect::<String>());
     let file = |noise: f64, heads: &str| {
         let rows = exact.iter().map(|row| {
             let angle = |name: &str| row[name].as_str().unwrap().to_owned();
             let f: f64 = row["value"].as_str().unwrap().parse().unwrap();
             let angles = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"].map(angle);
-            let values = heads
-                .split(',')
-                .map(|head| match head.starts_with("type_a") {
-                    true => noise * f,
-                    false => f,
-                });
-            let values: Vec<String> = values.map(|v| v.to_string()).collect();
+            let scale = |head: &str| {
+                if head.starts_with("type_a") {
+                    noise
+                } else {
+                    1.0
+                }
+            };
+            let values = heads.split(',').map(|head| (scale(head) * f).to_string());
+            let values: Vec<String> = values.collect();
             format!("{},{}\n", angles.join(","), values.join(","))
         });
-        format!(
-            "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,{heads}\n{}",
-            rows.collect::<String>()
-        )
+        READINGS.replace("value", heads) + &rows.collect::<String>()
     };
     bench.write("one.csv", file(0.01, "value,type_a"));
     bench.write("two.csv", file(0.0, "value_450nm,value_650nm"));
@@ -295,21 +283,15 @@ fn moments_of_readings_are_as_uncertain_as_these_leave_them() {
     };
     let [one, two] =
         ["one", "two"].map(|file| moments_of(&bench, &format!("{file}.csv {options}")));
-    let known = of_energy(&truth)
-        .into_iter()
-        .zip(of_energy(&one))
-        .zip(of_energy(&two));
+    let [truth, one, two] = [truth, one, two].map(|rows| of_energy(&rows));
+    let known = truth.into_iter().zip(one).zip(two);
     for (([f, exact], [g, noisy]), [h, between]) in known {
         // Noise of 1 % is most of what is not known of 40 readings of a wide lobe.
-        assert!(
-            exact < between && between < noisy && noisy < 0.05 * f,
-            "{exact} {between} {noisy}"
-        );
+        let rising = [exact, between, noisy, 0.05 * f];
+        assert!(rising.is_sorted_by(|a, b| a < b), "{rising:?}");
         assert!((g - f).abs() < 3.0 * noisy && (h - f).abs() < 3.0 * between.max(noisy));
     }
-    let [_, said] = bench.ended(&format!("moments poor.csv {options}"), 0);
-    says(
-        &said,
-        "moments are left out: not defined, or not determined by the readings",
-    );
+    let said = bench.ends(format!("moments poor.csv {options}"), 0);
+    let told = "moments are left out: not defined, or not determined by the readings";
+    says(&said, told);
 }

@@ -19,6 +19,8 @@ use gonio::schedule::{Grid, SampleSet, Schedule};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
+const ANEW: &str = "GONIO_BLESS=1 cargo test --test cli overview -- --ignored draws it anew";
+
 /// Pixels of a sphere, and of its side on the page.
 const SPHERE: usize = 180;
 const SIDE: f64 = 140.0;
@@ -99,10 +101,8 @@ fn sphere([x, y]: [f64; 2], image: &SphereImage, white: f64) -> String {
     let png = image.png(white);
     let (x, y) = (x - SIDE / 2.0, y - SIDE / 2.0);
     let data = STANDARD.encode(png);
-    format!(
-        "<image x=\"{x:.1}\" y=\"{y:.1}\" width=\"{SIDE}\" height=\"{SIDE}\" \
-         href=\"data:image/png;base64,{data}\"/>"
-    )
+    let place = format!("x=\"{x:.1}\" y=\"{y:.1}\" width=\"{SIDE}\" height=\"{SIDE}\"");
+    format!("<image {place} href=\"data:image/png;base64,{data}\"/>")
 }
 
 fn caption([x, y]: [f64; 2], text: &str) -> String {
@@ -128,14 +128,9 @@ fn computed(samples: usize) -> Vec<String> {
         lines.extend(copy.dots([497.0, y]));
         lines.push(sphere([690.0, y], &image.images[1], white));
         let n = copy.poses.poses.len();
-        lines.push(caption(
-            [497.0, y + 86.0],
-            &format!("{n} readings, uniform in"),
-        ));
-        lines.push(caption(
-            [690.0, y + 86.0],
-            &format!("nrmse {:.3}", copy.nrmse),
-        ));
+        let (readings, error) = (format!("{n} readings, uniform in"), copy.nrmse);
+        lines.push(caption([497.0, y + 86.0], &readings));
+        lines.push(caption([690.0, y + 86.0], &format!("nrmse {error:.3}")));
     }
     lines.push(sphere([873.0, 207.0], original, white));
     lines
@@ -177,10 +172,7 @@ fn the_overview_is_drawn_of_what_is_computed(level: Level) {
                 let far = then.iter().zip(&now).filter(|p| far(*p)).count();
                 assert!(far < now.len() / 1000, "{far} pixels are others");
             }
-            _ => assert_eq!(
-                then, now,
-                "GONIO_BLESS=1 cargo test --test cli overview -- --ignored draws it anew"
-            ),
+            _ => assert_eq!(then, now, "{ANEW}"),
         }
     }
 }

@@ -41,10 +41,8 @@ pub fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
 
 /// Commands, one a line, without comments; lines that end in a backslash go on.
 pub fn commands(block: &str) -> Vec<String> {
-    let lines = block
-        .lines()
-        .filter(|l| !l.starts_with('#'))
-        .collect::<Vec<_>>();
+    let lines = block.lines().filter(|l| !l.starts_with('#'));
+    let lines: Vec<_> = lines.collect();
     let joined = lines.join("\n").replace("\\\n", " ");
     let lines = joined.lines().filter(|l| !l.trim().is_empty());
     lines.map(squeezed).collect()

@@ -1,7 +1,7 @@
 //! `gonio paths`, and what `gonio subset` says of facets.
 
 use super::Bench;
-use super::common::table;
+use super::common::{near, table};
 use serde_json::Value;
 
 const FEW: &str = "paths smith-multiple --set paths=2 --paths 20000";
@@ -30,10 +30,7 @@ fn paths_are_told_and_drawn() {
     assert!(bench.good(format!("{args} --threads 1")) == text);
     let told: Value = serde_json::from_str(&text).unwrap();
     let shares = ["first", "second", "later"].map(|class| known(&told["shares"][class])[0]);
-    assert!(
-        (shares.iter().sum::<f64>() - 1.0).abs() < 1e-12,
-        "{shares:?}"
-    );
+    near(shares.iter().sum(), 1.0, 1e-12, shares);
     let of_charts = told["parametrizations"].as_object().unwrap();
     assert_eq!(of_charts.len(), charts.len());
     assert_eq!([&told["box_of"], &told["errors"]], ["first", "paths"]);
@@ -44,9 +41,8 @@ fn subset_tells_the_facets_that_light_met() {
     let bench = Bench::new();
     let of = "subset --parametrization hybrid --box";
     let few = "--material smith-multiple --set paths=2 --set alpha=0.8";
-    bench.does(&format!(
-        "0 | {of} h_bar=0..0.5 {few} |   facets met          first  …   of each number      first "
-    ));
+    let told = "  facets met          first  …   of each number      first ";
+    bench.tells(format!("{of} h_bar=0..0.5 {few}"), told);
     let said = bench.good(format!("{of} h_bar=0..0.5 --material lambert"));
     assert!(!said.contains("facets"), "{said}");
 }
@@ -123,10 +119,9 @@ fn light_of_two_sides_of_a_groove_has_a_box_to_itself() {
     let bench = Bench::new();
     for fresnel in ["schlick", "none"] {
         let fresnel = format!("facets.fresnel.kind={fresnel}");
-        let args = format!(
-            "paths micro-surface --set surface.kind=v-grooves --set facets.kind=mirror --set '{fresnel}' --paths 65536 --json"
-        );
-        let told = bench.json(&args);
+        let grooves = "micro-surface --set surface.kind=v-grooves --set facets.kind=mirror";
+        let args = format!("--set '{fresnel}' --paths 65536 --json");
+        let told = bench.json(format!("paths {grooves} {args}"));
         let best = &told["parametrizations"]["half-difference"]["box"];
         assert_eq!(best["pure"], true, "{best}");
         let [inside, captured] =

@@ -1,6 +1,6 @@
 //! Runs of every kind go on where they were, in parts or whole, and end the same.
 
-use super::common::{says, table};
+use super::common::table;
 use super::{Bench, MATERIALS, SMALL, assert_same, results, utia, whole_run};
 use serde_json::json;
 use std::fs;
@@ -81,8 +81,18 @@ fn what_is_done_is_told_again_and_stays() {
         let last = format!("{0} of {0} jobs are done in a\n", kind.jobs);
         assert!(list.ends_with(&last), "{list}");
         bench.refuses(format!("{AGAIN} --shard 1/2"), 2, "--shard 1/2");
+        // Nor is it one of another kind.
+        let other = kinds().into_iter().find(|k| k.records != kind.records);
+        bench.write("other.toml", other.unwrap().text);
+        for force in ["", "--force"] {
+            let told = "a: … is here … another folder with -o";
+            bench.refuses(format!("run other.toml -o a {force}"), 2, told);
+        }
         assert_eq!(bench.files("a"), files);
         assert_same(&before, &results(&bench, "a"));
+        // What it leaves repeats it.
+        bench.good("run a/config.toml -q -o again");
+        assert_same(&before, &results(&bench, "again"));
         // All of it again: another run with the same results, in other times.
         let times = bench.read("a/timings.jsonl");
         bench.good(format!("{AGAIN} --force"));
@@ -151,7 +161,10 @@ fn parts_make_up_the_whole() {
         of_parts.sort();
         assert_eq!(of_parts, of_whole);
         let parts = "runs/c.shard-1-of-2 runs/c.shard-2-of-2";
-        let merge = format!("merge {parts} -o merged");
+        // Without a part: what is there is there, and the exit code says that it is not all.
+        bench.ends("merge runs/c.shard-1-of-2 -o merged", 5);
+        assert_eq!(bench.manifest("merged")["status"], "incomplete");
+        let merge = format!("merge {parts} -o merged --force");
         let text = bench.ends(&merge, 0);
         let last = format!("{0} of {0} rows are in merged\n", kind.rows);
         assert!(text.ends_with(&last), "{text}");
@@ -202,9 +215,8 @@ fn parts_made_elsewhere_are_put_together_and_parts_that_differ_are_not() {
         let table = format!("{{ kind = \"utia\", path = \"{place}/a.bin\" }}");
         let text = "budgets = [60, 90]\npictures = { draw = false }";
         bench.write("c.toml", format!("{text}\nmaterial = [{table}]\n"));
-        bench.good(format!(
-            "run c.toml -q -o part-{place} --shard {shard} --force"
-        ));
+        let run = format!("run c.toml -q --shard {shard} --force");
+        bench.good(format!("{run} -o part-{place}"));
     };
     part("here", "1/2", 0.1);
     part("there", "2/2", 0.1);
@@ -224,16 +236,18 @@ fn parts_made_elsewhere_are_put_together_and_parts_that_differ_are_not() {
         row.pairs += 1;
     }
     bench.seal("part-there", &rows);
-    let refusal = bench.refused("merge part-here part-there -o no", 3);
-    assert!(
-        rows.iter().any(|row| refusal.contains(&row.key)),
-        "{refusal}"
-    );
-    says(&refusal, "other numbers than in part-here");
-    // Another table.
+    let other = "other numbers than in part-here";
+    let refusal = bench.refuses("merge part-here part-there -o no", 3, other);
+    let mut keys = rows.iter().map(|row| &row.key);
+    assert!(keys.any(|key| refusal.contains(key)), "{refusal}");
+    // Another table, another config, and none.
     part("there", "2/2", 0.2);
-    let other = "merge part-here part-there -o no";
-    bench.refuses(other, 3, "another material … part-here");
+    bench.does(
+        "3 | merge part-here part-there -o no | another material … part-here
+         0 | run small.toml -q -o other
+         3 | merge part-here other -o no | other/config.toml … another config
+         3 | merge nowhere -o no | nowhere",
+    );
     assert!(!bench.path("no").exists());
 }
 
@@ -279,18 +293,13 @@ fn a_changed_digit_is_no_row() {
         text.replace_range(at..at + by.len(), by);
         text
     };
-    let other = if records[digit..].starts_with('7') {
-        "3"
-    } else {
-        "7"
-    };
+    let is_seven = records[digit..].starts_with('7');
+    let other = if is_seven { "3" } else { "7" };
+    let unsealed = records.replacen(&records[end - 1..end + 28], "", 1);
     for (text, part) in [
         (changed(digit, other), "is … not as it was written"),
         (changed(end + 8, "19"), "is … revision 19 of results"),
-        (
-            records.replacen(&records[end - 1..end + 28], "", 1),
-            "has no seal",
-        ),
+        (unsealed, "has no seal"),
     ] {
         fs::write(&file, &text).unwrap();
         for [args] in table("run small.toml -q -o a\nmerge a -o b\nrun small.toml -o a --list") {

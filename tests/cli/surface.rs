@@ -2,6 +2,7 @@
 
 use super::common::{says, table};
 use super::{Bench, assert_same, results};
+use gonio::experiment::Row;
 use serde_json::Value;
 
 /// A bench with a map of one wave along x, and of two along y.
@@ -64,8 +65,7 @@ fn a_map_has_a_pitch_and_is_told_to_have_edges() {
     let set = "height-map --set file=map.csv --set pitch_um=0.5";
     let run = format!("surface {set} --rays 500");
     let told = bench.ends(format!("{run} -v"), 0);
-    let reads = "gonio: surface height-map, reads map.csv\n";
-    says(&told, reads);
+    says(&told, "gonio: surface height-map, reads map.csv\n");
     assert!(!told.contains("periodic"), "{told}");
     let found = numbers(&bench, set);
     assert_eq!(found["optics"]["wavelength"], 0.55 / 0.5);
@@ -148,11 +148,8 @@ fn a_micro_surface_says_what_is_wrong() {
         micro(&bench, &surface.replace("SMALL", SMALL), keys);
         bench.refuses("check micro.toml", 2, parts);
     }
-    micro(
-        &bench,
-        "kind = \"height-map\", file = \"gone.csv\", pitch_um = 1.0",
-        "",
-    );
+    let gone = "kind = \"height-map\", file = \"gone.csv\", pitch_um = 1.0";
+    micro(&bench, gone, "");
     bench.refuses("check micro.toml", 3, "gone.csv");
 }
 
@@ -160,9 +157,10 @@ fn a_micro_surface_says_what_is_wrong() {
 #[test]
 fn a_micro_surface_is_measured_and_reconstructed() {
     let bench = map();
+    let surface = "kind = \"height-map\", file = \"map.csv\", pitch_um = 2.0";
     micro(
         &bench,
-        "kind = \"height-map\", file = \"map.csv\", pitch_um = 2.0",
+        surface,
         "facets = { kind = \"diffuse\", albedo = 0.5 }",
     );
     for threads in ["1", "2"] {
@@ -171,10 +169,8 @@ fn a_micro_surface_is_measured_and_reconstructed() {
     assert_same(&results(&bench, "1"), &results(&bench, "2"));
     let rows = bench.rows("1");
     assert_eq!(rows.len(), 2);
-    assert!(
-        rows.iter().all(|row| row.value("nrmse") < Some(1.0)),
-        "{rows:?}"
-    );
+    let is_near = |row: &Row| row.value("nrmse") < Some(1.0);
+    assert!(rows.iter().all(is_near), "{rows:?}");
 }
 
 /// Mirrors of a few normals send light in a few directions: no pair has a value, and whoever checks or runs it is told.

@@ -1,6 +1,6 @@
 //! Readings of others, and what is still to be read.
 
-use super::common::{Level, levels, says};
+use super::common::{Level, levels, product, says};
 use super::{Bench, ONE_SCHEDULE, POSES, READINGS, words_after};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -102,10 +102,8 @@ fn what_is_left_of_a_schedule_is_written() {
         let done = text[..half].lines().filter(|l| !l.starts_with('#')).count() - 2;
         assert!((1..all.len()).contains(&done), "{done}");
         let told = with("--append part.csv --partial -o left.csv");
-        says(
-            &told,
-            &format!("cut: {done} rows were read … gonio: {done} of "),
-        );
+        let cut = format!("cut: {done} rows were read … gonio: {done} of ");
+        says(&told, &cut);
         let left = rows("left.csv");
         assert_eq!(left.len(), all.len() - done);
         let indices = |rows: &[String]| -> BTreeSet<String> {
@@ -191,14 +189,11 @@ fn gains_at_grazing_views_and_vague_readings_are_told() {
     let head = READINGS.replace("value", "value,uncertainty");
     let table = |value: &dyn Fn(f64) -> f64, uncertainty: f64, code| {
         let mut text = head.clone();
-        for theta_i in [0.0_f64, 30.0, 60.0, 85.0] {
-            for theta_o in [0.0, 30.0, 60.0, 85.0] {
-                for phi in [0, 90, 180] {
-                    let f_r = value(theta_i.max(theta_o));
-                    let u = uncertainty * f_r;
-                    text += &format!("{theta_i},0,{theta_o},{phi},{f_r},{u}\n");
-                }
-            }
+        let thetas = [0.0_f64, 30.0, 60.0, 85.0];
+        for (theta_i, (theta_o, phi)) in product(thetas, product(thetas, [0, 90, 180])) {
+            let f_r = value(theta_i.max(theta_o));
+            let u = uncertainty * f_r;
+            text += &format!("{theta_i},0,{theta_o},{phi},{f_r},{u}\n");
         }
         bench.write("lab.csv", text);
         let how = "--reconstruction nearest -o copy.bin";
@@ -295,9 +290,8 @@ fn a_table_says_how_far_off_it_is() {
     assert!(beyond.len() == 2 && beyond[0] > 2.0 * cosine, "{told}");
     // Half of what it is asks for the next size, and gets a quarter.
     let half = format!("{}", 0.5 * cosine.max(*lobe));
-    let told = bench.good(format!(
-        "tabulate c.toml -o t.bsdf --force --tolerance {half}"
-    ));
+    let again = format!("tabulate c.toml -o t.bsdf --force --tolerance {half}");
+    let told = bench.good(again);
     assert_eq!(nrmse(&told).len(), 8, "{told}");
     assert!(fs::metadata(bench.path("t.bsdf")).unwrap().len() > 4 * usual);
     // A format of one size says that it is too far off.

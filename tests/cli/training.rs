@@ -10,10 +10,8 @@ fn parts(bytes: &[u8]) -> (serde_json::Value, Vec<f64>) {
     let end = bytes.iter().position(|b| *b == b'\n').unwrap();
     let numbers = bytes[end + 1..].as_chunks::<2>().0.iter();
     let numbers = numbers.map(|b| half::f16::from_le_bytes(*b).to_f64());
-    (
-        serde_json::from_slice(&bytes[..end]).unwrap(),
-        numbers.collect(),
-    )
+    let head = serde_json::from_slice(&bytes[..end]).unwrap();
+    (head, numbers.collect())
 }
 
 #[test]

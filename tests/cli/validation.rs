@@ -40,20 +40,16 @@ fn readings_by_others_choose_their_method() {
 #[test]
 fn readings_judge_those_of_another_file() {
     let bench = bench();
-    let others = [
-        [25.0, 33.0, 10.0],
-        [50.0, 41.0, 200.0],
-        [33.0, 60.0, 100.0],
-        [10.0, 5.0, 45.0],
-    ];
+    let steep = [[33.0, 60.0, 100.0], [10.0, 5.0, 45.0]];
+    let others = [[25.0, 33.0, 10.0], [50.0, 41.0, 200.0]]
+        .into_iter()
+        .chain(steep);
     let row = |[i, o, a]: [f64; 3]| format!("{i},0,{o},{},{}\n", (a + 180.0) % 360.0, f_r(i, o, a));
-    let text: String = others.into_iter().map(row).collect();
+    let text: String = others.map(row).collect();
     bench.write("others.csv", READINGS.to_owned() + &text);
     let how = "--cross-validation none --against others.csv";
-    let said = bench.tells(
-        format!("reconstruct sheets.csv {how}"),
-        "against others.csv: 4 poses",
-    );
+    let reconstruct = format!("reconstruct sheets.csv {how}");
+    let said = bench.tells(reconstruct, "against others.csv: 4 poses");
     let error: f64 = words_after(&said, "log_relative ")[0].parse().unwrap();
     assert!(error > 0.0 && error < 0.2, "{said}");
 }
@@ -72,21 +68,16 @@ fn what_cannot_be_validated_is_said() {
     // What was read at one incidence or two, or in one plane, says nothing of the rest.
     let rows = bench.read("sheets.csv");
     let some = |keep: &dyn Fn(&Vec<&str>) -> bool, told: &str| {
-        let kept = rows
-            .lines()
-            .filter(|row| row.starts_with("theta") || keep(&row.split(',').collect()));
-        bench.write("some.csv", kept.collect::<Vec<_>>().join("\n"));
-        bench.tells(
-            "reconstruct some.csv",
-            &format!("the readings are {told}, and"),
-        );
+        let is_kept = |row: &&str| row.starts_with("theta") || keep(&row.split(',').collect());
+        let kept: Vec<_> = rows.lines().filter(is_kept).collect();
+        bench.write("some.csv", kept.join("\n"));
+        let told = format!("the readings are {told}, and");
+        bench.tells("reconstruct some.csv", &told);
     };
     some(&|row| row[0] == "40", "of 1 value of theta_i");
     some(&|row| row[0] != "40", "of 2 values of theta_i");
-    some(
-        &|row| ["0", "180"].contains(&row[3]),
-        "in the plane of incidence",
-    );
+    let is_in_plane = |row: &Vec<&str>| ["0", "180"].contains(&row[3]);
+    some(&is_in_plane, "in the plane of incidence");
     let said = bench.good("reconstruct sheets.csv --parametrization stark");
     let best = words_after(&said, "reconstruction: ").concat();
     assert!(best.contains("[stark"), "{said}");
