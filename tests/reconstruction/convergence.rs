@@ -130,9 +130,8 @@ output = {{ repeat_seconds = 0.0 }}
     let mut logs: BTreeMap<(Choice, usize), Vec<f64>> = BTreeMap::new();
     for row in &rows {
         let error = row.value("nrmse").expect("it is defined");
-        logs.entry((row.choice(), row.budget))
-            .or_default()
-            .push(error.max(EXACT).ln());
+        let logs = logs.entry((row.choice(), row.budget)).or_default();
+        logs.push(error.max(EXACT).ln());
     }
     let mean = |logs: &Vec<f64>| (logs.iter().sum::<f64>() / logs.len() as f64).exp();
     let mut grown = Vec::new();

@@ -1,5 +1,6 @@
 //! What readings say of a pair.
 
+use super::common::{near, values};
 use super::layouts::pair;
 use super::{form, measure, smooth_material};
 use gonio::brdf::{Brdf, Presence};
@@ -47,10 +48,8 @@ fn a_full_set_covers_all_and_a_half_one_its_half() {
     m.outcomes.fill(Outcome::NotVisited);
     m.outcomes[0] = Outcome::Reading;
     let cover = Cover::of(&m).unwrap();
-    assert_eq!(
-        cover.coverage(&m.schedule.poses[0].pair),
-        Coverage::Interpolated
-    );
+    let own = cover.coverage(&m.schedule.poses[0].pair);
+    assert_eq!(own, Coverage::Interpolated);
     assert!(share(&cover, Coverage::Interpolated, &|_| true) < 0.1);
 }
 
@@ -70,10 +69,7 @@ fn some_pairs_speak_for_all() {
     assert!((1500..=2000).contains(&counted.len()), "{}", counted.len());
     let counted: Vec<_> = counted.into_iter().map(|i| level.pairs[i]).collect();
     let counted = cover.coverages(&counted);
-    let truth = metrics::Values {
-        luminance: vec![1.0; level.pairs.len()],
-        missing: Vec::new(),
-    };
+    let truth = values(vec![1.0; level.pairs.len()]);
     for (measure, weights) in Measure::USUAL.into_iter().zip(&level.weights) {
         let pairs = metrics::test_pairs(measure, &MetricsSpec::default()).unwrap();
         let all = cover.coverages(&pairs);
@@ -83,11 +79,7 @@ fn some_pairs_speak_for_all() {
             (some.unknown, Coverage::Unknown),
         ] {
             let p = all.iter().filter(|c| **c == what).count() as f64 / all.len() as f64;
-            let found = found.unwrap();
-            assert!(
-                (found - p).abs() <= 3.0 * 0.015,
-                "{measure:?} {what:?}: {found} {p}"
-            );
+            near(found.unwrap(), p, 3.0 * 0.015, (measure, what));
         }
         let inside = all.iter().filter(|c| **c == Coverage::Interpolated).count();
         assert!((0.1..0.9).contains(&(inside as f64 / all.len() as f64)));

@@ -89,28 +89,22 @@ fn a_prior_helps_while_readings_are_few_and_never_hurts_much() {
     let sgd = "rho_d = 0.1\nrho_s = 0.2\nalpha = 0.05\np = 0.4\nf0 = 0.1\nf1 = -0.05\nkap = 20.0\nlambda = 3.0\n\
                c = 1e-7\nk = 30.0\ntheta0_rad = 0.1";
     let retro = "of = { kind = \"ggx\", alpha = 0.3 }";
-    for (kind, keys) in [
-        ("shifted-gamma", sgd),
-        ("retro-reflective", retro),
-        ("test-g", ""),
-    ] {
-        all.push(model(kind, keys));
-    }
+    let others = [
+        model("shifted-gamma", sgd),
+        model("retro-reflective", retro),
+        model("test-g", ""),
+    ];
+    all.extend(others);
     let mut means = Vec::new();
     for readings in [8, 16, 32, 33] {
-        let ratios: Vec<f64> = all
-            .iter()
-            .map(|truth| {
-                let of = |keys| error(&**truth, "kriging", keys, readings, &pairs);
-                of("prior = \"built-in\"") / of("")
-            })
-            .collect();
+        let ratios = all.iter().map(|truth| {
+            let of = |keys| error(&**truth, "kriging", keys, readings, &pairs);
+            of("prior = \"built-in\"") / of("")
+        });
+        let ratios: Vec<f64> = ratios.collect();
         assert!(ratios.iter().all(|r| *r < 2.0), "{readings}: {ratios:?}");
         means.push(mean(ratios.into_iter()));
     }
-    assert!(
-        means[0] < 0.6 && means[1] < 0.9 && means[2] < 1.0,
-        "{means:?}"
-    );
-    assert_eq!(means[3], 1.0);
+    let is_less = means.iter().zip([0.6, 0.9, 1.0]).all(|(m, most)| *m < most);
+    assert!(is_less && means[3] == 1.0, "{means:?}");
 }

@@ -1,6 +1,6 @@
 //! Readings that nobody planned: sheets, lines, a plane, points that almost coincide, gaps, two densities.
 
-use super::common::{Level, levels, model, test_pairs};
+use super::common::{Level, levels, model, product, test_pairs};
 use super::{material, method};
 use gonio::brdf::{self, Brdf, Channels};
 use gonio::geometry::{DirectionPair, Symmetry};
@@ -26,11 +26,8 @@ pub fn sheets(incidences: &[f64], step: usize, turn: usize) -> Vec<Angles> {
     for &theta_i in incidences {
         angles.push([theta_i, 0.0, 0.0]);
         for theta_o in (step..=80).step_by(step) {
-            angles.extend(
-                (0..=180)
-                    .step_by(turn)
-                    .map(|phi| [theta_i, theta_o as f64, phi as f64]),
-            );
+            let turns = (0..=180).step_by(turn);
+            angles.extend(turns.map(|phi| [theta_i, theta_o as f64, phi as f64]));
         }
     }
     angles
@@ -38,14 +35,9 @@ pub fn sheets(incidences: &[f64], step: usize, turn: usize) -> Vec<Angles> {
 
 /// Scans in the plane of incidence.
 fn lines(incidences: &[f64], step: usize) -> Vec<Angles> {
-    let scan = |theta_i: f64| {
-        [0.0, 180.0].map(|phi| {
-            (0..=80)
-                .step_by(step)
-                .map(move |o| [theta_i, o as f64, phi])
-        })
-    };
-    incidences.iter().flat_map(|&i| scan(i)).flatten().collect()
+    let scans = product([0.0, 180.0], (0..=80).step_by(step));
+    let scans = product(incidences.iter().copied(), scans).into_iter();
+    scans.map(|(i, (phi, o))| [i, o as f64, phi]).collect()
 }
 
 pub fn scattered(count: u64) -> Vec<Angles> {
@@ -141,13 +133,10 @@ fn methods() -> Vec<(String, &'static str, Arc<dyn Reconstruct>)> {
         if method.needs_grid() || ["fit", "components"].contains(&entry.kind) {
             continue;
         }
-        let within = |kind: &&'static str| {
-            let (kind, warp) = ((*kind).to_owned(), Default::default());
-            let other = method.within(&Coordinates {
-                kind: kind.clone(),
-                warp,
-            })?;
-            Some((kind, entry.kind, other))
+        let within = |kind_name: &&'static str| {
+            let (kind, warp) = ((*kind_name).to_owned(), Default::default());
+            let other = method.within(&Coordinates { kind, warp })?;
+            Some(((*kind_name).to_owned(), entry.kind, other))
         };
         let is_kriging = entry.kind == "kriging";
         let chosen = |kind: &&&str| !is_kriging || **kind == "hybrid";
@@ -199,11 +188,8 @@ impl Bench {
     /// Readings of all models, pose-major.
     fn readings(&self, schedule: &Schedule) -> Vec<f64> {
         let mut values = vec![0.0; schedule.poses.len() * self.models.len()];
-        for (pose, row) in schedule
-            .poses
-            .iter()
-            .zip(values.chunks_mut(self.models.len()))
-        {
+        let rows = values.chunks_mut(self.models.len());
+        for (pose, row) in schedule.poses.iter().zip(rows) {
             for ((_, model), value) in self.models.iter().zip(row) {
                 let _ = model.eval(&pose.pair, std::slice::from_mut(value));
             }
@@ -253,18 +239,17 @@ impl Bench {
 /// Ratio of two root mean squares and its standard error (bootstrap over pairs).
 fn ratio(a: &[f64], b: &[f64]) -> (f64, f64) {
     let random = Random::new(7);
-    let ratios: Vec<f64> = (0..25_u64)
-        .map(|draw| {
-            let (mut above, mut below) = (0.0, 0.0);
-            for k in 0..a.len() as u64 {
-                let u: [f64; 1] = random.point(draw * a.len() as u64 + k);
-                let k = (u[0] * a.len() as f64) as usize;
-                above += a[k];
-                below += b[k];
-            }
-            (above / below).sqrt()
-        })
-        .collect();
+    let ratio = |draw| {
+        let (mut above, mut below) = (0.0, 0.0);
+        for k in 0..a.len() as u64 {
+            let u: [f64; 1] = random.point(draw * a.len() as u64 + k);
+            let k = (u[0] * a.len() as f64) as usize;
+            above += a[k];
+            below += b[k];
+        }
+        (above / below).sqrt()
+    };
+    let ratios: Vec<f64> = (0..25).map(ratio).collect();
     let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
     let variance = ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / 24.0;
     let ratio = (a.iter().sum::<f64>() / b.iter().sum::<f64>()).sqrt();

@@ -2,12 +2,12 @@
 //! system by LU.
 
 use super::common::{ISOTROPIC, images, random_pairs};
-use super::{form, material, measure, method, smooth, smooth_material, value};
+use super::{form, grid, material, measure, method, smooth, smooth_material, value};
 use gonio::brdf::Brdf;
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::measurement::Measurement;
 use gonio::parametrization::{Layout, Parametrization};
-use gonio::schedule::{Centring, Grid, Ratio, SampleSet, SobolSet};
+use gonio::schedule::{Centring, SampleSet, SobolSet};
 use nalgebra::{DMatrix, DVector};
 
 /// Points of the embedding as plain vectors.
@@ -29,11 +29,8 @@ fn embed(unfolded: &dyn Parametrization, pair: &DirectionPair, through_pole: boo
     }
     let (u1, u2) = (1.5 * c[0] / axes[0].range[1], c[2] / axes[2].range[1]);
     // phi_d turns with phi_h.
-    let b = if unfolded.facts().layout == Layout::Nested {
-        c[1] + c[3]
-    } else {
-        c[3]
-    };
+    let is_nested = unfolded.facts().layout == Layout::Nested;
+    let b = c[3] + if is_nested { c[1] } else { 0.0 };
     vec![u1 * c[1].cos(), u1 * c[1].sin(), u2 * b.cos(), u2 * b.sin()]
 }
 
@@ -68,10 +65,8 @@ fn thin_plate(data: &[(Point, f64)], x: &Point) -> f64 {
     let phi = |r: f64| if r > 0.0 { r * r * r.ln() } else { 0.0 };
     // In units of the neighbourhood, which the spline does not depend on.
     let size = data.iter().map(|p| distance(&p.0, x)).fold(0.0, f64::max);
-    let local: Vec<Point> = data
-        .iter()
-        .map(|(p, _)| p.iter().zip(x).map(|(p, x)| (p - x) / size).collect())
-        .collect();
+    let place = |(p, _): &(Point, f64)| p.iter().zip(x).map(|(p, x)| (p - x) / size).collect();
+    let local: Vec<Point> = data.iter().map(place).collect();
     let linear = |p: &Point, j: usize| if j == 0 { 1.0 } else { p[j - 1] };
     let system = DMatrix::from_fn(n + d + 1, n + d + 1, |i, j| match (i < n, j < n) {
         (true, true) => phi(distance(&local[i], &local[j])),
@@ -80,15 +75,10 @@ fn thin_plate(data: &[(Point, f64)], x: &Point) -> f64 {
         (false, false) => 0.0,
     });
     let y = DVector::from_fn(n + d + 1, |i, _| if i < n { data[i].1 } else { 0.0 });
-    let c = system
-        .lu()
-        .solve(&y)
-        .expect("neighbours that span the space");
+    let c = system.lu().solve(&y).expect("they span the space");
     let origin = vec![0.0; d];
-    let kernels: f64 = (0..n)
-        .map(|i| c[i] * phi(distance(&local[i], &origin)))
-        .sum();
-    kernels + c[n]
+    let kernel = |i: usize| c[i] * phi(distance(&local[i], &origin));
+    (0..n).map(kernel).sum::<f64>() + c[n]
 }
 
 #[test]
@@ -103,9 +93,8 @@ fn values_are_those_of_the_full_system() {
     ] {
         let form = form(name, symmetry);
         let m = measure(&smooth_material(symmetry), &form, &SobolSet {}, budget);
-        let brdf = method("thin-plate", "values = \"linear\"")
-            .reconstruct(&m)
-            .unwrap();
+        let spline = method("thin-plate", "values = \"linear\"");
+        let brdf = spline.reconstruct(&m).unwrap();
         let isotropic = symmetry.isotropic;
         let unfolded = super::form(name, if isotropic { ISOTROPIC } else { Symmetry::NONE });
         let points = points(&m, &*unfolded);
@@ -138,11 +127,7 @@ fn neighbours_in_a_line_or_a_plane_are_enough() {
         ([1.0, 1000.0, 1000.0], 900),
         ([4.0, 4.0, 1.0], 4000),
     ] {
-        let grid = Grid {
-            ratio: Some(Ratio::Numbers(ratio.to_vec())),
-            centring: Some(vec![Centring::Cell; 3]),
-            ..Grid::default()
-        };
+        let grid = grid(&ratio, &[Centring::Cell; 3]);
         let m = measure(&truth, &form, &grid, budget);
         let brdf = method("thin-plate", "").reconstruct(&m).unwrap();
         for (pose, reading) in m.schedule.poses.iter().zip(&m.values) {
@@ -163,9 +148,8 @@ fn few_readings_and_many_neighbours_are_fine() {
     let truth = smooth_material(Symmetry::FULL);
     for budget in [6, 7, 10, 20] {
         let m = measure(&truth, &form, &SobolSet {} as &dyn SampleSet, budget);
-        let brdf = method("thin-plate", "neighbours = 256")
-            .reconstruct(&m)
-            .unwrap();
+        let spline = method("thin-plate", "neighbours = 256");
+        let brdf = spline.reconstruct(&m).unwrap();
         let mean = m.values.iter().sum::<f64>() / m.values.len() as f64;
         let mut errors = [0.0; 2];
         for pair in random_pairs(7).take(300) {

@@ -17,15 +17,15 @@ mod symmetric;
 mod uncertainty;
 mod validation;
 
-use common::{ISOTROPIC, Level, bent, form, made, member, polar};
+use common::{ISOTROPIC, Level, ONE_SIDED, bent, form, made, member, polar};
 use gonio::brdf::{Brdf, Channels};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::{Details, Flags, Measurement, Outcome};
 use gonio::parametrization::{AxisKind, Layout, Parametrization};
 use gonio::reconstruct::{self, Reconstruct};
-use gonio::registry;
-use gonio::schedule::{Grid, Pose, SampleSet, Schedule, SobolSet};
+use gonio::registry::{self, Entry};
+use gonio::schedule::{Centring, Grid, Pose, Ratio, SampleSet, Schedule, SobolSet};
 use std::sync::Arc;
 
 /// A material in luminance that has data everywhere.
@@ -71,10 +71,8 @@ fn forms(symmetries: &[Symmetry]) -> Vec<Arc<dyn Parametrization>> {
 /// sums of functions of a prior have laws of their own.
 fn methods() -> Vec<Box<dyn Reconstruct>> {
     let mut methods = Vec::new();
-    for entry in reconstruct::all()
-        .into_iter()
-        .filter(|e| !["fit", "components"].contains(&e.kind))
-    {
+    let of_readings = |e: &Entry<dyn Reconstruct>| !["fit", "components"].contains(&e.kind);
+    for entry in reconstruct::all().into_iter().filter(of_readings) {
         methods.push(registry::read_text(&entry, "").unwrap());
         methods.extend(registry::read_text(&entry, "values = \"linear\""));
     }
@@ -100,9 +98,17 @@ fn method(kind: &str, text: &str) -> Box<dyn Reconstruct> {
 /// The methods that take a sample set.
 fn methods_on(set: &dyn SampleSet) -> impl Iterator<Item = Box<dyn Reconstruct>> {
     let is_grid = set.is_grid();
-    methods()
-        .into_iter()
-        .filter(move |m| is_grid || !m.needs_grid())
+    let takes = move |m: &Box<dyn Reconstruct>| is_grid || !m.needs_grid();
+    methods().into_iter().filter(takes)
+}
+
+/// A grid with numbers of nodes in a ratio, or the usual one, and with its nodes where a centring says.
+fn grid(ratio: &[f64], centring: &[Centring]) -> Grid {
+    Grid {
+        ratio: (!ratio.is_empty()).then(|| Ratio::Numbers(ratio.to_vec())),
+        centring: Some(centring.to_vec()),
+        ..Grid::default()
+    }
 }
 
 /// A grid and a Sobol set.
@@ -145,14 +151,9 @@ fn each(
                 if method.needs_grid() && !set.is_grid() || !(i + j + k).is_multiple_of(stride) {
                     continue;
                 }
-                let what = format!(
-                    "{} on {} in {} {} {:?}",
-                    method.label(),
-                    set.label(),
-                    form.name(),
-                    form.warp_name(),
-                    form.symmetry()
-                );
+                let (label, on) = (method.label(), set.label());
+                let (name, warp, symmetry) = (form.name(), form.warp_name(), form.symmetry());
+                let what = format!("{label} on {on} in {name} {warp} {symmetry:?}");
                 let brdf = method.reconstruct(&measurement).expect(&what);
                 check(&what, &**method, &measurement, &*brdf);
             }
@@ -226,18 +227,16 @@ fn errors_on_nodes(m: &Measurement, brdf: &dyn Brdf) -> Vec<(Pose, f64, f64)> {
 
 /// The symmetries most materials have: three in 3-D, three in 4-D.
 fn some_symmetries() -> Vec<Symmetry> {
-    let helmholtz = |symmetry| Symmetry {
+    let helmholtz = Symmetry {
         reciprocal: true,
-        ..symmetry
+        ..Symmetry::NONE
     };
-    vec![
-        Symmetry::FULL,
-        ISOTROPIC,
-        helmholtz(ISOTROPIC),
-        Symmetry::ORTHOTROPIC,
-        Symmetry::NONE,
-        helmholtz(Symmetry::NONE),
+    let isotropic = [Symmetry::FULL, ISOTROPIC, ONE_SIDED];
+    [
+        isotropic,
+        [Symmetry::ORTHOTROPIC, Symmetry::NONE, helmholtz],
     ]
+    .concat()
 }
 
 /// Axes that start at a pole.

@@ -35,9 +35,8 @@ fn known_noise_is_smoothed(level: Level) {
                     let error = |keys: &str| {
                         let brdf = method(kind, keys).reconstruct(&m).unwrap();
                         let values = metrics::evaluate(&*brdf, &pairs);
-                        metrics::compare(&pairs, &truth, &values)
-                            .log_relative
-                            .unwrap()
+                        let errors = metrics::compare(&pairs, &truth, &values);
+                        errors.log_relative.unwrap()
                     };
                     let [plain, missed] = ["", "noise = true"].map(error);
                     if noise == 0.0 {

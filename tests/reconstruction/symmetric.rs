@@ -2,13 +2,13 @@
 
 use super::common::{ISOTROPIC, Level, at as in_box, levels, made, mirrored, near, turned};
 use super::{
-    each, form, forms, material, measure, method, methods, radial, smooth, smooth_material,
+    each, form, forms, grid, material, measure, method, methods, radial, smooth, smooth_material,
     some_symmetries, value,
 };
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{AxisKind, Parametrization};
 use gonio::sampling::Random;
-use gonio::schedule::{Centring, Grid, Ratio, SobolSet};
+use gonio::schedule::{Centring, Grid, SobolSet};
 
 levels! {
     a_small_step_across_a_fold_or_a_pole_is_a_small_change: "thorough: every method in every coordinates";
@@ -49,8 +49,8 @@ fn a_small_step_across_a_fold_or_a_pole_is_a_small_change(level: Level) {
         &forms,
         truth,
         600,
-        |what, method, measurement, brdf| {
-            let form = &*measurement.schedule.parametrization;
+        |what, method, m, brdf| {
+            let form = &*m.schedule.parametrization;
             let symmetry = form.symmetry();
             let warped = form.warp_name() != "none";
             if form.facts().exchange && symmetry.isotropic && symmetry.reciprocal && warped {
@@ -136,10 +136,9 @@ fn poles_are_as_good_as_any_other_place(level: Level) {
                 let [first, second, anywhere] = errors(&*brdf, &*form);
                 // Measured at most 2.8 times that, where a cell around a pole is short along the
                 // axis but spans half a turn.
-                assert!(
-                    first.max(second) < 4.0 * anywhere,
-                    "{kind} in {name} {symmetry:?}: {first:.1e} {second:.1e} {anywhere:.1e}"
-                );
+                let errors = format!("{first:.1e} {second:.1e} {anywhere:.1e}");
+                let is_as_good = first.max(second) < 4.0 * anywhere;
+                assert!(is_as_good, "{kind} in {name} {symmetry:?}: {errors}");
             }
         }
     }
@@ -147,11 +146,7 @@ fn poles_are_as_good_as_any_other_place(level: Level) {
 
 /// A grid with nodes at the first pole.
 fn from_the_pole() -> Grid {
-    Grid {
-        ratio: None,
-        centring: Some(vec![Centring::Start, Centring::Cell, Centring::Cell]),
-        ..Grid::default()
-    }
+    grid(&[], &[Centring::Start, Centring::Cell, Centring::Cell])
 }
 
 #[test]
@@ -206,11 +201,7 @@ fn a_grid_with_its_own_ratio_and_centring_folds_onto_itself() {
     let truth = smooth_material(Symmetry::FULL);
     for ratio in [[1.0, 1.0, 2.0], [2.0, 1.0, 2.0], [1.0, 3.0, 2.0]] {
         for centring in [Centring::Cell, Centring::Node] {
-            let grid = Grid {
-                ratio: Some(Ratio::Numbers(ratio.to_vec())),
-                centring: Some(vec![Centring::Cell, Centring::Cell, centring]),
-                ..Grid::default()
-            };
+            let grid = grid(&ratio, &[Centring::Cell, Centring::Cell, centring]);
             let measurement = measure(&truth, &form, &grid, 2000);
             let brdf = method("cubic", "").reconstruct(&measurement).unwrap();
             let [first, second, anywhere] = errors(&*brdf, &*form);

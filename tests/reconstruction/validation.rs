@@ -49,10 +49,8 @@ fn errors(scores: &Scores) -> [f64; Errors::QUANTITIES.len()] {
 fn readings_are_weighted_to_the_measure() {
     let model = named("ggx");
     // Not the distribution of any measure: dense near the normal.
-    let angles: Vec<[f64; 3]> = scattered(6000)
-        .into_iter()
-        .map(|[i, o, phi]| [i * i / 85.0, o * o / 85.0, phi])
-        .collect();
+    let steep = |[i, o, phi]: [f64; 3]| [i * i / 85.0, o * o / 85.0, phi];
+    let angles: Vec<_> = scattered(6000).into_iter().map(steep).collect();
     let jury = ReferenceReadings::new(&readings(&*model, &angles)).unwrap();
     let lambert = named("lambert");
     let judged = jury.errors(&metrics::evaluate(&*lambert, jury.pairs()));
@@ -90,11 +88,8 @@ fn scattered_readings_tell_the_error() {
             let brdf = method(kind, "").reconstruct(&m).unwrap();
             let truth = truth(&*model, &*brdf).log_relative.unwrap();
             let [_, told, ..] = left_out(&validation, kind);
-            let ratio = told / truth;
-            assert!(
-                (0.8..1.6).contains(&ratio),
-                "{name} {kind}: {told} of {truth}"
-            );
+            let is_near = (0.8..1.6).contains(&(told / truth));
+            assert!(is_near, "{name} {kind}: {told} of {truth}");
         }
     }
 }
@@ -130,11 +125,8 @@ fn whole_sheets_are_left_out_with_their_images() {
     angles.retain(|[_, o, _]| [20.0, 40.0, 60.0].contains(o));
     let m = readings(&*model, &angles);
     let validation = CrossValidation::new(&m, Some(true)).unwrap();
-    let left = Left::Sheets {
-        sheets: 3,
-        of_sensor: false,
-    };
-    assert_eq!(validation.left(), left);
+    let (sheets, of_sensor) = (3, false);
+    assert_eq!(validation.left(), Left::Sheets { sheets, of_sensor });
     let errors = left_out(&validation, "nearest");
     assert!(errors[1] > 0.1, "{errors:?}");
 }
@@ -146,9 +138,8 @@ fn a_turned_sheet_is_left_out_as_it_was() {
     // Not on a lattice: readings at equal distances are ordered by rounding.
     let directions = (1..80).map(|k| [0.6180, 0.7549].map(|g| (f64::from(k) * g).fract()));
     let sheet = |i: f64| {
-        directions
-            .clone()
-            .map(move |[o, phi]| [i, 80.0 * o, 180.0 * phi])
+        let directions = directions.clone();
+        directions.map(move |[o, phi]| [i, 80.0 * o, 180.0 * phi])
     };
     let angles: Vec<_> = [15.0, 30.0, 60.0].into_iter().flat_map(sheet).collect();
     let m = readings(&*model, &angles);
@@ -163,10 +154,8 @@ fn a_turned_sheet_is_left_out_as_it_was() {
     let [plain, turned] =
         [m, turned].map(|m| left_out(&CrossValidation::new(&m, Some(true)).unwrap(), "nearest"));
     for (plain, turned) in plain.into_iter().zip(turned) {
-        assert!(
-            (plain - turned).abs() <= 1e-9 * plain.abs(),
-            "{plain} {turned}"
-        );
+        let off = (plain - turned).abs();
+        assert!(off <= 1e-9 * plain.abs(), "{plain} {turned}");
     }
 }
 
