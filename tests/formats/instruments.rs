@@ -35,8 +35,10 @@ fn measured(channels: Channels) -> Measurement {
 }
 
 fn written(name: &str, measurement: &Measurement) -> std::io::Result<String> {
-    let mut about = About::default();
-    about.material = Some("brushed \"steel\"".into());
+    let about = About {
+        material: Some("brushed \"steel\"".into()),
+        ..About::default()
+    };
     let mut bytes = Vec::new();
     let format = WRITE_READINGS.named(name).unwrap();
     let write = WRITE_READINGS.function(&format).unwrap();

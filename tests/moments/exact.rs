@@ -22,7 +22,16 @@ fn lambert_is_the_uniform_density() {
         let lambert = Lambert::new(Spectrum::Grey(albedo), Channels::Luminance);
         let want = uniform(albedo * PI);
         for theta_deg in [
-            0.0, 1e-7, 1.0, 30.0, 45.0, 60.0, 80.0, 89.0, 89.999, 89.999_999,
+            0.0,
+            1e-7,
+            1.0,
+            30.0,
+            45.0,
+            60.0,
+            80.0,
+            89.0,
+            89.999,
+            89.999_999_f64,
         ] {
             let got = estimate(&lambert, f64::to_radians(theta_deg), &resolving(1e-5), 1);
             for c in Component::ALL {

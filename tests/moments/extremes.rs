@@ -1,7 +1,7 @@
 //! Slices far from the everyday: values at the ends of f64, black ones, needles, a dynamic range of
 //! 1e12, and tables with outliers and holes.
 
-use super::common::{made, merl_file, model};
+use super::common::{made, merl_file, model, near};
 use super::gaussians::{ends, truncated};
 use super::{assert_within, estimate, estimators, from_raw, is_random, planar, resolving, scale};
 use gonio::brdf::measured::merl::{Interpolation, Merl, MerlGrid, SCALE};
@@ -14,27 +14,19 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A BRDF in luminance times a number.
 fn times(brdf: &dyn Brdf, factor: f64) -> impl Brdf {
-    made(brdf.symmetry(), move |pair| {
-        Some([brdf.luminance(pair)? * factor])
-    })
+    let value = move |pair: &DirectionPair| Some([brdf.luminance(pair)? * factor]);
+    made(brdf.symmetry(), value)
 }
 
 #[test]
 fn the_unit_of_the_values_changes_the_energy_and_nothing_else() {
     // Enough effective samples, too few, and a lobe that no sample is in.
-    for (kind, text) in [
-        ("ggx", "alpha = 0.3"),
-        ("ggx", "alpha = 0.01"),
-        ("ggx", "alpha = 0.001"),
-    ] {
-        let brdf = model(kind, text);
+    for text in ["alpha = 0.3", "alpha = 0.01", "alpha = 0.001"] {
+        let brdf = model("ggx", text);
         for by in estimators() {
             let want = estimate(&times(&*brdf, 1.0), 0.7, &*by, 3);
-            if text.ends_with("0.3") || !is_random(&*by) {
-                assert_eq!(want.unresolved, None);
-            } else {
-                assert!(want.unresolved.is_some());
-            }
+            let is_resolved = text.ends_with("0.3") || !is_random(&*by);
+            assert_eq!(want.unresolved.is_none(), is_resolved, "{text}");
             // A power of two changes no digit, and so no bit of the result.
             for factor in [f64::powi(2.0, 664), f64::powi(2.0, -664)] {
                 let got = estimate(&times(&*brdf, factor), 0.7, &*by, 3);
@@ -211,13 +203,9 @@ fn one_bright_texel_is_found_off_the_mirror_direction() {
 #[test]
 fn what_has_no_data_is_left_out() {
     for interpolation in [Interpolation::Trilinear, Interpolation::Nearest] {
-        let brdf = table(interpolation, |[h, d, phi]| {
-            let hole = (25..60).contains(&h) && (20..45).contains(&d) && (30..110).contains(&phi);
-            if hole {
-                -1.0
-            } else {
-                0.2 + 5.0 / (4 + h) as f64
-            }
+        let brdf = table(interpolation, |[h, d, phi]| match (h, d, phi) {
+            (25..60, 20..45, 30..110) => -1.0,
+            _ => 0.2 + 5.0 / (4 + h) as f64,
         });
         for theta_o in [0.5, 1.1] {
             let dense = Dense::of(&brdf, theta_o, SQUARE, 2000, 0.0);
@@ -226,10 +214,7 @@ fn what_has_no_data_is_left_out() {
             assert!(share > 0.02, "{share}");
             // The edge of the hole is a step: 1e-4 would cost more values than are allowed.
             let mut all = estimators();
-            all[2] = Box::new(gonio::moments::PeakResolving {
-                tolerance: 1e-3,
-                ..gonio::moments::PeakResolving::default()
-            });
+            all[2] = Box::new(resolving(1e-3));
             for by in &all {
                 let got = estimate(&brdf, theta_o, &**by, 1);
                 let what = format!("{interpolation:?} at {theta_o} by {}", by.label());
@@ -241,8 +226,7 @@ fn what_has_no_data_is_left_out() {
                     "sobol" => (6.0, 1e-3),
                     _ => (1.0, 1e-3),
                 };
-                let error = (got.missing_share - share).abs();
-                assert!(error < allowed, "{what}: share off by {error:e}");
+                near(got.missing_share, share, allowed, &what);
                 for c in Component::ALL {
                     let e = got.moments.get(c).unwrap();
                     let error = (e.value - want[c.index()]).abs();

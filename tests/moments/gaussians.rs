@@ -1,6 +1,7 @@
 //! Truncated Gaussians: products against closed forms, correlated ones against a closed form in
 //! one angle and a quadrature in the other.
 
+use super::common::{near, product};
 use super::{assert_tolerance, assert_within, estimate, from_raw, planar, resolving};
 use gonio::sampling::gauss_legendre;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
@@ -61,22 +62,16 @@ fn check(centre: [f64; 2], width: [f64; 2], r: f64, raw: &[[f64; 5]; 5]) {
 #[test]
 fn products_of_gaussians_have_their_closed_forms() {
     let widths = [1e-4_f64, 1e-2, 0.3, 2.0];
-    for theta in [-FRAC_PI_2 + 1e-4, -1.2, 0.0, 0.7] {
-        for phi in [0.0, 0.6, 1.5] {
-            for w in widths {
-                for v in widths {
-                    // Away from the plane of incidence no rule knows where to look for a lobe: the
-                    // gaps between the first nodes are 1.6° wide.
-                    if phi > 0.0 && w.min(v) < 0.05 {
-                        continue;
-                    }
-                    let [a, b] = ends(theta, w);
-                    let [c, d] = ends(phi, v);
-                    let (x, y) = (truncated(a, b), truncated(c, d));
-                    check([theta, phi], [w, v], 0.0, &x.map(|x| y.map(|y| x * y)));
-                }
-            }
+    let centres = product([-FRAC_PI_2 + 1e-4, -1.2, 0.0, 0.7], [0.0, 0.6, 1.5]);
+    for ((theta, phi), (w, v)) in product(centres, product(widths, widths)) {
+        // Away from the plane of incidence no rule has nodes near a lobe: the gaps between the
+        // first nodes are 1.6° wide.
+        if phi > 0.0 && w.min(v) < 0.05 {
+            continue;
         }
+        let ([a, b], [c, d]) = (ends(theta, w), ends(phi, v));
+        let (x, y) = (truncated(a, b), truncated(c, d));
+        check([theta, phi], [w, v], 0.0, &x.map(|x| y.map(|y| x * y)));
     }
 }
 
@@ -107,10 +102,8 @@ fn correlated([a, b]: [f64; 2], [c, d]: [f64; 2], r: f64) -> [[f64; 5]; 5] {
                     + 4.0 * s.powi(3) * z[1]
                     + s.powi(4) * z[0],
             ];
-            for n in 0..5 {
-                for m in 0..5 {
-                    raw[n][m] += half * w * bell(x) * x.powi(n as i32) * y[m];
-                }
+            for (n, m) in product(0..5, 0..5) {
+                raw[n][m] += half * w * bell(x) * x.powi(n as i32) * y[m];
             }
         }
     }
@@ -137,5 +130,5 @@ fn correlated_gaussians_agree_with_a_quadrature() {
     let raw = correlated([-50.0, 50.0], [-50.0, 50.0], 0.8);
     let moments = from_raw(|n, m| raw[n][m], [0.0; 2]);
     assert!(moments[6..].iter().all(|m| m.abs() < 1e-12), "{moments:?}");
-    assert!((moments[4] - 0.8).abs() < 1e-13);
+    near(moments[4], 0.8, 1e-13, "correlation");
 }

@@ -13,7 +13,7 @@ mod peak;
 mod sampled;
 mod symmetric;
 
-use common::made;
+use common::{made, peak_resolving as resolving};
 use gonio::brdf::Brdf;
 use gonio::geometry::Symmetry;
 use gonio::moments::{
@@ -36,13 +36,6 @@ fn slice(brdf: &dyn Brdf, theta_o: f64) -> Slice<'_> {
 /// Every order, by one estimator.
 fn estimate(brdf: &dyn Brdf, theta_o: f64, by: &dyn Estimator, seed: u64) -> SliceMoments {
     by.estimate(&slice(brdf, theta_o), Order::MAX, seed)
-}
-
-fn resolving(tolerance: f64) -> PeakResolving {
-    PeakResolving {
-        tolerance,
-        ..PeakResolving::default()
-    }
 }
 
 /// One of each kind, with its default parameters.
@@ -109,18 +102,14 @@ fn from_raw(raw: impl Fn(usize, usize) -> f64, origin: [f64; 2]) -> [f64; 15] {
 /// good to `known` times the component's scale.
 fn assert_within(what: &str, got: &SliceMoments, want: &[f64; 15], known: f64) {
     for c in Component::ALL {
-        let e = got
-            .moments
-            .get(c)
-            .unwrap_or_else(|| panic!("{what}: no {c}"));
+        let e = got.moments.get(c);
+        let e = e.unwrap_or_else(|| panic!("{what}: no {c}"));
         let error = (e.value - want[c.index()]).abs();
         let allowed = e.uncertainty + known * scale(&got.moments, c);
+        let want = want[c.index()];
         assert!(
             error <= allowed,
-            "{what}: {c} is {} ± {:e}, should be {}: off by {error:e}",
-            e.value,
-            e.uncertainty,
-            want[c.index()]
+            "{what}: {c} is {e:?}, should be {want}: off by {error:e}"
         );
     }
 }
@@ -133,8 +122,9 @@ fn assert_tolerance(what: &str, got: &SliceMoments, tolerance: f64) {
     for c in Component::ALL {
         let e = got.moments.get(c).unwrap();
         let relative = e.uncertainty / scale(&got.moments, c);
+        let is_resolved = relative <= tolerance * (1.0 + 1e-12);
         assert!(
-            relative <= tolerance * (1.0 + 1e-12),
+            is_resolved,
             "{what}: {c} is resolved to {relative:e}, not to {tolerance:e}"
         );
     }

@@ -2,8 +2,8 @@
 
 use super::nrmse;
 use crate::common::{
-    Level as Size, levels, lowest, made, material, member, near, present, random_pairs, says,
-    wavelengths,
+    Level as Size, levels, lowest, made, material, member, near, present, product, random_pairs,
+    says, wavelengths,
 };
 use gonio::brdf::measured::TableError;
 use gonio::brdf::measured::rgl::file::{Colours, Head};
@@ -61,10 +61,8 @@ fn errors(truth: &dyn Brdf, table: &dyn Brdf, pairs: &[DirectionPair]) -> [f64; 
 
 #[test]
 fn a_file_comes_back_to_the_bit() {
-    for (kind, keys, level) in [
-        ("ggx", "alpha = 0.2", COARSE),
-        ("ward", "alpha = [0.1, 0.3]", level(5, 4, 8)),
-    ] {
+    let ward = ("ward", "alpha = [0.1, 0.3]", level(5, 4, 8));
+    for (kind, keys, level) in [("ggx", "alpha = 0.2", COARSE), ward] {
         let fields = tabulate(&*material(kind, keys, Channels::Rgb), level).unwrap();
         let file = bytes(&fields);
         let again = read(&file).unwrap();
@@ -81,11 +79,8 @@ fn a_file_comes_back_to_the_bit() {
 fn the_map_makes_normals_uniform() {
     let random = Random::new(3);
     let values = (0..2 * 7 * 5).map(|i| random.point::<1>(i)[0].powi(3) as f32);
-    let grids = Grids {
-        size: [7, 5],
-        values: values.collect(),
-    };
-    let densities = Densities::new(grids).unwrap();
+    let (size, values) = ([7, 5], values.collect());
+    let densities = Densities::new(Grids { size, values }).unwrap();
     for grid in 0..2 {
         let own = Weighted::from_elem((grid, 1.0), 1);
         for p in (100..300).map(|i| random.point::<2>(i)) {
@@ -97,24 +92,31 @@ fn the_map_makes_normals_uniform() {
             let d = 1e-6;
             let inside = [0, 1].map(|k| (there[k] * [6.0, 4.0][k]).fract() > 1e-4);
             if there.iter().all(|x| *x < 1.0 - 2.0 * d) && inside == [true; 2] {
-                let moved =
-                    |dx: f64, dy: f64| densities.uniform(&own, [there[0] + dx, there[1] + dy]).0;
-                let [a, b] = [moved(d, 0.0), moved(0.0, d)];
-                let area =
-                    (a[0] - back[0]) * (b[1] - back[1]) - (a[1] - back[1]) * (b[0] - back[0]);
-                near(area / (d * d), density, 1e-3 * (1.0 + density), there);
+                let [x, y] = there;
+                let [a, b] = [[x + d, y], [x, y + d]].map(|moved| {
+                    let there = densities.uniform(&own, moved).0;
+                    [0, 1].map(|k| there[k] - back[k])
+                });
+                near(
+                    (a[0] * b[1] - a[1] * b[0]) / (d * d),
+                    density,
+                    1e-3 * (1.0 + density),
+                    there,
+                );
             }
         }
     }
     // Between two the distribution is that of the mixture.
     let both: Weighted = [(0, 0.25), (1, 0.75)].into_iter().collect();
     let ([s, t], _) = densities.uniform(&both, [1.0, 1.0]);
-    assert!((s - 1.0).abs() < 1e-12 && (t - 1.0).abs() < 1e-12);
-    let black = Grids {
-        size: [2, 2],
-        values: vec![0.0; 4],
-    };
-    assert!(Densities::new(black).is_none());
+    near(
+        (s - 1.0).abs().max((t - 1.0).abs()),
+        0.0,
+        1e-12,
+        "the far corner",
+    );
+    let (size, values) = ([2, 2], vec![0.0; 4]);
+    assert!(Densities::new(Grids { size, values }).is_none());
 }
 
 #[test]
@@ -196,26 +198,22 @@ fn half_and_quarter_circles_are_mirrored(size: Size) {
     let whole = tabulate(&*truth, level(azimuths[0], 16, 32)).unwrap();
     let table = |count: usize| {
         let mut fields = whole.clone();
-        let share = |grids: &mut Grids| {
-            let length = grids.values.len() / azimuths[0] * count;
-            grids.values.truncate(length);
-        };
         fields.phi_i.truncate(count);
         for grids in [&mut fields.vndf, &mut fields.luminance, &mut fields.values] {
-            share(grids);
+            let length = grids.values.len() / azimuths[0] * count;
+            grids.values.truncate(length);
         }
         let fields = read(&bytes(&fields)).unwrap();
         Rgl::new(fields, Channels::Luminance).unwrap()
     };
     let [whole, half, quarter] = azimuths.map(table);
-    for turn in [0.0, 0.3, 0.5, 1.0, 1.25, 1.5, 1.9] {
-        for sensor in [0.0, 0.4, 0.9, 1.1, 1.7] {
-            let phi = turn * PI;
-            let pair = DirectionPair::from_spherical(0.7, phi, 0.6, phi + sensor * PI);
-            let [w, h, q] = [&whole, &half, &quarter].map(|t| t.luminance(&pair).unwrap());
-            near(h / w, 1.0, 0.02, ("half", turn, sensor));
-            near(q / w, 1.0, 0.02, ("quarter", turn, sensor));
-        }
+    let turns = [0.0, 0.3, 0.5, 1.0, 1.25, 1.5, 1.9];
+    for (turn, sensor) in product(turns, [0.0, 0.4, 0.9, 1.1, 1.7]) {
+        let phi = turn * PI;
+        let pair = DirectionPair::from_spherical(0.7, phi, 0.6, phi + sensor * PI);
+        let [w, h, q] = [&whole, &half, &quarter].map(|t| t.luminance(&pair).unwrap());
+        near(h / w, 1.0, 0.02, ("half", turn, sensor));
+        near(q / w, 1.0, 0.02, ("quarter", turn, sensor));
     }
 }
 
@@ -295,10 +293,8 @@ fn one_bad_wavelength_or_cell_spoils_itself_only() {
     fill(3 * grid..4 * grid, -999.0);
     says(&values(&[600.0]).unwrap_err(), "from 450 to 550 nm");
     let cells = level[1] * grid;
-    says(
-        &widest().remarks()[1],
-        &format!("no reading: -999 in {cells} cells"),
-    );
+    let told = format!("no reading: -999 in {cells} cells");
+    says(&widest().remarks()[1], &told);
     values(&[550.0]).unwrap();
     // Of a matte table the hole of a cell has what is around it, to what nodes are apart.
     for node in 0..grid {
@@ -312,11 +308,8 @@ fn one_bad_wavelength_or_cell_spoils_itself_only() {
 
 #[test]
 fn damaged_files_are_refused_by_name() {
-    let whole = tabulate(
-        &*material("ggx", "alpha = 0.5", Channels::Rgb),
-        level(5, 2, 4),
-    )
-    .unwrap();
+    let ggx = material("ggx", "alpha = 0.5", Channels::Rgb);
+    let whole = tabulate(&*ggx, level(5, 2, 4)).unwrap();
     let file = bytes(&whole);
     for cut in [0, 5, 14, 17, 40, 300, file.len() / 2, file.len() - 1] {
         assert!(read(&file[..cut]).is_err(), "{cut}");
@@ -329,7 +322,7 @@ fn damaged_files_are_refused_by_name() {
         (&|f| f.theta_i.reverse(), "theta_i"),
         (
             &|f| f.ndf.values[7] = f32::NAN,
-            "\"ndf\" holds NaN at place 7",
+            "ndf\" holds NaN at place 7",
         ),
         (&|f| f.vndf.values[3] = -1.0, "\"vndf\" holds -1 at place 3"),
         (&|f| f.phi_i[0] = 100.0, "phi_i"),

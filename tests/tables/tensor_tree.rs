@@ -1,7 +1,7 @@
 //! Tensor trees of Radiance: the text that is written, read by a reader of its own, against the BRDF that it was made of.
 
 use super::{high_pairs, nrmse};
-use crate::common::{made, material, member, near, present, refused_edits};
+use crate::common::{made, material, member, near, present, product, refused_edits};
 use glam::{DMat3, DVec3};
 use gonio::brdf::measured::TableError;
 use gonio::brdf::measured::tensor_tree::{self, MERGED, Node, TensorTree, disk, write_tensor_tree};
@@ -143,27 +143,20 @@ fn a_tree_has_the_values_and_few_leaves() {
         };
         assert_eq!(name, "Visible");
         let truth = |pair: &DirectionPair| ggx.luminance(pair).unwrap();
-        errors.push(nrmse(&pairs, |p| {
-            [truth(p), tree.at(place(p))].map(|v| [v])
-        }));
+        let values = |p: &DirectionPair| [truth(p), tree.at(place(p))].map(|v| [v]);
+        errors.push(nrmse(&pairs, values));
         let ours = TensorTree::read(&text, Channels::Luminance).unwrap();
         for pair in &pairs[..500] {
             // Pairs on the edge of a cell may be in the next one.
             let ratio = ours.luminance(pair).unwrap() / tree.at(place(pair));
             near(ratio, 1.0, 0.5, pair);
         }
-        let same = pairs[..500]
-            .iter()
-            .filter(|p| ours.luminance(p) == Some(tree.at(place(p))));
-        assert!(same.count() > 495);
-        if level == 7 {
-            assert!(text.len() < 4_500_000, "{} bytes", text.len());
-        }
+        let is_same = |p: &&DirectionPair| ours.luminance(p) == Some(tree.at(place(p)));
+        assert!(pairs[..500].iter().filter(is_same).count() > 495);
+        assert!(level < 7 || text.len() < 4_500_000, "{} bytes", text.len());
     }
-    assert!(
-        errors[1] < 0.025 && errors[1] < 0.7 * errors[0],
-        "{errors:?}"
-    );
+    let [coarse, fine] = errors[..] else { panic!() };
+    assert!(fine < 0.025 && fine < 0.7 * coarse, "{coarse} {fine}");
 }
 
 /// Merging keeps means: the mean over the disk, which is albedo / π, is that of the midpoints.
@@ -174,21 +167,17 @@ fn merging_adds_what_it_says_and_no_energy() {
     let nodes = tabulate(&*ggx, level).unwrap();
     assert!(nodes[0].leaves() < cells * cells * cells / 2);
     let ([mut error, mut square], mut means) = ([0.0; 2], [0.0; 2]);
-    for x in 0..cells / 2 {
-        for s in 0..cells {
-            for t in 0..cells {
-                let place = [x, s, t].map(|k| (k as f64 + 0.5) / cells as f64);
-                let [a, b] = disk([place[1], place[2]]);
-                let light = Direction::from_spherical((1.0 - 2.0 * place[0]).asin(), PI);
-                let sensor = Direction::from_spherical(a.hypot(b).asin(), b.atan2(a));
-                let truth = ggx.luminance(&DirectionPair::new(light, sensor)).unwrap();
-                let held = nodes[0].value_at(place);
-                let weight = light.sin_theta() * light.cos_theta().powi(2);
-                error += weight * (held - truth).powi(2);
-                square += weight * truth * truth;
-                means = [means[0] + held, means[1] + truth];
-            }
-        }
+    for (x, (s, t)) in product(0..cells / 2, product(0..cells, 0..cells)) {
+        let place = [x, s, t].map(|k| (k as f64 + 0.5) / cells as f64);
+        let [a, b] = disk([place[1], place[2]]);
+        let light = Direction::from_spherical((1.0 - 2.0 * place[0]).asin(), PI);
+        let sensor = Direction::from_spherical(a.hypot(b).asin(), b.atan2(a));
+        let truth = ggx.luminance(&DirectionPair::new(light, sensor)).unwrap();
+        let held = nodes[0].value_at(place);
+        let weight = light.sin_theta() * light.cos_theta().powi(2);
+        error += weight * (held - truth).powi(2);
+        square += weight * truth * truth;
+        means = [means[0] + held, means[1] + truth];
     }
     let error = (error / square).sqrt();
     assert!(error <= MERGED, "{error}");
@@ -218,18 +207,14 @@ fn colours_are_those_of_radiance() {
         near(rgb[c] * PI, want, 1e-3, c);
     }
     // Where the least luminance is above .01 / π Radiance spoils colours: here it is 0, in two cells of 2¹¹.
-    let cells = |k: usize| (0..16).map(move |i| (i as f64 + 0.5) / [32.0, 16.0, 16.0][k]);
-    let places =
-        cells(0).flat_map(|x| cells(1).flat_map(move |s| cells(2).map(move |t| [x, s, t])));
+    let cells = |count: f64| (0..16).map(move |i| (i as f64 + 0.5) / count);
+    let places = product(cells(32.0), product(cells(16.0), cells(16.0)));
+    let places = places.into_iter().map(|(x, (s, t))| [x, s, t]);
     // Light and sensor at azimuth π, at the horizon.
     let black: Vec<_> = places.filter(|p| trees[0].1.at(*p) == 0.0).collect();
     assert_eq!(black.len(), 2 * 2, "{black:?}");
-    for [x, s, t] in black {
-        assert!(
-            x.max(s).max((t - 0.5_f64).abs()) < 1.0 / 16.0,
-            "{x} {s} {t}"
-        );
-    }
+    let is_there = |[x, s, t]: &[f64; 3]| x.max(*s).max((t - 0.5).abs()) < 1.0 / 16.0;
+    assert!(black.iter().all(is_there), "{black:?}");
 }
 
 /// A BRDF that ends at an elevation of the light has data beyond where light and sensor are exchanged: a tree is as near to it there
@@ -248,10 +233,9 @@ fn reciprocity_fills_holes() {
         // Root mean square of the logarithm of the ratio.
         let [filled, whole] = [&ends, &*ggx].map(|brdf: &dyn Brdf| {
             let tree = tabulate(brdf, level).unwrap();
-            let ratios = pairs
-                .iter()
-                .map(|p| tree[0].value_at(place(p)) / ggx.luminance(p).unwrap());
-            (ratios.map(|r| r.ln().powi(2)).sum::<f64>() / pairs.len() as f64).sqrt()
+            let ratio = |p| tree[0].value_at(place(p)) / ggx.luminance(p).unwrap();
+            let squares = pairs.iter().map(|p| ratio(p).ln().powi(2));
+            (squares.sum::<f64>() / pairs.len() as f64).sqrt()
         });
         let is_as_near = filled < 1.05 * whole && filled < 0.75 * last;
         assert!(is_as_near, "2^{level}: {filled} {whole}, before {last}");

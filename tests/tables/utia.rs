@@ -1,7 +1,7 @@
 //! UTIA tables: the bytes, the nodes and what happens between them and beyond.
 
 use super::malformed;
-use crate::common::{material, member, near, present, says};
+use crate::common::{material, member, near, present, product, says};
 use gonio::brdf::measured::utia::{self, FILE_LEN, Utia};
 use gonio::brdf::{self, Brdf, BrdfSpec, Channels};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
@@ -10,8 +10,8 @@ use std::fs;
 const NODES: usize = 288 * 288;
 
 fn bytes(value: impl Fn(usize, usize) -> f64) -> Vec<u8> {
-    let planes = (0..3).flat_map(|c| (0..NODES).map(move |node| (c, node)));
-    planes
+    let cells = product(0..3, 0..NODES).into_iter();
+    cells
         .flat_map(|(c, node)| value(c, node).to_le_bytes())
         .collect()
 }
@@ -60,12 +60,12 @@ fn between_nodes_the_value_is_linear_and_the_azimuth_closes() {
     // A hat in phi_v around 0°: 1 at node 0, 0 at all others.
     let hat = |node: usize| f64::from(u8::from(node.is_multiple_of(48)));
     let hats = table(|_, n| hat(n), 2.0, Channels::Luminance);
-    for (phi, want) in [
-        (0.0, 2.0),
-        (3.75, 1.0),
-        (-1.875, 1.5),
-        (358.125, 1.5),
-        (-7.5, 0.0),
+    for [phi, want] in [
+        [0.0, 2.0],
+        [3.75, 1.0],
+        [-1.875, 1.5],
+        [358.125, 1.5],
+        [-7.5, 0.0],
     ] {
         let got = hats.luminance(&pair([22.0, 131.0, 41.0, phi])).unwrap();
         near(got, want, 1e-12, phi);
@@ -168,10 +168,8 @@ fn a_written_table_holds_the_truth_at_its_nodes() {
 fn unusable_files_are_refused_by_name() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("cloth.bin");
-    let checked = |keys: &str| {
-        let checked = spec(&path, keys).check(&Channels::Rgb);
-        checked.unwrap_err().to_string()
-    };
+    let check = |keys: &str| spec(&path, keys).check(&Channels::Rgb);
+    let checked = |keys: &str| check(keys).unwrap_err().to_string();
     let long = FILE_LEN as usize + 8;
     for (length, part) in [
         (None, "no access to this UTIA table"),
@@ -187,18 +185,16 @@ fn unusable_files_are_refused_by_name() {
         assert!(spec(&path, "").build(Channels::Luminance).is_err());
     }
     fs::write(&path, bytes(|_, _| f64::INFINITY)).unwrap();
-    spec(&path, "").check(&Channels::Rgb).unwrap();
+    check("").unwrap();
     let refusal = spec(&path, "").build(Channels::Rgb).err().unwrap();
     says(&refusal.to_string(), "no data");
     fs::write(&path, bytes(|_, _| 1.0)).unwrap();
     assert_eq!(spec(&path, "").label(), "cloth");
     assert_eq!(spec(&path, "").favours().name(), "spherical table");
     says(&checked("scale = 0.0"), "scale = 0");
-    let half = spec(&path, "scale = 0.5")
-        .build(Channels::Luminance)
-        .unwrap();
-    let got = half.luminance(&pair([10.0, 0.0, 10.0, 0.0])).unwrap();
-    near(got, 0.5, 1e-15, "half");
+    let half = spec(&path, "scale = 0.5").build(Channels::Luminance);
+    let got = half.unwrap().luminance(&pair([10.0, 0.0, 10.0, 0.0]));
+    near(got.unwrap(), 0.5, 1e-15, "half");
     // Streams, whose length is not known beforehand.
     let long = [bytes(|_, _| 1.0), vec![0]].concat();
     for (length, part) in [(long.len(), "more data"), (100, "found 100 bytes")] {

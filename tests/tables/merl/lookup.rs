@@ -42,12 +42,8 @@ mod reference {
 
     /// `theta_half_index`, `theta_diff_index`, `phi_diff_index`.
     pub fn cell([theta_half, theta_diff, mut phi_diff]: [f64; 3]) -> [i64; 3] {
-        let half = if theta_half <= 0.0 {
-            0
-        } else {
-            let theta_half_deg = theta_half / FRAC_PI_2 * 90.0;
-            ((theta_half_deg * 90.0).sqrt() as i64).clamp(0, 89)
-        };
+        let theta_half_deg = theta_half.max(0.0) / FRAC_PI_2 * 90.0;
+        let half = ((theta_half_deg * 90.0).sqrt() as i64).clamp(0, 89);
         let diff = ((theta_diff / (PI * 0.5) * 90.0) as i64).clamp(0, 89);
         if phi_diff < 0.0 {
             phi_diff += PI;
@@ -275,10 +271,7 @@ fn a_table_reflects_as_much_as_its_material() {
 #[test]
 fn missing_cells_are_missing_and_never_zero() {
     // A hole of one node, and a hole of eight.
-    let in_block = |cell: [usize; 3]| {
-        (20..22).contains(&cell[0]) && (30..32).contains(&cell[1]) && (100..102).contains(&cell[2])
-    };
-    let hole = |cell: [usize; 3]| cell == [10, 20, 40] || in_block(cell);
+    let hole = |cell: [usize; 3]| matches!(cell, [10, 20, 40] | [20..22, 30..32, 100..102]);
     for channels in [Channels::Luminance, Channels::Rgb] {
         // One missing channel is enough.
         let bytes = file(MerlGrid::RECIPROCAL, |c, cell| match (hole(cell), c) {

@@ -43,12 +43,8 @@ fn pair(theta_h: f64, theta_d: f64, phi_d: f64, phi_h: f64) -> Option<DirectionP
 
 /// Angles at index coordinates, by the definition of the grid.
 fn angles([x_h, x_d, x_phi]: [f64; 3]) -> [f64; 3] {
-    let root = x_h / 90.0;
-    [
-        std::f64::consts::FRAC_PI_2 * root * root,
-        x_d.to_radians(),
-        x_phi.to_radians(),
-    ]
+    let theta_h = std::f64::consts::FRAC_PI_2 * (x_h / 90.0).powi(2);
+    [theta_h, x_d.to_radians(), x_phi.to_radians()]
 }
 
 /// The value of the first channel, if there is one.

@@ -1,7 +1,7 @@
 //! BRDFs out: what a cell holds, what is refused, and that the bytes are always the same.
 
 use super::{cells, first, ulps};
-use crate::common::{ISOTROPIC, made, material, member, present, says};
+use crate::common::{ISOTROPIC, ONE_SIDED, made, material, member, present, says};
 use gonio::brdf::measured::TableError;
 use gonio::brdf::measured::merl::{Interpolation, Merl, MerlGrid, write_merl};
 use gonio::brdf::{self, Brdf, Channels};
@@ -9,31 +9,18 @@ use gonio::formats::{self, Tabulation};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::registry;
 
+type Hole = fn(&DirectionPair) -> bool;
+
 /// A smooth function with the symmetries asked for and no other; missing where `hole` says.
-fn smooth(
-    channels: &Channels,
-    reciprocal: bool,
-    hole: fn(&DirectionPair) -> bool,
-) -> Box<dyn Brdf> {
-    let symmetry = Symmetry {
-        reciprocal,
-        ..ISOTROPIC
-    };
+fn smooth(channels: &Channels, reciprocal: bool, hole: Hole) -> Box<dyn Brdf> {
+    let symmetry = if reciprocal { ONE_SIDED } else { ISOTROPIC };
     let values = move |pair: &DirectionPair| {
         let (h, k) = (pair.half(), pair.back());
         let turn = h.cross(k).z;
         // Even in k, changed by a mirror; the second is odd in k.
         let even = 0.4 + 0.2 * h.z + 0.1 * turn * k.z;
-        let odd = if reciprocal {
-            0.0
-        } else {
-            0.05 * turn + 0.1 * k.z
-        };
-        let f = if pair.is_above_horizon() {
-            even + odd
-        } else {
-            0.0
-        };
+        let odd = f64::from(!reciprocal) * (0.05 * turn + 0.1 * k.z);
+        let f = f64::from(pair.is_above_horizon()) * (even + odd);
         (!hole(pair)).then_some([f, f * f, 1.0 - f])
     };
     match channels {
@@ -95,11 +82,9 @@ fn a_copy_of_a_table_has_its_cells() {
         let mut bytes = written(&*smooth, grid);
         for (i, cell) in bytes[12..].as_chunks_mut::<8>().0.iter_mut().enumerate() {
             let i = i % grid.cells();
-            let has_data = i % 7 != 3;
-            let value = if has_data {
-                1.0 + (i % 1000) as f64
-            } else {
-                -1.0
+            let value = match i % 7 {
+                3 => -1.0,
+                _ => 1.0 + (i % 1000) as f64,
             };
             *cell = value.to_le_bytes();
         }
@@ -192,10 +177,8 @@ fn a_config_tabulates_another_material() {
     // What holds the material holds its table.
     let of = "{ kind = 'tabulated', of = { kind = 'lambert' } }";
     let component = format!("component = [{{ weight = 0.5, brdf = {of} }}]");
-    for (kind, keys) in [
-        ("retro-reflective", format!("of = {of}")),
-        ("sum", component),
-    ] {
+    let retro = format!("of = {of}");
+    for (kind, keys) in [("retro-reflective", retro), ("sum", component)] {
         let holder = member(brdf::all(), kind, &keys);
         assert_eq!(holder.tables(), spec.tables());
         assert!(holder.tables().channel_bytes >= 8 * MerlGrid::RECIPROCAL.cells());
@@ -229,11 +212,8 @@ fn a_config_tabulates_another_material() {
 #[test]
 fn a_material_that_does_not_fit_is_the_config_s_fault() {
     let of = "{ kind = 'ward', alpha = [0.1, 0.4] }";
-    let spec = member(
-        brdf::all(),
-        "tabulated",
-        &format!("format = 'merl'\nof = {of}"),
-    );
+    let keys = format!("format = 'merl'\nof = {of}");
+    let spec = member(brdf::all(), "tabulated", &keys);
     let error = spec.build(Channels::Luminance).err().unwrap();
     assert!(matches!(error, brdf::BuildError::Parameter(_)));
     assert!(error.to_string().contains("not isotropic"), "{error}");
