@@ -1,10 +1,10 @@
 //! Planners that scan first, and then follow what they found.
 
-use super::common::made;
+use super::common::{made, near};
 use super::{lobe, task};
 use gonio::acquisition::{Retro, Slices, acquire};
 use gonio::geometry::{Direction, Symmetry};
-use gonio::schedule::SampleSet;
+use gonio::schedule::{Pose, SampleSet};
 
 #[test]
 fn a_scan_comes_first_and_lights_then_reflect_the_view() {
@@ -14,24 +14,17 @@ fn a_scan_comes_first_and_lights_then_reflect_the_view() {
     assert_eq!(poses.len(), 64);
     assert!(poses[..8].iter().all(|pose| pose.pair.separation() < 1e-6));
     // Nearly all normals of this lobe are within 15 degrees of the mean.
-    let half = poses[8..]
-        .iter()
-        .map(|pose| Direction::try_new(pose.pair.half()).unwrap().theta());
-    assert!(half.filter(|theta| *theta < 0.26).count() > 48);
-    let wide = Retro {
+    let theta = |pose: &Pose| Direction::try_new(pose.pair.half()).unwrap().theta();
+    assert!(poses[8..].iter().filter(|pose| theta(pose) < 0.26).count() > 48);
+    let mut retro = Retro {
         separation_deg: 7.0,
     };
-    let measured = acquire(&wide, &task, &lobe(0.1)).unwrap();
+    let measured = acquire(&retro, &task, &lobe(0.1)).unwrap();
     for pose in &measured.schedule.poses[..8] {
-        assert!((pose.pair.separation().to_degrees() - 7.0).abs() < 1e-9);
+        near(pose.pair.separation().to_degrees(), 7.0, 1e-9, pose);
     }
-    assert!(
-        Retro {
-            separation_deg: -1.0
-        }
-        .check(&[])
-        .is_err()
-    );
+    retro.separation_deg = -1.0;
+    assert!(retro.check(&[]).is_err());
 }
 
 #[test]

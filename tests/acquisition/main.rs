@@ -60,7 +60,14 @@ fn task(budget: usize) -> Task<'static> {
 
 /// What chooses poses by a rule.
 fn greedy(rule: Rule) -> Greedy {
-    Greedy::new(rule, Aim::default())
+    aimed(rule, |_| ())
+}
+
+/// What chooses poses by a rule for another aim than the usual one.
+fn aimed(rule: Rule, change: impl FnOnce(&mut Aim)) -> Greedy {
+    let mut aim = Aim::default();
+    change(&mut aim);
+    Greedy::new(rule, aim)
 }
 
 /// Every planner of the registry with its first example, or with all of them.
@@ -197,10 +204,8 @@ fn poses_are_distinct_and_above_the_horizon_in_any_coordinates(level: Level) {
                 if !(i + 2 * j + k).is_multiple_of(stride) {
                     continue;
                 }
-                let task = Task {
-                    form: entry.form(symmetry),
-                    ..task(budget)
-                };
+                let mut task = task(budget);
+                task.form = entry.form(symmetry);
                 let measured = acquire(&**planner, &task, &truth).unwrap();
                 let poses = &measured.schedule.poses;
                 let what = format!("{} in {}", planner.label(), entry.kind);
@@ -223,10 +228,8 @@ fn poses_depend_on_the_seed_and_not_on_the_number_of_threads(level: Level) {
     for planner in planners(level) {
         let poses = |seed, threads| {
             let measured = common::on_threads(threads, || {
-                let task = Task {
-                    seed,
-                    ..task(level.of(16, 40))
-                };
+                let mut task = task(level.of(16, 40));
+                task.seed = seed;
                 acquire(&*planner, &task, &truth)
             });
             bits(&measured.unwrap().schedule)
@@ -246,10 +249,8 @@ fn a_machine_reaches_every_pose_that_is_chosen_for_it(level: Level) {
             if !(i + j).is_multiple_of(level.of(presets().len(), 1)) {
                 continue;
             }
-            let task = Task {
-                machine: Some(bench.machine()),
-                ..task(24)
-            };
+            let mut task = task(24);
+            task.machine = Some(bench.machine());
             let measured = acquire(&**planner, &task, &truth).unwrap();
             let itinerary = bench.plan(&measured.schedule, Order::AsGenerated);
             let visits = itinerary.visits.len();
@@ -262,23 +263,18 @@ fn a_machine_reaches_every_pose_that_is_chosen_for_it(level: Level) {
 fn readings_of_a_file_lead_to_the_same_poses(level: Level) {
     let truth = lobe(0.1);
     for planner in planners(level) {
-        let task = Task {
-            truth: Some(&truth),
-            ..task(level.of(20, 40))
-        };
-        let begun = Task {
-            budget: level.of(10, 20),
-            ..task.clone()
-        };
+        let mut task = task(level.of(20, 40));
+        task.truth = Some(&truth);
+        let mut begun = task.clone();
+        begun.budget = level.of(10, 20);
         let so_far = acquire(&*planner, &begun, &truth).unwrap();
         let mut file = Vec::new();
         let write = WRITE_READINGS.choose(None, Path::new("r.csv")).unwrap();
         write(&so_far, &About::default(), Sequence::Generated, &mut file).unwrap();
         let reader = READ_READINGS.choose(None, Path::new("r.csv")).unwrap();
         let text = String::from_utf8(file).unwrap();
-        let again = reader(&text, "r.csv", &Assume::default())
-            .unwrap()
-            .measurement;
+        let again = reader(&text, "r.csv", &Assume::default());
+        let again = again.unwrap().measurement;
         let [now, later] = [&so_far, &again].map(|m| planner.next(&task, m, 10).unwrap());
         assert_eq!(now, later, "{}", planner.label());
     }
@@ -305,12 +301,8 @@ fn apart(a: &Pose, b: &Pose) -> f64 {
 fn what_a_machine_refused_is_not_asked_for_again() {
     let truth = lobe(0.1);
     let planner = greedy(Rule::Adaptive);
+    let first = acquire(&planner, &task(20), &truth).unwrap();
     let task = task(60);
-    let begun = Task {
-        budget: 20,
-        ..task.clone()
-    };
-    let first = acquire(&planner, &begun, &truth).unwrap();
     let wanted = planner.next(&task, &first, 10).unwrap();
     // All that would come next is refused, in a frame that is turned.
     let turned = |pose: &Pose| Pose {
@@ -338,10 +330,8 @@ fn a_hole_is_asked_about_and_left(level: Level) {
         (!is_hole(pair)).then(|| [whole.luminance(pair).unwrap()])
     });
     let asked = |planner: &dyn Planner, truth: &dyn Brdf| {
-        let task = Task {
-            truth: Some(truth),
-            ..task(6 * batch)
-        };
+        let mut task = task(6 * batch);
+        task.truth = Some(truth);
         let mut so_far = acquisition::nothing(&task);
         for _ in 0..6 {
             let poses = planner.next(&task, &so_far, batch).unwrap();
@@ -371,8 +361,8 @@ fn planners_differ_where_there_are_readings() {
     let truth = lobe(0.1);
     let begun = acquire(&greedy(Rule::AOptimal), &task(16), &truth).unwrap();
     let next = |rule| greedy(rule).next(&task(32), &begun, 8).unwrap();
-    let [beforehand, adaptive, uncertain] =
-        [Rule::AOptimal, Rule::Adaptive, Rule::Uncertainty].map(next);
+    let rules = [Rule::AOptimal, Rule::Adaptive, Rule::Uncertainty];
+    let [beforehand, adaptive, uncertain] = rules.map(next);
     assert!(beforehand != adaptive && adaptive != uncertain && beforehand != uncertain);
     // One of them looks at no value.
     let other = Ideal.measure(&lobe(0.4), &begun.schedule);
@@ -414,19 +404,13 @@ fn means(planner: &dyn Planner, budget: usize) -> [f64; 2] {
 /// What planners know lowers their errors; the weight trades one error for the other.
 fn planners_know_better_than_points_that_know_nothing(level: Level) {
     let sobol = once(Box::new(SobolSet {}));
-    let of = |rule, weight, budget| {
-        let aim = Aim {
-            weight,
-            ..Aim::default()
-        };
-        means(&Greedy::new(rule, aim), budget)
-    };
+    let of = |rule, weight, budget| means(&aimed(rule, |aim| aim.weight = weight), budget);
     let usual = Aim::default().weight;
     for budget in level.of(vec![32], vec![32, 64, 128]) {
         let [nrmse, log] = means(&*sobol, budget);
         // Before any reading: less of both. From the readings: much less where a material is bright.
-        let [beforehand, learned] =
-            [Rule::AOptimal, Rule::Adaptive].map(|rule| of(rule, usual, budget));
+        let rules = [Rule::AOptimal, Rule::Adaptive];
+        let [beforehand, learned] = rules.map(|rule| of(rule, usual, budget));
         let is_less = beforehand[0] < nrmse && beforehand[1] < log;
         assert!(is_less, "{budget}: {beforehand:?} {nrmse} {log}");
         let is_less = learned[0] < 0.6 * nrmse && learned[1] < log;
@@ -444,10 +428,8 @@ fn planners_know_better_than_points_that_know_nothing(level: Level) {
     // Without the material an oracle has nothing to say.
     let begun = acquire(&greedy(Rule::Adaptive), &task(16), &lobe(0.1)).unwrap();
     let refused = greedy(Rule::Oracle).next(&task(32), &begun, 8);
-    common::says(
-        &refused.unwrap_err().to_string(),
-        "oracle knows the material",
-    );
+    let refused = refused.unwrap_err().to_string();
+    common::says(&refused, "oracle knows the material");
 }
 
 /// Models are smoother than the materials that the kernel was fitted to: no error that is made exceeds what is expected.
@@ -473,9 +455,8 @@ fn expected_errors_are_not_too_small(level: Level) {
     // Poses in vain promise nothing.
     let begun = acquire(&planner, &task(16), &lobe(0.1)).unwrap();
     let further = planner.next(&task(48), &begun, 32).unwrap();
-    let more = begun
-        .followed_by(&in_vain(further, Outcome::NoData))
-        .unwrap();
+    let in_vain = in_vain(further, Outcome::NoData);
+    let more = begun.followed_by(&in_vain).unwrap();
     let now = |m: &Measurement| planner.forecast(&task(48), m, &[]).unwrap().now;
     assert_eq!(now(&begun), now(&more));
     let nothing: Measurement = acquisition::nothing(&task(8));
@@ -486,30 +467,26 @@ fn expected_errors_are_not_too_small(level: Level) {
 fn reading_ends_once_the_target_is_reached() {
     let task = task(400);
     let truth = lobe(0.2);
-    for (nrmse, log_relative) in [
-        (Some(0.1), None),
-        (None, Some(0.05)),
-        (Some(0.1), Some(0.03)),
-    ] {
-        let target = Some(Target {
+    let targets = [
+        [Some(0.1), None],
+        [None, Some(0.05)],
+        [Some(0.1), Some(0.03)],
+    ];
+    for [nrmse, log_relative] in targets {
+        let target = Target {
             nrmse,
             log_relative,
-        });
-        let aim = Aim {
-            target,
-            ..Aim::default()
         };
-        let planner = Greedy::new(Rule::Adaptive, aim);
+        let planner = aimed(Rule::Adaptive, |aim| aim.target = Some(target));
         let measured = acquire(&planner, &task, &truth).unwrap();
         let is_enough = |n: usize| {
-            let schedule =
-                acquisition::scheduled(&task, &planner, measured.schedule.poses[..n].into());
+            let poses = measured.schedule.poses[..n].into();
+            let schedule = acquisition::scheduled(&task, &planner, poses);
             let some = Ideal.measure(&truth, &Arc::new(schedule));
             let now = planner.forecast(&task, &some, &[]).unwrap().now;
             let now = now.bound(some.readings());
-            let reached =
-                |error: Option<f64>, asked: Option<f64>| asked.is_none_or(|a| error.unwrap() <= a);
-            reached(now.nrmse, nrmse) && reached(now.log_relative, log_relative)
+            nrmse.is_none_or(|asked| now.nrmse.unwrap() <= asked)
+                && log_relative.is_none_or(|asked| now.log_relative.unwrap() <= asked)
         };
         // Of all numbers after a batch the first that is enough.
         let mut ends = vec![8];
@@ -528,10 +505,8 @@ fn a_machine_goes_on_where_it_stands() {
     for preset in presets() {
         let spec = read(preset.text).unwrap();
         let bench = Bench::new(&spec, Parts::ALL, 1).unwrap();
-        let task = Task {
-            machine: Some(bench.machine()),
-            ..task(60)
-        };
+        let mut task = task(60);
+        task.machine = Some(bench.machine());
         let planner = greedy(Rule::AOptimal);
         let schedule = Arc::new(planner.design(&task).unwrap());
         let numbers: Vec<u32> = (0..60).collect();

@@ -2,27 +2,18 @@
 
 use super::*;
 use gonio::acquisition::MomentAim;
-use gonio::moments::{Channel, MomentErrors, MomentsSpec, PeakResolving, Profile, Split};
+use gonio::moments::{Channel, MomentErrors, PeakResolving, Profile, Split};
 use gonio::schedule::SampleSet;
 
 /// Poses chosen for a moment without a stop, or until its error is below the level.
 fn planner(aim: &str) -> Greedy {
-    let aim: MomentAim = aim.parse().unwrap();
-    let of_moment = Aim {
-        moment: Some(aim),
-        ..Aim::default()
-    };
-    Greedy::new(Rule::Adaptive, of_moment)
+    aimed(Rule::Adaptive, |to| to.moment = Some(aim.parse().unwrap()))
 }
 
 /// The errors of the moments of what kriging makes of readings.
 fn errors(truth: &dyn Brdf, measured: &Measurement) -> [MomentErrors; 4] {
-    let spec = MomentsSpec {
-        views: 10,
-        max_view_deg: 81.0,
-        split: Split::Minimum,
-        ..MomentsSpec::default()
-    };
+    let mut spec = common::views(10, 81.0);
+    spec.split = Split::Minimum;
     let estimator = PeakResolving::default();
     let of = Profile::new(truth, Channel::Luminance, &spec, &estimator, 1).unwrap();
     let copy = kriging(measured);
@@ -60,25 +51,14 @@ pub(super) fn poses_for_a_moment_serve_it(level: Level) {
 
 /// Readings end once a moment is known, and for 85 % of materials the level is then held; at level 0 they go on.
 pub(super) fn known_moments_end_the_readings(level: Level) {
-    let kinds = ["ggx", "beckmann"].into_iter().take(level.of(1, 2));
-    let lobes = kinds.map(|kind| {
-        let of = move |alpha: f64| model(kind, &format!("alpha = {alpha}"));
-        level
-            .of(vec![0.15], vec![0.05, 0.1, 0.2, 0.4, 0.7])
-            .into_iter()
-            .map(of)
-    });
-    let mut truths: Vec<Box<dyn Brdf>> = lobes.flatten().collect();
-    truths.extend(
-        level
-            .of(vec![], vec![0.05, 0.1, 0.2, 0.4])
-            .into_iter()
-            .map(over_matte),
-    );
-    for aim in ["covariance=20%", "energy=5%"]
-        .into_iter()
-        .take(level.of(1, 2))
-    {
+    let kinds = level.of(vec!["ggx"], vec!["ggx", "beckmann"]);
+    let alphas = level.of(vec![0.15], vec![0.05, 0.1, 0.2, 0.4, 0.7]);
+    let lobes = common::product(kinds, alphas).into_iter();
+    let lobes = lobes.map(|(kind, alpha)| model(kind, &format!("alpha = {alpha}")));
+    let mut truths: Vec<Box<dyn Brdf>> = lobes.collect();
+    let mixed = level.of(vec![], vec![0.05, 0.1, 0.2, 0.4]);
+    truths.extend(mixed.into_iter().map(over_matte));
+    for aim in level.of(vec!["covariance=20%"], vec!["covariance=20%", "energy=5%"]) {
         let most = level.of(62, 140);
         let (mut ended, mut held) = (0, 0);
         for truth in &truths {
@@ -89,10 +69,8 @@ pub(super) fn known_moments_end_the_readings(level: Level) {
                 held += usize::from(error(aim, &**truth, &measured) <= parsed.level);
             }
         }
-        assert!(
-            ended > 0 && held as f64 >= 0.85 * ended as f64,
-            "{aim}: {held} of {ended}"
-        );
+        let is_held = ended > 0 && held as f64 >= 0.85 * ended as f64;
+        assert!(is_held, "{aim}: {held} of {ended}");
     }
     let endless = acquire(&planner("covariance=0"), &task(12), &*truths[0]).unwrap();
     assert_eq!(endless.readings(), 12);
@@ -100,48 +78,37 @@ pub(super) fn known_moments_end_the_readings(level: Level) {
 
 #[test]
 fn an_aim_is_read_back_and_mistakes_are_named() {
-    for (text, read) in [
-        ("variance=5%", "covariance=0.05"),
-        ("covariance_40_70 = 0.1", "covariance_40_70=0.1"),
-        ("mean_deg=2°", "mean_deg=2"),
-        ("energy", "energy=0.01"),
-        ("kurtosis_70_85", "kurtosis_70_85=0.2"),
-    ] {
+    for [text, read] in common::table(
+        "
+        variance=5%            | covariance=0.05
+        covariance_40_70 = 0.1 | covariance_40_70=0.1
+        mean_deg=2°            | mean_deg=2
+        energy                 | energy=0.01
+        kurtosis_70_85         | kurtosis_70_85=0.2",
+    ) {
         let aim: MomentAim = text.parse().unwrap();
         assert_eq!(aim.to_string(), read);
         assert_eq!(read.parse::<MomentAim>().unwrap(), aim);
     }
-    for (text, says) in [
-        (
-            "width=5%",
-            "for = \"width=5%\": allowed is variance, energy, mean_deg, mean, covariance, … kurtosis_70_85",
-        ),
-        (
-            "variance=five",
-            "allowed is variance=LEVEL, a number from 0 to 1, as 0.05 or 5%",
-        ),
-        ("variance=5", "a number from 0 to 1"),
-        ("energy=-1", "allowed is energy=LEVEL"),
-        ("energy=5deg", "allowed is energy=LEVEL"),
-        ("energy=nan", "allowed is energy=LEVEL"),
-        (
-            "mean_deg=1%",
-            "allowed is mean_deg=LEVEL, a number from 0 to 90",
-        ),
-        ("mean", "allowed is mean=LEVEL: it has no level of its own"),
-    ] {
+    for [text, says] in common::table(
+        r#"
+        width=5%      | for = "width=5%": allowed is variance, energy, mean_deg, mean, covariance, … kurtosis_70_85
+        variance=five | allowed is variance=LEVEL, a number from 0 to 1, as 0.05 or 5%
+        variance=5    | a number from 0 to 1
+        energy=-1     | allowed is energy=LEVEL
+        energy=5deg   | allowed is energy=LEVEL
+        energy=nan    | allowed is energy=LEVEL
+        mean_deg=1%   | allowed is mean_deg=LEVEL, a number from 0 to 90
+        mean          | allowed is mean=LEVEL: it has no level of its own"#,
+    ) {
         common::says(&text.parse::<MomentAim>().unwrap_err().to_string(), says);
     }
     assert_eq!("energy=57%".parse::<MomentAim>().unwrap().level, 0.57);
-    let a_priori = Aim {
-        moment: Some("variance=5%".parse().unwrap()),
-        ..Aim::default()
-    };
-    let refused = Greedy::new(Rule::AOptimal, a_priori)
-        .check(&[])
-        .unwrap_err();
+    let moment = "variance=5%".parse().unwrap();
+    let a_priori = aimed(Rule::AOptimal, |aim| aim.moment = Some(moment));
+    let refused = a_priori.check(&[]).unwrap_err().to_string();
     common::says(
-        &refused.to_string(),
+        &refused,
         "for = \"covariance=0.05\": allowed is covariance=0:",
     );
 }
@@ -150,11 +117,8 @@ fn an_aim_is_read_back_and_mistakes_are_named() {
 #[test]
 fn a_moment_is_no_reason_for_other_poses_where_there_is_none() {
     let of = |rule: Rule, moment: Option<&str>| {
-        let aim = Aim {
-            moment: moment.map(|text| text.parse().unwrap()),
-            ..Aim::default()
-        };
-        Greedy::new(rule, aim)
+        let moment = moment.map(|text| text.parse().unwrap());
+        aimed(rule, |aim| aim.moment = moment)
     };
     let poses = |planner: &Greedy, truth: &dyn Brdf| {
         bits(&acquire(planner, &task(16), truth).unwrap().schedule)

@@ -88,13 +88,12 @@ fn places_within_limits_make_the_pair() {
         for (pair, free, positions) in placed.take(100_000) {
             largest = largest.max(error(machine, &pair, free, &positions));
             for (j, p) in positions.iter().enumerate() {
-                match spec.axis.get(j) {
-                    Some(axis) => assert!(
-                        *p >= axis.min_deg.to_radians() && *p <= axis.max_deg.to_radians(),
-                        "{name}: {positions:?}"
-                    ),
-                    None => assert_eq!(*p, 0.0),
-                }
+                let range = spec
+                    .axis
+                    .get(j)
+                    .map_or([0.0; 2], |a| [a.min_deg, a.max_deg]);
+                let [least, most] = range.map(f64::to_radians);
+                assert!((least..=most).contains(p), "{name}: {positions:?}");
             }
             let limits = &spec.limits;
             assert!(pair.omega_i.theta().to_degrees() <= limits.theta_i_max_deg);

@@ -1,7 +1,7 @@
 //! What machines cannot reach, and why.
 
 use super::{distance, specs, turned_onto};
-use crate::common::{cosine_pairs, near};
+use crate::common::{cosine_pairs, near, product};
 use gonio::geometry::DirectionPair;
 use gonio::instrument::{BodySpec, CollisionSpec, InstrumentSpec, Machine};
 use gonio::schedule::Unreachable;
@@ -14,6 +14,13 @@ fn spec(name: &str) -> InstrumentSpec {
 
 fn machine(spec: &InstrumentSpec) -> Machine {
     Machine::new(spec).unwrap()
+}
+
+fn collision(a: &str, b: &str, angle_min_deg: f64) -> CollisionSpec {
+    CollisionSpec {
+        between: [a, b].map(str::to_owned),
+        angle_min_deg,
+    }
 }
 
 /// Elevations and azimuths in degrees.
@@ -53,23 +60,12 @@ fn limits_are_sharp() {
         for step in 0..360 {
             let phi = f64::from(step) * 1.017;
             let across = phi + 90.0;
-            for (angles, reason, [di, d_o]) in [
-                (
-                    [i, phi, 20.0, across],
-                    Unreachable::LightElevation,
-                    [1.0, 0.0],
-                ),
-                (
-                    [20.0, across, o, phi],
-                    Unreachable::SensorElevation,
-                    [0.0, 1.0],
-                ),
-                (
-                    [30.0, phi, 30.0 + s, phi],
-                    Unreachable::Occluded,
-                    [0.0, -1.0],
-                ),
-            ] {
+            let light = ([i, phi, 20.0, across], Unreachable::LightElevation);
+            let sensor = ([20.0, across, o, phi], Unreachable::SensorElevation);
+            let close = ([30.0, phi, 30.0 + s, phi], Unreachable::Occluded);
+            let outwards = [[1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+            let cases = [light, sensor, close].into_iter().zip(outwards);
+            for ((angles, reason), [di, d_o]) in cases {
                 let on = machine.place(&pair(angles), true);
                 assert!(on.is_ok(), "{}: {angles:?}: {on:?}", spec.name);
                 let [ti, pi, to, po] = angles;
@@ -94,7 +90,8 @@ fn an_axis_on_its_limit_stands_on_it() {
             let on = utia.place(&pair([40.0, phi, 10.0, phi + 180.0]), free);
             let on = on.unwrap_or_else(|e| panic!("{phi}: {e:?}"));
             // On it or a rounding below, never above.
-            assert!((40_f64.to_radians() - 1e-15..=40_f64.to_radians()).contains(&on[1]));
+            let limit = 40_f64.to_radians();
+            assert!((limit - 1e-15..=limit).contains(&on[1]));
             let past = utia.place(&pair([40.0 + 1e-9, phi, 10.0, phi + 180.0]), free);
             assert_eq!(past, Err(Unreachable::AxisRange(1)));
         }
@@ -118,16 +115,14 @@ fn positions_are_taken_modulo_a_turn() {
                 axis.max_deg += 360.0 * turns;
             }
             let (here, there) = (machine(&base), machine(&moved));
-            for pair in cosine_pairs(21).take(2000) {
-                for free in [false, true] {
-                    let [a, b] = [&here, &there].map(|machine| machine.place(&pair, free));
-                    let (Ok(a), Ok(b)) = (a, b) else {
-                        assert_eq!(a, b);
-                        continue;
-                    };
-                    for (j, axis) in here.axes().iter().enumerate() {
-                        near(b[j] - a[j], turns * TAU, 1e-14, &axis.name);
-                    }
+            for (pair, free) in product(cosine_pairs(21).take(2000), [false, true]) {
+                let [a, b] = [&here, &there].map(|machine| machine.place(&pair, free));
+                let (Ok(a), Ok(b)) = (a, b) else {
+                    assert_eq!(a, b);
+                    continue;
+                };
+                for (j, axis) in here.axes().iter().enumerate() {
+                    near(b[j] - a[j], turns * TAU, 1e-14, &axis.name);
                 }
             }
         }
@@ -165,10 +160,9 @@ fn a_collision_of_light_and_sensor_is_their_separation() {
         spec.limits.separation_min_deg = 25.0;
         let apart = machine(&spec);
         spec.limits.separation_min_deg = 0.0;
-        spec.limits.collision.push(CollisionSpec {
-            between: ["sensor".into(), "light".into()],
-            angle_min_deg: 25.0,
-        });
+        spec.limits
+            .collision
+            .push(collision("sensor", "light", 25.0));
         let colliding = machine(&spec);
         let mut close = 0;
         for pair in cosine_pairs(23).take(5000) {
@@ -198,10 +192,7 @@ fn a_body_in_the_sample_frame_bites_where_it_is() {
         axis: "turntable".into(),
         direction: [1.0, 0.0, 0.0],
     });
-    spec.limits.collision.push(CollisionSpec {
-        between: ["light".into(), "rod".into()],
-        angle_min_deg: 30.0,
-    });
+    spec.limits.collision.push(collision("light", "rod", 30.0));
     let with_rod = machine(&spec);
     let (mut hit, mut missed) = (0, 0);
     for pair in cosine_pairs(24).take(10_000) {

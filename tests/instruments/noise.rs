@@ -124,10 +124,8 @@ fn the_scatter_is_what_type_a_states() {
             let stated = &details(&measured).type_a;
             let mean_of = mean(&measured.values);
             let square = mean(&stated.iter().map(|u| u * u).collect::<Vec<_>>());
-            let deviations = measured
-                .values
-                .iter()
-                .map(|v| (v - mean_of) / square.sqrt());
+            let values = measured.values.iter();
+            let deviations = values.map(|v| (v - mean_of) / square.sqrt());
             assert_chi_squared(deviations, n - 1, &format!("{name} {kind}"));
             // The mean is that of the same realisation without scatter.
             let mut silent = spec.clone();
@@ -165,13 +163,13 @@ fn realisations_scatter_as_type_b_states() {
     let lamp = |spec: &mut InstrumentSpec| spec.source.drift_per_hour = 0.01;
     let axes = |spec: &mut InstrumentSpec| spec.axis.iter_mut().for_each(|a| a.bias_deg = 0.05);
     type Edit<'a> = &'a dyn Fn(&mut InstrumentSpec);
-    let cases: [(&str, &[Edit]); 4] = [
-        ("tile", &[&tile]),
-        ("lamp", &[&lamp]),
-        ("axes", &[&axes]),
-        ("all", &[&tile, &lamp, &axes]),
+    let all: [Edit; 3] = [&tile, &lamp, &axes];
+    let cases = [
+        ("tile", &all[..1]),
+        ("lamp", &all[1..2]),
+        ("axes", &all[2..]),
     ];
-    for (name, changes) in cases {
+    for (name, changes) in cases.into_iter().chain([("all", &all[..])]) {
         let mut spec = quiet();
         changes.iter().for_each(|change| change(&mut spec));
         for (kind, text) in [("lambert", "albedo = 0.5"), ("ggx", "alpha = 0.3")] {
@@ -202,10 +200,8 @@ fn rounding_of_positions_is_of_type_b() {
     let pair = |i| DirectionPair::from_spherical(0.3 + 0.5 * i as f64 / n as f64, 0.0, 0.41, 2.0);
     let schedule = schedule_of((0..n).map(pair));
     let measured = read(&bench(&spec, 1), &*brdf, &schedule, 1);
-    let parts = Parts {
-        noise: false,
-        ..Parts::ALL
-    };
+    let mut parts = Parts::ALL;
+    parts.noise = false;
     let exact = Bench::new(&spec, parts, 1).expect("an instrument");
     let exact = read(&exact, &*brdf, &schedule, 1);
     // The apertures leave a bound of their average, and nothing scatters.
@@ -293,9 +289,8 @@ fn one_thread_or_two_the_same_bits() {
         let bench = bench(&spec, 3);
         let mut itinerary = bench.plan(&schedule, Order::Sorted);
         let run = |threads: usize, itinerary: &Itinerary| {
-            crate::common::on_threads(threads, || {
-                bench.session(itinerary, 9).measure(&*brdf, &schedule)
-            })
+            let measure = || bench.session(itinerary, 9).measure(&*brdf, &schedule);
+            crate::common::on_threads(threads, measure)
         };
         let (one, two) = (run(1, &itinerary), run(2, &itinerary));
         let bits = |m: &Measurement| m.values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
@@ -353,16 +348,10 @@ fn one_seed_for_everything_draws_independent_errors() {
     }
     // Of a reading and of the place of its pose, over poses of a random set.
     let seed = 7;
-    let schedule = planned(
-        &form("spherical", Symmetry::FULL),
-        "random",
-        n as usize,
-        seed,
-    );
-    let parts = Parts {
-        limits: false,
-        ..Parts::ALL
-    };
+    let form = form("spherical", Symmetry::FULL);
+    let schedule = planned(&form, "random", n as usize, seed);
+    let mut parts = Parts::ALL;
+    parts.limits = false;
     let free = Bench::new(&noisy, parts, seed).expect("an instrument");
     let measured = read(&free, &*brdf, &schedule, seed);
     let readings = measured.values.iter().zip(&details(&measured).type_a);

@@ -63,10 +63,8 @@ fn brute(brdf: &dyn Brdf, pair: &DirectionPair, a: [f64; 2], n: usize) -> f64 {
         let frame = frame(c.vector());
         let azimuth = |k: usize| (k as f64 + 0.37) / (2 * n) as f64;
         let at = |(x, w): (f64, f64), k| (cap(frame, a, 0.5 * (1.0 + x), azimuth(k)), w);
-        let nodes = rule
-            .iter()
-            .flat_map(|node| (0..2 * n).map(|k| at(*node, k)));
-        nodes.collect()
+        let nodes = product(rule.clone(), 0..2 * n).into_iter();
+        nodes.map(|(node, k)| at(node, k)).collect()
     };
     let (light, sensor) = (nodes(pair.omega_i, a[0]), nodes(pair.omega_o, a[1]));
     let above = |(d, _): &&(DVec3, f64)| d.z > 0.0;
@@ -100,7 +98,7 @@ fn geometries() -> Vec<(&'static str, DirectionPair)> {
         ("beside the mirror", mirror(deg(45.0), deg(4.0), deg(2.5))),
         ("grazing mirror", mirror(deg(80.0), 0.0, 0.0)),
         (
-            "inside the grazing mirror",
+            "inside a grazing one",
             mirror(deg(80.0), deg(0.7), deg(2.0)),
         ),
         ("retro", pair(deg(50.0), 0.0, deg(50.0), 0.0)),
@@ -140,16 +138,13 @@ fn cosines_have_their_closed_forms() {
             let first = 0.5 * (1.0 + a.cos());
             let about = (1.0 + a.cos() + a.cos().powi(2)) / 3.0;
             let second = z * z * about + (1.0 - z * z) * 0.5 * (1.0 - about);
-            for (brdf, want) in [
-                (&of_sensor as &dyn Brdf, pair.omega_o.cos_theta() * first),
-                (&of_light, second / (z * first)),
-            ] {
-                for tolerance in [1e-2, 1e-4, 1e-6] {
-                    let got = average(brdf, &pair, [a, a], tolerance);
-                    let (error, stated) = ((got.value[0] - want).abs(), got.error[0]);
-                    assert!(error <= stated, "{a} {theta}: {error:e} {stated:e}");
-                    assert!(stated <= tolerance * want + 1e-12);
-                }
+            let sensor = (&of_sensor as &dyn Brdf, pair.omega_o.cos_theta() * first);
+            let cases = [sensor, (&of_light, second / (z * first))];
+            for ((brdf, want), tolerance) in product(cases, [1e-2, 1e-4, 1e-6]) {
+                let got = average(brdf, &pair, [a, a], tolerance);
+                let (error, stated) = ((got.value[0] - want).abs(), got.error[0]);
+                assert!(error <= stated, "{a} {theta}: {error:e} {stated:e}");
+                assert!(stated <= tolerance * want + 1e-12);
             }
         }
         // Half of the light's cap below the horizon: integrals of z and z² over the other half.
@@ -310,10 +305,8 @@ fn scan(brdf: &dyn Brdf, optics: &Optics, reach: f64) -> [f64; 4] {
             let (x, y) = (step * f64::from(column), step * f64::from(row));
             let omega_o = Direction::from_spherical(x.hypot(y), y.atan2(x));
             let pair = DirectionPair::new(Direction::NORMAL, omega_o);
-            let value = optics
-                .average(brdf, &pair, &mut work)
-                .expect("a value")
-                .value[0];
+            let average = optics.average(brdf, &pair, &mut work);
+            let value = average.expect("a value").value[0];
             sums[0] += value * step * step;
             sums[1] += value * x * x * step * step;
             sums[2] += value * y * y * step * step;
@@ -345,14 +338,10 @@ fn apertures_widen_a_lobe_by_their_second_moments(level: Level) {
         // The law is exact for a convolution in the plane. On the sphere each of angle, slope and
         // cosine differs from the others by a second-order share of the width squared; 1e-3 is the
         // step of the scan against the apertures.
-        let slack = 1e-3 + 4.0 * (width * width + a[0] * a[0]);
-        let want = width * width + 0.25 * (a[0] * a[0] + a[1] * a[1]);
-        for ratio in [
-            x2_alone / (width * width),
-            x2 / want,
-            y2 / want,
-            energy / alone,
-        ] {
+        let square = width * width;
+        let slack = 1e-3 + 4.0 * (square + a[0] * a[0]);
+        let want = square + 0.25 * (a[0] * a[0] + a[1] * a[1]);
+        for ratio in [x2_alone / square, x2 / want, y2 / want, energy / alone] {
             near(ratio, 1.0, slack, half_width);
         }
         // A Gaussian convolved with both disks: its peak falls at least as with one Gaussian of
@@ -406,30 +395,23 @@ fn spots_are_compared_along_and_across() {
     let spots = footprint(15.0, deg(60.0), 0.0);
     near(spots.lit_mm, 20.0, 1e-12, "lit");
     assert_eq!((spots.seen_mm, spots.filling), (15.0, Filling::Mixed));
-    assert_eq!(
-        footprint(15.0, 0.0, deg(30.0)).filling,
-        Filling::UnderFilled
-    );
-    assert_eq!(footprint(5.0, 0.0, 0.5).filling, Filling::OverFilled);
+    let under = footprint(15.0, 0.0, deg(30.0)).filling;
+    let over = footprint(5.0, 0.0, 0.5).filling;
+    assert_eq!([under, over], [Filling::UnderFilled, Filling::OverFilled]);
 }
 
 /// Number of values that an average asked a BRDF for, no more than it may cost, and the range of those within the apertures.
 type Seen = (usize, [f64; 2]);
 
 /// A BRDF that notes what is asked of it about a pair.
-fn observed(
-    of: &dyn Brdf,
-    pair: DirectionPair,
-    apertures: [f64; 2],
-    seen: &Mutex<Seen>,
-) -> impl Brdf {
+fn observed(of: &dyn Brdf, pair: DirectionPair, a: [f64; 2], seen: &Mutex<Seen>) -> impl Brdf {
     made(of.symmetry(), move |asked| {
         let ends = |pair: &DirectionPair| [pair.omega_i, pair.omega_o].map(|d| d.vector());
         let (ours, centre) = (ends(asked), ends(&pair));
         let off = [0, 1].map(|k| angle_between(ours[k], centre[k]));
         // Rounding of the half vector, which directions are mirrored at.
         let slack = 4.0 * f64::EPSILON / pair.half().length();
-        let within = (0..2).all(|k| off[k] <= apertures[k] * (1.0 + 1e-9) + slack);
+        let within = (0..2).all(|k| off[k] <= a[k] * (1.0 + 1e-9) + slack);
         let value = of.luminance(asked)?;
         let mut seen = seen.lock().unwrap();
         seen.0 += 1;
@@ -452,9 +434,8 @@ fn any_aperture_at_any_elevation_comes_to_an_end(level: Level) {
     let mut thetas = vec![0.0, deg(45.0), deg(89.0)];
     thetas.extend([3, 5, 7, 8, 9, 10, 11, 12].map(|e| FRAC_PI_2 - f64::powi(10.0, -e)));
     let widths = [1e-15, 1e-12, 1e-10, 1e-8, 1e-6, 1e-3, 1e-1, 0.5];
-    let apertures = widths
-        .into_iter()
-        .flat_map(|a| [[a, a], [0.0, a], [a, 0.3 * a]]);
+    let both = widths.into_iter();
+    let apertures = both.flat_map(|a| [[a, a], [0.0, a], [a, 0.3 * a]]);
     let mut cases = Vec::new();
     for (material, theta) in product(materials, thetas) {
         cases.extend(apertures.clone().map(|a| (material, theta, a)));
