@@ -1,6 +1,6 @@
 //! Light by the number of facets that it met on height fields, ray by ray: closed forms, and rays that are followed slowly.
 
-use super::common::near;
+use super::common::{near, product};
 use super::{MIRRORS, white};
 use glam::DVec3;
 use gonio::brdf::Channels;
@@ -48,13 +48,11 @@ fn square_grooves_have_a_closed_form() {
 #[test]
 fn grooves_are_shadowed_by_a_closed_form() {
     let grooves = field("v-grooves", "angle_deg = 45.0\nsize = 16");
-    let shadowed =
-        |theta_deg, phi_deg| energies(&grooves, &MIRRORS, at(theta_deg, phi_deg), 1).shadowed;
+    let shadowed = |theta, phi| energies(&grooves, &MIRRORS, at(theta, phi), 1).shadowed;
     for theta_deg in [46.0, 60.0, 75.0, 89.0] {
         let expected = f64::to_radians(theta_deg - 45.0).tan();
         for phi_deg in [0.0, 180.0] {
-            let found = shadowed(theta_deg, phi_deg);
-            assert!((found - expected).abs() < 1e-12, "{theta_deg}: {found}");
+            near(shadowed(theta_deg, phi_deg), expected, 1e-12, theta_deg);
         }
         assert!(shadowed(theta_deg, 90.0) < 1e-12, "{theta_deg}");
         assert!(shadowed(44.0, 0.0) < 1e-12);
@@ -68,21 +66,17 @@ fn no_ray_is_lost() {
     let grey = FacetsSpec::Mirror(FresnelSpec::default());
     for entry in surface::all() {
         for example in entry.examples {
-            let field = registry::read_text(&entry, example)
-                .unwrap()
-                .build(0)
-                .unwrap();
-            for facets in [&MIRRORS, &white(), &metal, &grey] {
-                for theta_deg in [0.0, 30.0, 60.0, 80.0, 89.0] {
-                    let found = energies(&field, facets, at(theta_deg, 33.0), 8000);
-                    let out: f64 = found.bounces.iter().sum();
-                    let name = entry.kind;
-                    assert_eq!(found.lost, 0, "{name} {theta_deg}: {found:?}");
-                    let sum = out + found.absorbed;
-                    assert!((sum - 1.0).abs() < 1e-11, "{name} {theta_deg}: {found:?}");
-                    if *facets == MIRRORS || *facets == white() {
-                        assert!((out - 1.0).abs() < 1e-11, "{name} {theta_deg}: {found:?}");
-                    }
+            let field = registry::read_text(&entry, example).unwrap();
+            let field = field.build(0).unwrap();
+            let facets = [&MIRRORS, &white(), &metal, &grey];
+            for (facets, theta_deg) in product(facets, [0.0, 30.0, 60.0, 80.0, 89.0]) {
+                let found = energies(&field, facets, at(theta_deg, 33.0), 8000);
+                let out: f64 = found.bounces.iter().sum();
+                let what = format!("{} {theta_deg}: {found:?}", entry.kind);
+                assert_eq!(found.lost, 0, "{what}");
+                near(out + found.absorbed, 1.0, 1e-11, &what);
+                if *facets == MIRRORS || *facets == white() {
+                    near(out, 1.0, 1e-11, &what);
                 }
             }
         }
@@ -93,31 +87,24 @@ fn no_ray_is_lost() {
 fn first_of_all(field: &HeightField, from: DVec3, direction: DVec3, after: f64) -> Option<f64> {
     let [nx, ny] = field.size();
     let mut first: Option<f64> = None;
-    for y in 0..ny {
-        for x in 0..nx {
-            let heights = field.corners([x, y]);
-            let [a, b, c, d] = [0, 1, 2, 3]
-                .map(|i| DVec3::new((x + i % 2) as f64, (y + i / 2) as f64, heights[i]));
-            for [p, q, r] in [[a, b, d], [a, d, c]] {
-                for (tx, ty) in (-2..=2).flat_map(|tx| (-2..=2).map(move |ty| (tx, ty))) {
-                    let shift = DVec3::new((tx * nx as i32).into(), (ty * ny as i32).into(), 0.0);
-                    let (e, f) = (q - p, r - p);
-                    let s = direction.cross(f);
-                    let det = e.dot(s);
-                    let to = from - p - shift;
-                    let u = to.dot(s) / det;
-                    let k = to.cross(e);
-                    let v = direction.dot(k) / det;
-                    let t = f.dot(k) / det;
-                    if u >= 0.0
-                        && v >= 0.0
-                        && u + v <= 1.0
-                        && t > after
-                        && first.is_none_or(|f| t < f)
-                    {
-                        first = Some(t);
-                    }
-                }
+    for (y, x) in product(0..ny, 0..nx) {
+        let heights = field.corners([x, y]);
+        let corner = |i| DVec3::new((x + i % 2) as f64, (y + i / 2) as f64, heights[i]);
+        let [a, b, c, d] = [0, 1, 2, 3].map(corner);
+        let shifts = product(-2..=2, -2..=2);
+        for ([p, q, r], (tx, ty)) in product([[a, b, d], [a, d, c]], shifts) {
+            let shift = DVec3::new((tx * nx as i32).into(), (ty * ny as i32).into(), 0.0);
+            let (e, f) = (q - p, r - p);
+            let s = direction.cross(f);
+            let det = e.dot(s);
+            let to = from - p - shift;
+            let u = to.dot(s) / det;
+            let k = to.cross(e);
+            let v = direction.dot(k) / det;
+            let t = f.dot(k) / det;
+            let is_inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0;
+            if is_inside && t > after && first.is_none_or(|f| t < f) {
+                first = Some(t);
             }
         }
     }
@@ -152,10 +139,8 @@ fn what_is_shadowed_does_not_see_the_light() {
         let [share, error] = [behind, squares.sqrt()].map(|sum| sum / turned);
         let found = energies(&field, &MIRRORS, omega_i, 1).shadowed;
         near(share, found, 4.0 * error + 1e-9, (theta_deg, error));
-        assert!(
-            theta_deg < 40.0 || (0.01..0.6).contains(&found),
-            "{theta_deg}: {found}"
-        );
+        let is_some = theta_deg < 40.0 || (0.01..0.6).contains(&found);
+        assert!(is_some, "{theta_deg}: {found}");
     }
 }
 
@@ -165,10 +150,8 @@ fn rays_hit_what_they_meet_first() {
     let random = Random::new(11);
     for (size, steep) in [([13, 7], 1.0), ([2, 9], 3.0), ([70, 3], 0.4)] {
         let mut stream = random.stream(size[0] as u64);
-        let heights: Vec<f64> = (0..size[0] * size[1])
-            .map(|_| steep * stream.next())
-            .collect();
-        let field = HeightField::new(size, &heights).unwrap();
+        let heights = (0..size[0] * size[1]).map(|_| steep * stream.next());
+        let field = HeightField::new(size, &heights.collect::<Vec<_>>()).unwrap();
         let tracer = Tracer::new(Arc::new(field.clone()));
         let mut compared = 0;
         for _ in 0..120 {

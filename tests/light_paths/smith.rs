@@ -1,7 +1,7 @@
 //! Light by the number of facets it met: closed forms, an independent walk, energy and laws within errors.
 
 use super::common::light::assert_paths_bring_what_values_promise;
-use super::common::{Level, levels};
+use super::common::{Level, levels, near, product};
 use super::{MIRRORS, paths, surface, white};
 use gonio::brdf::microfacet::fresnel::SchlickSpec;
 use gonio::brdf::microfacet::{Beckmann, Distribution, FresnelSpec, Ggx, Microfacet};
@@ -9,7 +9,7 @@ use gonio::brdf::{
     Brdf, CLASSES, Channels, Part, Roughness, SampleBrdf, Spectrum, SplitBrdf, laws,
 };
 use gonio::geometry::{Direction, DirectionPair};
-use gonio::light_paths::{FacetsSpec, Paths, SmithMultiple};
+use gonio::light_paths::{FacetsSpec, SmithMultiple};
 use gonio::sampling::{Random, cosine_hemisphere, cosine_hemisphere_pdf};
 
 levels! {
@@ -63,10 +63,8 @@ fn energies<D: Distribution>(
 #[test]
 fn one_facet_is_the_model_of_single_reflection() {
     fn compare<D: Distribution>(fresnel: &FresnelSpec) {
-        for alpha in [
-            Roughness::Isotropic(0.3),
-            Roughness::Anisotropic([0.05, 1.5]),
-        ] {
+        let anisotropic = Roughness::Anisotropic([0.05, 1.5]);
+        for alpha in [Roughness::Isotropic(0.3), anisotropic] {
             let facets = FacetsSpec::Mirror(fresnel.clone());
             let first = paths(Part::First, 2);
             let walk = SmithMultiple::<D>::new(alpha, &facets, first, Channels::Rgb).unwrap();
@@ -99,25 +97,15 @@ fn energies_add_up_and_are_those_of_an_independent_walk() {
     ) {
         let view = Direction::from_spherical(theta_deg.to_radians(), 0.4);
         let count = if known[0] > 0.0 { 40_000 } else { 20_000 };
-        let (mean, error) = energies(
-            &surface::<D>(alpha, facets, paths(Part::All, 4)),
-            alpha,
-            view,
-            count,
-        );
+        let surface = surface::<D>(alpha, facets, paths(Part::All, 4));
+        let (mean, error) = energies(&surface, alpha, view, count);
         let case = format!("{alpha} {theta_deg}: {mean:?} {error:?}");
-        assert!((mean[CLASSES] - 1.0).abs() < 3.5 * error[CLASSES], "{case}");
+        near(mean[CLASSES], 1.0, 3.5 * error[CLASSES], &case);
         assert!(error[CLASSES] < 0.03, "{case}");
-        for (class, known) in known
-            .into_iter()
-            .enumerate()
-            .filter(|(_, known)| *known > 0.0)
-        {
-            let off = (mean[class] - known).abs();
-            assert!(
-                off < 0.0015 + 3.0 * error[class] && error[class] < 0.006,
-                "{case}"
-            );
+        let known = known.into_iter().enumerate();
+        for (class, known) in known.filter(|(_, known)| *known > 0.0) {
+            near(mean[class], known, 0.0015 + 3.0 * error[class], &case);
+            assert!(error[class] < 0.006, "{case}");
         }
     }
     for (alpha, theta_deg, known) in [
@@ -128,16 +116,12 @@ fn energies_add_up_and_are_those_of_an_independent_walk() {
     ] {
         check::<Ggx>(Roughness::Isotropic(alpha), &MIRRORS, theta_deg, known);
     }
-    for alpha in [
-        Roughness::Isotropic(0.2),
-        Roughness::Anisotropic([0.3, 1.0]),
-    ] {
-        for facets in [MIRRORS, white()] {
-            for theta_deg in [0.0, 30.0, 60.0, 80.0] {
-                check::<Ggx>(alpha, &facets, theta_deg, [0.0; 2]);
-                check::<Beckmann>(alpha, &facets, theta_deg, [0.0; 2]);
-            }
-        }
+    let anisotropic = Roughness::Anisotropic([0.3, 1.0]);
+    let alphas = [Roughness::Isotropic(0.2), anisotropic];
+    let views = product([MIRRORS, white()], [0.0, 30.0, 60.0, 80.0]);
+    for (alpha, (facets, theta_deg)) in product(alphas, views) {
+        check::<Ggx>(alpha, &facets, theta_deg, [0.0; 2]);
+        check::<Beckmann>(alpha, &facets, theta_deg, [0.0; 2]);
     }
 }
 
@@ -146,14 +130,11 @@ fn energies_add_up_and_are_those_of_an_independent_walk() {
 fn errors_are_what_values_are_off_by() {
     let alpha = Roughness::Isotropic(0.5);
     for facets in [MIRRORS, white()] {
-        let of = |seed| {
-            let paths = Paths {
-                seed,
-                ..paths(Part::All, 400)
-            };
+        let [a, b] = [1, 2].map(|seed| {
+            let mut paths = paths(Part::All, 400);
+            paths.seed = seed;
             surface::<Ggx>(alpha, &facets, paths)
-        };
-        let [a, b] = [of(1), of(2)];
+        });
         let pairs: Vec<_> = laws::pairs(800, 9).into_iter().step_by(2).collect();
         let (mut square, mut n) = ([0.0; CLASSES + 1], 0.0);
         for pair in pairs {
@@ -163,19 +144,14 @@ fn errors_are_what_values_are_off_by() {
             for (square, part) in square.iter_mut().zip(parts) {
                 let off = a.part(part)[0] - b.part(part)[0];
                 let error = a.error(part).hypot(b.error(part));
-                *square += match off == 0.0 {
-                    true => 0.0,
-                    false => (off / error).powi(2),
-                };
+                if off != 0.0 {
+                    *square += (off / error).powi(2);
+                }
             }
         }
         let ratio = square.map(|s: f64| (s / n).sqrt());
         // The first class of mirrors is exact.
-        let judged = if facets == MIRRORS {
-            &ratio[1..]
-        } else {
-            &ratio[..]
-        };
+        let judged = &ratio[usize::from(facets == MIRRORS)..];
         assert!(judged.iter().all(|r| (0.85..1.2).contains(r)), "{ratio:?}");
     }
 }
@@ -187,19 +163,16 @@ fn albedos_err_by_their_noise(level: Level) {
         let seen_from = Direction::from_spherical(theta, 0.0);
         let mut square = 0.0;
         for seed in 0..seeds {
-            let paths = Paths {
-                seed,
-                ..paths(Part::All, 16)
-            };
+            let mut paths = paths(Part::All, 16);
+            paths.seed = seed;
             let alpha = Roughness::Isotropic(0.5);
             let rough = surface::<Ggx>(alpha, &MIRRORS, paths);
             let (albedo, noise) = laws::noisy_albedo(&rough, seen_from);
             square += ((albedo.value[0] - 1.0) / noise).powi(2) / seeds as f64;
         }
         // The root mean square of n has a relative error of 1/√2n: three of these.
-        let ratio = square.sqrt();
         let slack = 3.0 / (2.0 * seeds as f64).sqrt();
-        assert!((ratio - 1.0).abs() < slack, "{theta}: {ratio}");
+        near(square.sqrt(), 1.0, slack, theta);
     }
 }
 
@@ -241,17 +214,15 @@ fn light_that_is_not_asked_for_is_not_told() {
 fn one_mirror_knows_no_chance() {
     let alpha = Roughness::Isotropic(0.7);
     for facets in [MIRRORS, white()] {
-        let [one, all] =
-            [Part::First, Part::All].map(|part| surface::<Ggx>(alpha, &facets, paths(part, 64)));
+        let of = |part| surface::<Ggx>(alpha, &facets, paths(part, 64));
+        let [one, all] = [Part::First, Part::All].map(of);
         let is_exact = facets == MIRRORS;
         assert_eq!(one.follows_pairs(), !is_exact);
         assert_eq!(one.remarks().is_empty(), is_exact);
         assert!(all.follows_pairs() && !all.remarks().is_empty());
-        for pair in laws::pairs(50, 2)
-            .iter()
-            .filter(|pair| pair.is_above_horizon())
-        {
-            let [one, all] = [&one, &all].map(|surface| surface.split(pair));
+        let pairs = laws::pairs(50, 2).into_iter();
+        for pair in pairs.filter(DirectionPair::is_above_horizon) {
+            let [one, all] = [&one, &all].map(|surface| surface.split(&pair));
             let [a, b] = [&one, &all].map(|split| split.part(Part::First)[0]);
             let error = one.error(Part::First);
             match is_exact {

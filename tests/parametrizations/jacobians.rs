@@ -19,12 +19,7 @@ fn name(p: &dyn Parametrization) -> String {
 
 /// Slope of the plain coordinate along an axis over the warped one, by differences of fourth order; `None` where they leave
 /// the domain.
-fn slope(
-    p: &dyn Parametrization,
-    plain: &dyn Parametrization,
-    c: &Coords,
-    d: usize,
-) -> Option<f64> {
+fn slope([p, plain]: [&dyn Parametrization; 2], c: &Coords, d: usize) -> Option<f64> {
     let step = 2e-4 * p.axes()[d].length();
     let along = |steps: f64| {
         let mut moved = *c;
@@ -46,20 +41,22 @@ fn a_warp_multiplies_the_jacobian_by_its_slope() {
         for i in 0..1_000 {
             let c = at(&*p, sobol.point(i));
             // Away from poles, where the domain ends and leaves no room for a two-sided step.
-            let near_pole =
-                |(axis, c): (&Axis, f64)| axis.kind == AxisKind::Radial && c < 0.05 * axis.range[1];
-            if p.axes().iter().zip(c).any(near_pole) {
+            let mut radial = p
+                .axes()
+                .iter()
+                .zip(c)
+                .filter(|(axis, _)| axis.kind == AxisKind::Radial);
+            if radial.any(|(axis, c)| c < 0.05 * axis.range[1]) {
                 continue;
             }
             let Some(pair) = p.inverse(&c).filter(|pair| lowest(pair) > 0.1) else {
                 continue;
             };
             let bent = (0..4).filter(|d| p.axes()[*d].warp.is_some());
-            let slopes: Option<f64> = bent.map(|d| slope(&*p, &*plain, &c, d)).product();
+            let slopes: Option<f64> = bent.map(|d| slope([&*p, &*plain], &c, d)).product();
             let Some(slopes) = slopes else { continue };
             let want = plain.jacobian(&plain.forward(&pair)) * slopes;
-            let relative = (p.jacobian(&c) / want - 1.0).abs();
-            assert!(relative < 1e-10, "{} {c:?}: {relative:e}", name(&*p));
+            near(p.jacobian(&c) / want, 1.0, 1e-10, (name(&*p), c));
             seen += 1;
         }
         assert!(seen > 200, "{}: {seen}", name(&*p));
@@ -72,20 +69,15 @@ fn folded_and_isotropic_forms_have_the_jacobian_of_the_pair() {
     for symmetry in symmetries() {
         for p in forms(symmetry) {
             let same = |q: &&Arc<dyn Parametrization>| name(&***q) == name(&*p);
-            let plain = whole
-                .iter()
-                .find(same)
-                .expect("warps do not depend on symmetry");
+            let plain = whole.iter().find(same);
+            let plain = plain.expect("warps do not depend on symmetry");
             for pair in random_pairs(31).take(500) {
-                let (j, reference) = (
-                    p.jacobian(&p.forward(&pair)),
-                    plain.jacobian(&plain.forward(&pair)),
-                );
+                let [j, reference] = [&p, plain].map(|p| p.jacobian(&p.forward(&pair)));
                 // The orthographic 1/(cos cos) amplifies rounding towards the horizon.
                 let allowed = 1e-13 * reference / lowest(&pair).powi(2);
                 // Exchanging light and sensor exchanges the two factors of a warped axis.
-                let exchanges =
-                    p.facts().exchange && symmetry.reciprocal && p.warp_name() != "none";
+                let is_warped = p.warp_name() != "none";
+                let exchanges = p.facts().exchange && symmetry.reciprocal && is_warped;
                 let swapped = plain.jacobian(&plain.forward(&pair.swapped()));
                 let error = (j - reference).abs();
                 let other = if exchanges { swapped } else { reference };
@@ -149,10 +141,9 @@ fn the_box_holds_the_measure_of_both_hemispheres(level: Level) {
                 std::array::from_fn(|w| (sums[w] * scale / exact[w] - 1.0).abs());
             // About twice the worst measured. 1/(cos cos) and 1/(1 − |k|² − |h_bar|² sin² delta) are
             // integrable, their squares are not: the total measure converges slowly there.
-            let allowed = if p.facts().singular {
-                [0.15, 0.025, 0.008, 0.008]
-            } else {
-                [0.004, 0.004, 6e-4, 6e-4]
+            let allowed = match p.facts().singular {
+                true => [0.15, 0.025, 0.008, 0.008],
+                false => [0.004, 0.004, 6e-4, 6e-4],
             };
             for (w, error) in errors.into_iter().enumerate() {
                 // Errors of Sobol points fall as their number grows.

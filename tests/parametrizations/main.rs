@@ -30,11 +30,8 @@ fn forms(symmetry: Symmetry) -> Vec<Arc<dyn Parametrization>> {
                 }
             }
             if bent.len() > 1 {
-                forms.push(
-                    entry
-                        .warped(symmetry, &bent)
-                        .expect("each alone is allowed"),
-                );
+                let all = entry.warped(symmetry, &bent);
+                forms.push(all.expect("each alone is allowed"));
             }
         }
     }
