@@ -5,14 +5,12 @@
 
 mod common;
 
-use common::{ISOTROPIC, made, model, near};
+use common::{ISOTROPIC, made, model, near, product};
 use gonio::brdf::Brdf;
-use gonio::geometry::{Direction, Symmetry};
+use gonio::geometry::Direction;
 use gonio::lighting::Lighting;
 use gonio::moments::relations::{Along, AngleMoments, Prediction, Relation, RelationSpec, compare};
-use gonio::moments::{
-    Channel, Estimator, MomentsSpec, Order, PeakResolving, Profile, Slice, TruncatedGaussian,
-};
+use gonio::moments::{Channel, Estimator, Order, PeakResolving, Profile, Slice, TruncatedGaussian};
 use gonio::parametrization::view_centered_angles;
 use gonio::sampling::gauss_legendre;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -23,20 +21,16 @@ fn integral(lo: f64, hi: f64, f: impl Fn(f64) -> f64) -> f64 {
     let width = (hi - lo) / 60.0;
     let panel = |i: i32| {
         let middle = lo + (f64::from(i) + 0.5) * width;
-        let nodes = rule.iter();
-        nodes
-            .map(|(x, w)| 0.5 * width * w * f(middle + 0.5 * width * x))
-            .sum::<f64>()
+        let term = |(x, w): &(f64, f64)| 0.5 * width * w * f(middle + 0.5 * width * x);
+        rule.iter().map(term).sum::<f64>()
     };
     (0..60).map(panel).sum()
 }
 
 /// Mass, mean and variance of a density on the part of [−π/2, π/2] around `centre`.
 fn moments_by_quadrature(centre: f64, reach: f64, f: impl Fn(f64) -> f64) -> [f64; 3] {
-    let (lo, hi) = (
-        (centre - reach).max(-FRAC_PI_2),
-        (centre + reach).min(FRAC_PI_2),
-    );
+    let ends = [centre - reach, centre + reach];
+    let [lo, hi] = ends.map(|end| end.clamp(-FRAC_PI_2, FRAC_PI_2));
     let mass = integral(lo, hi, &f);
     // Of differences, so that narrow lobes far from 0 keep their digits.
     let mean = centre + integral(lo, hi, |t| (t - centre) * f(t)) / mass;
@@ -46,26 +40,24 @@ fn moments_by_quadrature(centre: f64, reach: f64, f: impl Fn(f64) -> f64) -> [f6
 
 #[test]
 fn closed_forms_are_those_of_a_quadrature() {
-    for sigma in [1e-6, 1e-4, 1e-2, 0.1, 0.4, 0.785, 1.0, 1.6, 4.0, 10.0] {
-        for centre in [0.0, 0.3, -0.9, 1.5, -1.57, FRAC_PI_2, 1.9, -4.0] {
-            let inside = f64::abs(centre) <= FRAC_PI_2;
-            if !inside && sigma < 0.1 {
-                continue;
-            }
-            let lobe = TruncatedGaussian::new(centre, sigma).unwrap();
-            let nearest = centre.clamp(-FRAC_PI_2, FRAC_PI_2);
-            let bell = |t: f64| (-0.5 * ((t - centre) / sigma).powi(2)).exp();
-            let [_, mean, variance] = moments_by_quadrature(nearest, 12.0 * sigma, bell);
-            let [mass, ..] = moments_by_quadrature(nearest, 12.0 * sigma, |t| lobe.density(t));
-            let [m, v] = lobe.mean_and_variance();
-            let what = format!("sigma {sigma} centre {centre}");
-            // The angles themselves are rounded: 2e-16 of 1.57 against σ.
-            let rounding = 1e-12 + 1e-15 / sigma;
-            assert!((mass - 1.0).abs() < rounding, "{what}: mass {mass}");
-            let width = variance.sqrt();
-            assert!((m - mean).abs() < rounding * width, "{what}: {m} {mean}");
-            near(v / variance, 1.0, rounding, what);
+    let sigmas = [1e-6, 1e-4, 1e-2, 0.1, 0.4, 0.785, 1.0, 1.6, 4.0, 10.0];
+    let centres = [0.0, 0.3, -0.9, 1.5, -1.57, FRAC_PI_2, 1.9, -4.0];
+    for (sigma, centre) in product(sigmas, centres) {
+        if f64::abs(centre) > FRAC_PI_2 && sigma < 0.1 {
+            continue;
         }
+        let lobe = TruncatedGaussian::new(centre, sigma).unwrap();
+        let nearest = centre.clamp(-FRAC_PI_2, FRAC_PI_2);
+        let bell = |t: f64| (-0.5 * ((t - centre) / sigma).powi(2)).exp();
+        let [_, mean, variance] = moments_by_quadrature(nearest, 12.0 * sigma, bell);
+        let [mass, ..] = moments_by_quadrature(nearest, 12.0 * sigma, |t| lobe.density(t));
+        let [m, v] = lobe.mean_and_variance();
+        let what = format!("sigma {sigma} centre {centre}");
+        // The angles themselves are rounded: 2e-16 of 1.57 against σ.
+        let rounding = 1e-12 + 1e-15 / sigma;
+        near(mass, 1.0, rounding, &what);
+        near(m, mean, rounding * variance.sqrt(), &what);
+        near(v / variance, 1.0, rounding, what);
     }
 }
 
@@ -165,15 +157,8 @@ fn compared(
     let brdf = model.brdf();
     let light = Blob { centre, sigma };
     let spec = spec(window_deg, tolerance);
-    compare(
-        &brdf,
-        &profile(&brdf, 45, 1e-5),
-        &light,
-        theta_o,
-        along,
-        &spec,
-    )
-    .unwrap()
+    let profile = profile(&brdf, 45, 1e-5);
+    compare(&brdf, &profile, &light, theta_o, along, &spec).unwrap()
 }
 
 impl Linear {
@@ -184,10 +169,8 @@ impl Linear {
     }
 
     fn brdf(&self) -> impl Brdf {
-        let symmetry = Symmetry {
-            bilateral: true,
-            ..ISOTROPIC
-        };
+        let mut symmetry = ISOTROPIC;
+        symmetry.bilateral = true;
         made(symmetry, |pair| {
             let [light, view] = [pair.omega_i, pair.omega_o];
             let turned = Direction::from_spherical(light.theta(), light.phi() - view.phi());
@@ -200,48 +183,34 @@ impl Linear {
 }
 
 fn profile(brdf: &dyn Brdf, views: usize, tolerance: f64) -> Profile {
-    let spec = MomentsSpec {
-        views,
-        max_view_deg: 88.0,
-        order: Order::new(2).unwrap(),
-        ..MomentsSpec::default()
-    };
-    let estimator = PeakResolving {
-        tolerance,
-        ..PeakResolving::default()
-    };
+    let mut spec = common::views(views, 88.0);
+    spec.order = Order::new(2).unwrap();
+    let estimator = common::peak_resolving(tolerance);
     Profile::new(brdf, Channel::Luminance, &spec, &estimator, 1).unwrap()
 }
 
 #[test]
 fn slices_of_the_model_have_its_moments() {
-    let wide = Linear {
-        slope: -0.6,
-        offset: 0.0,
-        energy: 0.3,
-        sigma: [0.7, 0.5],
-    };
-    let narrow = Linear {
-        slope: -1.0,
-        offset: 0.0,
-        energy: 0.7,
-        sigma: [1e-6; 2],
-    };
-    for (model, tolerance) in [(wide, 2e-5), (narrow, 1e-4)] {
+    let wide = (-0.6, 0.3, [0.7, 0.5], 2e-5);
+    for (slope, energy, sigma, tolerance) in [wide, (-1.0, 0.7, [1e-6; 2], 1e-4)] {
+        let model = Linear {
+            slope,
+            offset: 0.0,
+            energy,
+            sigma,
+        };
         let brdf = model.brdf();
         for theta_o in [0.0, 0.1, 0.6, 0.85, 1.2, 1.4] {
             let slice = Slice::new(&brdf, Channel::Luminance, theta_o).unwrap();
-            let got = PeakResolving::default()
-                .estimate(&slice, Order::MAX, 1)
-                .moments;
+            let got = PeakResolving::default().estimate(&slice, Order::MAX, 1);
+            let got = got.moments;
             let [[mean, tt], [zero, pp]] = model.lobes(theta_o).map(|l| l.mean_and_variance());
             assert!(zero.abs() < 1e-12);
             let close = |a: f64, b: f64| assert!((a - b).abs() < tolerance * b.abs(), "{a} {b}");
             close(got.energy().unwrap(), model.energy);
             let [m_t, m_p] = got.mean().unwrap();
-            assert!(
-                (m_t - mean).abs() < tolerance * tt.sqrt() && m_p.abs() < tolerance * pp.sqrt()
-            );
+            near(m_t, mean, tolerance * tt.sqrt(), theta_o);
+            near(m_p, 0.0, tolerance * pp.sqrt(), theta_o);
             let [c_tt, c_tp, c_pp] = got.covariance().unwrap();
             close(c_tt, tt);
             close(c_pp, pp);
@@ -284,11 +253,8 @@ fn spec(window_deg: f64, tolerance: f64) -> RelationSpec {
 }
 
 fn largest(errors: &AngleMoments) -> f64 {
-    errors
-        .energy
-        .abs()
-        .max(errors.mean.abs())
-        .max(errors.variance.abs())
+    let all = [errors.energy, errors.mean, errors.variance];
+    all.into_iter().map(f64::abs).fold(0.0, f64::max)
 }
 
 /// Moments of α g ⊗ L, the convolution the paper has in mind, before and after normalising.
@@ -397,14 +363,9 @@ fn what_is_out_of_range_is_refused() {
     let run = |theta_o: f64, spec: &RelationSpec| {
         compare(&*ggx, &profile, &Sky, theta_o, Along::Theta, spec)
     };
-    for wrong in [
-        "window_deg = 0.0",
-        "window_deg = 61.0",
-        "tolerance = 0.0",
-        "max_views = 10",
-        "max_evaluations = 10",
-        "azimuth_deg = nan",
-    ] {
+    let wrong = "window_deg = 0.0, window_deg = 61.0, tolerance = 0.0, max_views = 10, \
+                 max_evaluations = 10, azimuth_deg = nan";
+    for wrong in wrong.split(", ") {
         let spec: RelationSpec = toml::from_str(wrong).unwrap();
         assert!(run(0.3, &spec).is_err(), "{wrong}");
     }
