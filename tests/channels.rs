@@ -31,10 +31,8 @@ fn scene(n: usize) -> Channels {
 /// value, is the value to the bit.
 fn values(n: usize) -> Vec<f64> {
     let all = (1..1024).map(|i| f64::from(i * 389 % 1024) / 1024.0);
-    let found: Vec<f64> = all
-        .filter(|v| *v > 0.05 && numeric::luminance([*v; 3]) == *v)
-        .take(n)
-        .collect();
+    let is_kept = |v: &f64| *v > 0.05 && numeric::luminance([*v; 3]) == *v;
+    let found: Vec<f64> = all.filter(is_kept).take(n).collect();
     assert_eq!(found.len(), n);
     found
 }
@@ -99,10 +97,8 @@ fn bits(values: &[f64], c: usize, n: usize) -> Vec<u64> {
 fn assert_channel(spectral: &Measurement, c: usize, luminance: &Measurement, what: &str) {
     let n = spectral.channels.count();
     assert_eq!(spectral.outcomes, luminance.outcomes, "{what}");
-    assert!(
-        bits(&spectral.values, c, n) == bits(&luminance.values, 0, 1),
-        "{what}"
-    );
+    let [one, other] = [bits(&spectral.values, c, n), bits(&luminance.values, 0, 1)];
+    assert!(one == other, "{what}");
     let (a, b) = (&spectral.details, &luminance.details);
     assert_eq!(a.is_some(), b.is_some());
     if let (Some(a), Some(b)) = (a, b) {
@@ -215,10 +211,8 @@ fn samples_are_joined_by_straight_lines_and_must_cover_the_scene() {
     let at = common::wavelengths;
     let brdf = spec.build(at(&[400.0, 425.0, 600.0, 700.0])).unwrap();
     let normal = DirectionPair::from_spherical(0.0, 0.0, 0.3, 1.0);
-    for (out, want) in present(&*brdf, &normal)
-        .into_iter()
-        .zip([0.1, 0.15, 0.5, 0.7])
-    {
+    let out = present(&*brdf, &normal).into_iter();
+    for (out, want) in out.zip([0.1, 0.15, 0.5, 0.7]) {
         near(out * PI, want, 1e-15, "straight line");
     }
     assert_eq!(spec.label(), "lambert");

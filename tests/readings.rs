@@ -12,7 +12,7 @@ use gonio::geometry::Symmetry;
 use gonio::instrument::{Ideal, Instrument};
 use gonio::measurement::{About, Measurement, write_measurement};
 use gonio::metrics::Measure;
-use gonio::moments::{Channel, Component, MomentsSpec, PeakResolving, Profile};
+use gonio::moments::{Channel, Component, MomentsSpec, Profile};
 use gonio::reconstruct::{self, Reconstruct};
 use gonio::registry;
 use gonio::schedule::{Assume, ScheduleFormat, Sequence};
@@ -85,14 +85,8 @@ fn values(brdf: &dyn Brdf) -> Vec<f64> {
 }
 
 fn profile(brdf: &dyn Brdf) -> Profile {
-    let views = MomentsSpec {
-        views: 3,
-        ..MomentsSpec::default()
-    };
-    let integral = PeakResolving {
-        tolerance: 0.05,
-        ..PeakResolving::default()
-    };
+    let views = common::views(3, MomentsSpec::default().max_view_deg);
+    let integral = common::peak_resolving(0.05);
     Profile::new(brdf, Channel::Luminance, &views, &integral, 1).unwrap()
 }
 
@@ -104,12 +98,8 @@ fn a_file_is_the_brdf_that_is_made_of_it() {
     for ((name, set), scene) in product(files, scenes) {
         let path = dir.path().join(name);
         write(&measured(set, scene.clone()), &path);
-        for kind in [
-            None,
-            Some("thin-plate"),
-            Some("inverse-distance"),
-            Some("cubic"),
-        ] {
+        let named = ["thin-plate", "inverse-distance", "cubic"].map(Some);
+        for kind in [None].into_iter().chain(named) {
             let of_grids = set == "sobol" && kind == Some("cubic");
             // Readings choose by all methods, which takes a second.
             if of_grids || (kind.is_none() && scene != Channels::Luminance) {
@@ -127,11 +117,8 @@ fn a_file_is_the_brdf_that_is_made_of_it() {
             if kind.is_none() {
                 // Its moments too, whose uncertainties have those of the readings in them.
                 let [a, b] = [profile(&*brdf), profile(&*other)];
-                for (a, b) in a.slices.iter().zip(&b.slices) {
-                    for c in Component::ALL {
-                        let (Some(a), Some(b)) = (a.moments.get(c), b.moments.get(c)) else {
-                            continue;
-                        };
+                for ((a, b), c) in product(a.slices.iter().zip(&b.slices), Component::ALL) {
+                    if let (Some(a), Some(b)) = (a.moments.get(c), b.moments.get(c)) {
                         assert!(a.value == b.value && a.uncertainty > b.uncertainty);
                     }
                 }
@@ -175,10 +162,8 @@ fn readings_stand_where_a_material_stands() {
     write(&measured("sobol", Channels::Luminance), &path);
     let inner = format!("kind = \"readings\", file = {path:?}");
     let own = reconstructed(&path, None);
-    let sum = spec(&format!(
-        "kind = \"sum\"\ncomponent = [{{ weight = 0.5, brdf = {{ {inner} }} }}]"
-    ));
-    let sum = sum.unwrap();
+    let half = format!("component = [{{ weight = 0.5, brdf = {{ {inner} }} }}]");
+    let sum = spec(&format!("kind = \"sum\"\n{half}")).unwrap();
     assert_eq!(sum.tables().files, [path.as_path()]);
     let halves = values(&*sum.build(Channels::Luminance).unwrap());
     let expected: Vec<f64> = values(&*own).iter().map(|v| 0.5 * v).collect();
@@ -269,7 +254,14 @@ fn what_cannot_be_used_is_refused_by_who_must_act() {
         checked
     };
     let grey = || Channels::Luminance;
-    for (path, keys, scene, key, word) in [
+    let of_keys = table(
+        r#"
+        parametrization = "hybird"                              | parametrization           | hybrid
+        reconstruction = { kind = "cubic" }                     | reconstruction.kind       | grid
+        reconstruction = { kind = "thin-plate", neighbours = 1 } | reconstruction.neighbours | [6, 256]"#,
+    );
+    let of_keys = of_keys.map(|[keys, key, word]| (&file, keys, grey(), key, word));
+    let of_files = [
         // Of the data, and of the config.
         (&missing, "", grey(), "", "cannot read this file"),
         (&text, "", grey(), "", "column"),
@@ -278,28 +270,8 @@ fn what_cannot_be_used_is_refused_by_who_must_act() {
         (&colours, "", spectral(), "file", "R, G, B"),
         (&spectrum, "", Channels::Rgb, "file", "450"),
         (&spectrum, "", two, "file", "650"),
-        (
-            &file,
-            "parametrization = \"hybird\"",
-            grey(),
-            "parametrization",
-            "hybrid",
-        ),
-        (
-            &file,
-            "reconstruction = { kind = \"cubic\" }",
-            grey(),
-            "reconstruction.kind",
-            "grid",
-        ),
-        (
-            &file,
-            "reconstruction = { kind = \"thin-plate\", neighbours = 1 }",
-            grey(),
-            "reconstruction.neighbours",
-            "[6, 256]",
-        ),
-    ] {
+    ];
+    for (path, keys, scene, key, word) in of_files.into_iter().chain(of_keys) {
         match refused(path, keys, scene) {
             BuildError::Data { message, .. } => {
                 assert!(key.is_empty() && message.contains(word), "{message}");
