@@ -115,123 +115,63 @@ fn files_are_read_as_programs_save_them() {
         let signal = value(k) * pose[2].to_radians().cos() * 2000.0;
         [&pose[..], &[signal + 7.0, 7.0, 2000.0]].concat()
     };
-    let polarised =
-        |k: usize, pose: [f64; 4]| [&pose[..], &[1.5 * value(k), 0.5 * value(k)]].concat();
-    let forms: Vec<(&str, Vec<u8>, &str)> = vec![
-        ("plain", plain.clone().into(), ""),
-        ("gzip", gzip.finish().unwrap(), ""),
-        ("UTF-16", utf_16(&format!("\u{feff}{semicolons}")), ""),
-        ("UTF-16 without a mark", utf_16(&plain), ""),
-        (
-            "UTF-16, big end first",
-            plain.encode_utf16().flat_map(u16::to_be_bytes).collect(),
-            "",
-        ),
-        (
-            "a code page",
-            [&b"# at 20 \xb0C\n"[..], plain.as_bytes()].concat(),
-            "",
-        ),
-        ("CR", plain.replace('\n', "\r").into(), ""),
-        ("CRLF", plain.replace('\n', "\r\n").into(), ""),
-        ("sep=", format!("sep=;\n{semicolons}").into(), ""),
-        (
-            "tabs",
-            (HEAD.replace(',', "\t") + &rows("\t", true, five)).into(),
-            "",
-        ),
-        (
-            "blanks",
-            (HEAD.replace(',', "  ") + &rows("   ", true, five)).into(),
-            "",
-        ),
-        ("MATLAB", format!("% run 4\n{plain}").into(), ""),
-        ("savetxt", format!("# {plain}").into(), ""),
-        (
-            "a preamble",
-            format!("Goniometer 7\n\nDate: 1.2.2026, 10:00\n{plain}").into(),
-            "",
-        ),
-        ("names again", format!("{plain}\n{HEAD}").into(), ""),
-        (
-            "capitals",
-            plain
-                .replace("theta_i_deg", " Theta_I_deg ")
-                .replace("value", "Value")
-                .into(),
-            "",
-        ),
-        (
-            "units in brackets",
-            plain
-                .replace("_deg", " [°]")
-                .replace("value", "value (1/sr)")
-                .into(),
-            "",
-        ),
-        (
-            "a line of units",
-            plain
-                .replace("_deg", "")
-                .replacen('\n', "\ndeg,deg,deg,deg,1/sr\n", 1)
-                .into(),
-            "",
-        ),
-        (
-            "degrees by their numbers",
-            plain.replace("_deg", "").into(),
-            "",
-        ),
-        (
-            "radians",
-            (HEAD.replace("_deg", "_rad") + &rows(",", false, radians)).into(),
-            "",
-        ),
-        (
-            "exponents of Fortran",
-            plain.replace("0.125", "1.25D-01").into(),
-            "",
-        ),
-        (
-            "columns by number",
-            rows(" ", false, five).into(),
-            "columns=theta_i=1,phi_i=2,theta_o=3,phi_o=4,value=5",
-        ),
-        (
-            "beyond 90°",
-            format!("{plain}10,0,120,0,9\n170,0,20,0,9\n").into(),
-            "",
-        ),
-        (
-            "unit vectors",
-            (VECTORS.to_owned() + ",value\n" + &rows(",", false, vectors)).into(),
-            "",
-        ),
-        (
-            "counts",
-            (HEAD.replace("value", "signal,dark,reference") + &rows(",", false, counts)).into(),
-            "",
-        ),
-        (
-            "polarised",
-            (HEAD.replace("value", "value_s,value_p") + &rows(",", false, polarised)).into(),
-            "",
-        ),
-        ("sheets", SHEETS.into(), ""),
-        ("FRED", FRED.into(), ""),
-        ("BiRD", bird().to_string().into(), ""),
-    ];
-    for (form, bytes, words) in forms {
+    let states = |k: usize| [1.5 * value(k), 0.5 * value(k)];
+    let polarised = |k: usize, pose: [f64; 4]| [&pose[..], &states(k)].concat();
+    let check = |form: &str, bytes: &[u8], words: &str| {
         // Text is told by what is in it, also under the names of tables.
         for name in ["m.csv", "m.txt", "m.bsdf"] {
-            let readings = load(&bytes, name, words);
+            let readings = load(bytes, name, words);
             let readings = readings.unwrap_or_else(|e| panic!("{form}: {}", chain(&e)));
             let is_scaled = ["FRED", "counts"].contains(&form);
             let holes = if form == "sheets" { 6 } else { 0 };
             let slack = if is_scaled { 1e-12 } else { 1e-15 };
             assert_same(&readings, holes, slack, form);
         }
-    }
+    };
+    check("gzip", &gzip.finish().unwrap(), "");
+    check("UTF-16", &utf_16(&format!("\u{feff}{semicolons}")), "");
+    check("UTF-16 without a mark", &utf_16(&plain), "");
+    let big_end_first = plain.encode_utf16().flat_map(u16::to_be_bytes);
+    check("big end first", &big_end_first.collect::<Vec<_>>(), "");
+    let code_page = [&b"# at 20 \xb0C\n"[..], plain.as_bytes()].concat();
+    check("a code page", &code_page, "");
+    let by_number = "columns=theta_i=1,phi_i=2,theta_o=3,phi_o=4,value=5";
+    check("by number", rows(" ", false, five).as_bytes(), by_number);
+    let same = |form: &str, text: String| check(form, text.as_bytes(), "");
+    same("plain", plain.clone());
+    same("CR", plain.replace('\n', "\r"));
+    same("CRLF", plain.replace('\n', "\r\n"));
+    same("sep=", format!("sep=;\n{semicolons}"));
+    same("tabs", HEAD.replace(',', "\t") + &rows("\t", true, five));
+    let blanks = HEAD.replace(',', "  ");
+    same("blanks", blanks + &rows("   ", true, five));
+    same("MATLAB", format!("% run 4\n{plain}"));
+    same("savetxt", format!("# {plain}"));
+    let preamble = "Goniometer 7\n\nDate: 1.2.2026, 10:00";
+    same("a preamble", format!("{preamble}\n{plain}"));
+    same("names again", format!("{plain}\n{HEAD}"));
+    let capitals = plain.replace("theta_i_deg", " Theta_I_deg ");
+    same("capitals", capitals.replace("value", "Value"));
+    let units = plain.replace("_deg", " [°]");
+    same("units", units.replace("value", "value (1/sr)"));
+    let bare = plain.replace("_deg", "");
+    let line = "\ndeg,deg,deg,deg,1/sr\n";
+    same("a line of units", bare.replacen('\n', line, 1));
+    same("degrees by their numbers", bare);
+    let of_radians = HEAD.replace("_deg", "_rad");
+    same("radians", of_radians + &rows(",", false, radians));
+    same("Fortran", plain.replace("0.125", "1.25D-01"));
+    let behind = "10,0,120,0,9\n170,0,20,0,9\n";
+    same("beyond 90°", format!("{plain}{behind}"));
+    let of_vectors = rows(",", false, vectors);
+    same("unit vectors", format!("{VECTORS},value\n{of_vectors}"));
+    let of_counts = HEAD.replace("value", "signal,dark,reference");
+    same("counts", of_counts + &rows(",", false, counts));
+    let of_states = HEAD.replace("value", "value_s,value_p");
+    same("polarised", of_states + &rows(",", false, polarised));
+    same("sheets", SHEETS.into());
+    same("FRED", FRED.into());
+    same("BiRD", bird().to_string());
     let beyond = load(format!("{plain}10,0,120,0,9\n").as_bytes(), "m.csv", "").unwrap();
     let note = "1 row with light or sensor behind the sample: passed over";
     assert_eq!(beyond.notes, [note]);

@@ -146,12 +146,10 @@ fn a_scan_needs_no_azimuth() {
 /// In-plane readings of a lobe about the light, whose azimuths these are.
 fn lobe(lights: &[u32]) -> String {
     let mut text = HEAD.to_owned();
-    for (light, theta) in product(lights, [30_u32, 45]) {
-        for o in (0..=80).step_by(4) {
-            for (side, off) in [(0, theta.abs_diff(o)), (180, theta + o)] {
-                let value = 0.1 + (-f64::from(off * off) / 50.0).exp();
-                text += &format!("{theta},{light},{o},{},{value}\n", light + side);
-            }
+    for ((light, theta), o) in product(product(lights, [30_u32, 45]), (0..=80).step_by(4)) {
+        for (side, off) in [(0, theta.abs_diff(o)), (180, theta + o)] {
+            let value = 0.1 + (-f64::from(off * off) / 50.0).exp();
+            text += &format!("{theta},{light},{o},{},{value}\n", light + side);
         }
     }
     text

@@ -299,16 +299,14 @@ fn a_lattice_without_the_rows_to_bear_it_out_is_refused() {
         format!("{{\"n\":{n},\"origin\":{origin},\"step\":{step},\"periodic\":false}}")
     };
     let quarter = std::f64::consts::FRAC_PI_2;
-    for n in [1e3, 1e6, 1e12] {
-        for poses in ["200000", "18446744073709551615"] {
-            let axes = [quarter; 3].map(|d| axis(n, d)).join(",");
-            let text = format!(
-                "# symmetry = {{\"isotropic\":true,\"reciprocal\":true,\"bilateral\":true}}\n\
-                 # sample_set = \"grid\"\n# poses = {poses}\n# lattice = [{axes}]\n\
-                 index,{ANGLES}\n0,10,0,20,0\n"
-            );
-            refused(try_read(&text), "4", "f.csv:4: lattice: ");
-        }
+    for (n, poses) in product([1e3, 1e6, 1e12], ["200000", "18446744073709551615"]) {
+        let axes = [quarter; 3].map(|d| axis(n, d)).join(",");
+        let text = format!(
+            "# symmetry = {{\"isotropic\":true,\"reciprocal\":true,\"bilateral\":true}}\n\
+             # sample_set = \"grid\"\n# poses = {poses}\n# lattice = [{axes}]\n\
+             index,{ANGLES}\n0,10,0,20,0\n"
+        );
+        refused(try_read(&text), "4", "f.csv:4: lattice: ");
     }
 }
 
