@@ -5,7 +5,8 @@
 mod common;
 
 use common::{
-    Level, images, levels, member, near, planned, random_pair, random_pairs, symmetries, turned,
+    Level, images, levels, member, near, planned, random_pair, random_pairs, says, symmetries,
+    turned,
 };
 use glam::{DVec2, Vec3Swizzles};
 use gonio::brdf::Brdf;
@@ -39,13 +40,8 @@ impl Maps for Cartesian {
     fn axes(isotropic: bool) -> Vec<Axis> {
         let axis = |symbol, label| Axis::straight(symbol, label, [-1.0, 1.0]);
         if !isotropic {
-            let all = [
-                ("h_x", "h_x"),
-                ("h_y", "h_y"),
-                ("k_x", "k_x"),
-                ("k_y", "k_y"),
-            ];
-            return all.map(|(symbol, label)| axis(symbol, label)).to_vec();
+            let all = ["h_x", "h_y", "k_x", "k_y"];
+            return all.map(|symbol| axis(symbol, symbol)).to_vec();
         }
         let length = Axis {
             range: [0.0, 1.0],
@@ -106,10 +102,10 @@ fn the_disk_of_half_vectors_has_its_jacobian_and_its_edge() {
     for symmetry in [Symmetry::NONE, Symmetry::FULL] {
         let exact = Mapped::<Edwards>::with_symmetry(symmetry);
         let found = Mapped::<Halfway>::with_symmetry(symmetry);
-        for pair in random_pairs(6)
+        let high = random_pairs(6)
             .take(500)
-            .filter(|p| common::lowest(p) > 0.2)
-        {
+            .filter(|p| common::lowest(p) > 0.2);
+        for pair in high {
             let c = exact.forward(&pair);
             near(found.jacobian(&c) / exact.jacobian(&c), 1.0, 1e-5, pair);
             let disk = match symmetry.isotropic {
@@ -135,10 +131,9 @@ fn the_disk_of_half_vectors_has_its_jacobian_and_its_edge() {
 #[test]
 fn maps_alone_make_a_parametrization() {
     let edwards = parametrization::find("edwards").expect("a member");
-    for (symmetry, p) in symmetries()
-        .into_iter()
-        .flat_map(|s| [(s, ENTRY.form(s)), (s, edwards.form(s))])
-    {
+    let forms = symmetries().into_iter();
+    for p in forms.flat_map(|s| [ENTRY.form(s), edwards.form(s)]) {
+        let symmetry = p.symmetry();
         for (i, pair) in random_pairs(5).take(500).enumerate() {
             let c = p.forward(&pair);
             let back = p.inverse(&c).expect("physical");
@@ -196,28 +191,14 @@ impl Maps for Lost {
 #[test]
 fn an_inverse_that_does_not_invert_is_refused() {
     let entry = mapped_entry::<Lost>("not what it says", &[""]);
-    let refused = registry::read_text(&entry, "")
-        .expect_err("it is no inverse")
-        .to_string();
-    let parts = [
-        "\"lost\"",
+    let refused = registry::read_text(&entry, "").expect_err("it is no inverse");
+    let refused = refused.to_string();
+    says(&refused, "\"lost\"");
+    says(
+        &refused,
         "allowed is an inverse that leads back to every pair",
-        "is off by",
-    ];
-    assert!(parts.iter().all(|part| refused.contains(part)), "{refused}");
-}
-
-/// A reconstruction of a material from so many readings in some coordinates.
-fn made(
-    p: &Arc<dyn Parametrization>,
-    set: &str,
-    method: &str,
-    budget: usize,
-    brdf: &dyn Brdf,
-) -> Box<dyn Brdf> {
-    let schedule = planned(p, set, budget, 1);
-    assert!(schedule.poses.len() <= budget && schedule.poses.len() > budget / 2);
-    reconstructed(method, &Ideal.measure(brdf, &schedule))
+    );
+    says(&refused, "is off by");
 }
 
 fn reconstructed(method: &str, measurement: &Measurement) -> Box<dyn Brdf> {
@@ -244,10 +225,9 @@ fn grids_and_scattered_searches_converge(level: Level) {
     let symmetries = [Symmetry::FULL, Symmetry::ORTHOTROPIC, Symmetry::NONE];
     for symmetry in symmetries.into_iter().take(level.of(1, 3)) {
         let p = ENTRY.form(symmetry);
-        let [few, many] = if symmetry.isotropic {
-            [500, 8000]
-        } else {
-            [4000, 64_000]
+        let budgets = match symmetry.isotropic {
+            true => [500, 8000],
+            false => [4000, 64_000],
         };
         for (set, method) in [
             ("grid", "multilinear"),
@@ -255,14 +235,16 @@ fn grids_and_scattered_searches_converge(level: Level) {
             ("sobol", "inverse-distance"),
             ("stratified", "nearest"),
         ] {
-            let of = |budget| error(&*truth, &*made(&p, set, method, budget, &*truth));
-            let [rough, fine] = [few, many].map(of);
+            let [rough, fine] = budgets.map(|budget| {
+                let schedule = planned(&p, set, budget, 1);
+                assert!(schedule.poses.len() <= budget && schedule.poses.len() > budget / 2);
+                let measurement = Ideal.measure(&*truth, &schedule);
+                error(&*truth, &*reconstructed(method, &measurement))
+            });
             println!("{symmetry:?} {set} {method}: {rough:.4} {fine:.4}");
             // Sixteen times the readings halve the spacing at least.
-            assert!(
-                fine < rough / 1.4,
-                "{symmetry:?} {set} {method}: {rough} {fine}"
-            );
+            let what = format!("{symmetry:?} {set} {method}");
+            assert!(fine < rough / 1.4, "{what}: {rough} {fine}");
         }
     }
 }

@@ -329,11 +329,9 @@ fn what_needs_a_grid_is_used_on_grids() {
     let idle = "sample_set[1] \"sobol\" has no reconstruction";
     says(&refusal(GOOD, &[two]), idle);
     // Axes of the 4-D form, which an anisotropic material needs, have names of their own.
-    let sets = [
-        "material.0.alpha=[0.1, 0.4]",
-        "sample_set.0.ratio=[4, 4, 1]",
-    ];
-    says(&refusal(GOOD, &sets), "ratio … phi_h");
+    let anisotropic = "material.0.alpha=[0.1, 0.4]";
+    let message = refusal(GOOD, &[anisotropic, "sample_set.0.ratio=[4, 4, 1]"]);
+    says(&message, "ratio … phi_h");
 }
 
 /// Asks to stop as soon as something is reconstructed, to be compared.

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{member, near, says};
+use common::{member, near, product, says};
 use gonio::geometry::Direction;
 use gonio::lighting::{self, Lighting, LightingSpec, Map};
 use gonio::registry;
@@ -74,10 +74,8 @@ fn a_blob_is_where_it_says() {
 
 /// The radiance from a direction, °.
 fn at(light: &dyn Lighting, theta: f64, phi: f64) -> [f64; 3] {
-    light.radiance(Direction::from_spherical(
-        theta.to_radians(),
-        phi.to_radians(),
-    ))
+    let [theta, phi] = [theta, phi].map(f64::to_radians);
+    light.radiance(Direction::from_spherical(theta, phi))
 }
 
 #[test]
@@ -167,12 +165,10 @@ fn poles_and_seam_have_no_jump() {
         [2.0 + x; 3]
     });
     let value = |theta, phi| map.radiance(Direction::from_spherical(theta, phi))[0];
-    for pole in [0.0, PI] {
-        for k in 0..12 {
-            let turned = value(pole, TAU * f64::from(k) / 12.0);
-            near(turned, value(pole, 0.0), 1e-6, (pole, k));
-            near(turned, value((pole - 1e-6).abs(), 1.0), 1e-4, (pole, k));
-        }
+    for (pole, k) in product([0.0, PI], 0..12) {
+        let turned = value(pole, TAU * f64::from(k) / 12.0);
+        near(turned, value(pole, 0.0), 1e-6, (pole, k));
+        near(turned, value((pole - 1e-6).abs(), 1.0), 1e-4, (pole, k));
     }
     for theta in [0.01, 0.3, 1.5, 3.1] {
         let expected = value(theta, -PI + 1e-9);

@@ -55,17 +55,15 @@ fn arrows_point_down() {
             // `crate::Error` is the crate's own error; `crate::{…}` would hide arrows.
             assert!(!used.is_empty(), "{path:?}: write one use per module");
             if used != "Error" {
-                assert!(
-                    place(used) <= own,
-                    "{path:?} uses {used}, which stands above it"
-                );
+                let is_below = place(used) <= own;
+                assert!(is_below, "{path:?} uses {used}, which stands above it");
                 arrows += 1;
             }
         }
     }
     assert!(
         arrows > 100,
-        "only {arrows} arrows found: is the source still here?"
+        "only {arrows} arrows: is the source still here?"
     );
 }
 
@@ -81,10 +79,8 @@ fn modules() -> Vec<Module> {
     let all = files(&source(), ".rs");
     let module = |file: &PathBuf| {
         let inside = file.strip_prefix(source()).unwrap().with_extension("");
-        let mut path: Vec<String> = inside
-            .iter()
-            .map(|p| p.to_str().unwrap().to_owned())
-            .collect();
+        let parts = inside.iter().map(|p| p.to_str().unwrap().to_owned());
+        let mut path: Vec<String> = parts.collect();
         if path.last().is_some_and(|p| p == "mod") {
             path.pop();
         }
@@ -116,9 +112,8 @@ fn leaves(tree: &str) -> Vec<Vec<String>> {
     }
     items.push(item);
     let items = items.iter().filter(|i| !i.trim().is_empty());
-    items
-        .flat_map(|i| leaves(&format!("{head}{}", i.trim())))
-        .collect()
+    let inner = items.flat_map(|i| leaves(&format!("{head}{}", i.trim())));
+    inner.collect()
 }
 
 /// Every path that a module imports or passes on, from the root of the library; `true` of those it
@@ -202,8 +197,8 @@ fn arrows(modules: &[Module]) -> Vec<Vec<usize>> {
                 continue;
             };
             let other = &modules[target];
-            let one_house =
-                other.path.starts_with(&module.path) || module.path.starts_with(&other.path);
+            let [ours, theirs] = [&module.path, &other.path];
+            let one_house = theirs.starts_with(ours) || ours.starts_with(theirs);
             let declares = ["Entry<", "declare! {", "formula! {", "file_table! {"];
             let member = has_all && declares.iter().any(|d| other.code.contains(d));
             if !one_house && !member {
@@ -233,26 +228,23 @@ fn no_modules_form_a_circle() {
     let names: Vec<_> = left.iter().map(|&m| modules[m].path.join("::")).collect();
     assert!(
         names.is_empty(),
-        "these form a circle, or lead into one: {names:?}"
+        "a circle, or what leads into one: {names:?}"
     );
 }
 
 #[test]
 fn no_file_outgrows_its_purpose_or_is_left_undone() {
     // Put together here so that this file does not find itself.
-    let mut words = ["todo", "unimplemented", "dbg"]
-        .map(|w| format!("{w}!"))
-        .to_vec();
-    words.push(".unwrap()".into());
+    let macros = ["todo", "unimplemented", "dbg"].map(|word| format!("{word}!"));
+    let words = [&macros[..], &[".unwrap()".to_owned()]].concat();
     for path in files(&source(), ".rs") {
         let lines = fs::read_to_string(&path).unwrap().lines().count();
         assert!(lines <= 600, "{} has {lines} lines", path.display());
         // Unit tests in files of their own: compiled for tests only.
-        let code = if path.ends_with("tests.rs") {
-            String::new()
-        } else {
-            code(&path)
-        };
+        if path.ends_with("tests.rs") {
+            continue;
+        }
+        let code = code(&path);
         for word in &words {
             assert!(!code.contains(word.as_str()), "{}: {word}", path.display());
         }
@@ -264,18 +256,11 @@ fn every_config_asks_a_question() {
     let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
     let mut configs = files(&configs, ".toml");
     // Instruments are no experiments.
-    configs.retain(|path| {
-        !path
-            .parent()
-            .is_some_and(|dir| dir.ends_with("instruments"))
-    });
+    configs.retain(|path| !path.parent().unwrap().ends_with("instruments"));
     assert!(configs.len() >= 2);
     for path in configs {
         let text = fs::read_to_string(&path).unwrap();
-        assert!(
-            text.lines().any(|l| l.starts_with("question = ")),
-            "{}",
-            path.display()
-        );
+        let asks = text.lines().any(|line| line.starts_with("question = "));
+        assert!(asks, "{}", path.display());
     }
 }

@@ -50,9 +50,8 @@ materials = [
 "#;
 
 fn bits(rows: &[Row]) -> Vec<Option<u64>> {
-    rows.iter()
-        .map(|r| r.value("nrmse").map(f64::to_bits))
-        .collect()
+    let bits = |r: &Row| r.value("nrmse").map(f64::to_bits);
+    rows.iter().map(bits).collect()
 }
 
 #[test]
@@ -66,19 +65,14 @@ fn each_grid_is_tuned_once_and_never_worse_on_what_it_is_tuned_on() {
         assert!(tuned.nrmse <= tuned.nrmse_untuned, "{tuned:?}");
         assert!(tuned.tried > 4 && tuned.ratio.len() == 3, "{tuned:?}");
     }
-    assert!(
-        summary
-            .tuned
-            .iter()
-            .any(|t| t.nrmse < 0.95 * t.nrmse_untuned)
-    );
+    let mut tuned = summary.tuned.iter();
+    assert!(tuned.any(|t| t.nrmse < 0.95 * t.nrmse_untuned));
     // The numbers that are told, written out, make the same rows.
     for tuned in &summary.tuned {
         let (parametrization, budget) = (&tuned.grid.parametrization, tuned.grid.budget);
         let (front, _) = CONFIG.split_once("[tuning]").expect("at the end");
-        let text = front
-            .replace("\"tuned\"", &format!("{:?}", tuned.ratio))
-            .replace("[200, 600]", &format!("[{budget}]"));
+        let text = front.replace("\"tuned\"", &format!("{:?}", tuned.ratio));
+        let text = text.replace("[200, 600]", &format!("[{budget}]"));
         let (written, _) = run(&common::plan(&text).expect("a plan"));
         let of = |rows: &[Row]| {
             let mine = rows.iter().filter(|r| {
