@@ -67,10 +67,8 @@ fn without_instruments_nothing_is_lost_and_no_time_passes() {
     for row in rows("") {
         assert_eq!(row.instrument, "ideal");
         assert_eq!((row.reachable, row.unreachable.as_str()), (1.0, ""));
-        assert_eq!(
-            (row.instrument_seconds, row.allowed.as_str()),
-            (None, "300 poses")
-        );
+        assert_eq!(row.instrument_seconds, None);
+        assert_eq!(row.allowed, "300 poses");
         for quantity in ["hole_nrmse", "hole_log_relative"] {
             assert_eq!(row.value(quantity), Some(0.0), "{quantity}");
         }
@@ -130,11 +128,8 @@ fn holes_cost_what_the_two_runs_differ_by() {
             assert!(reachable < 1.0 && reachable > 0.3, "{reachable}");
             assert_eq!(with.poses, without.poses);
             assert!(with.readings < without.readings);
-            let counts = with
-                .unreachable
-                .split(';')
-                .map(|part| part.split_once(':').unwrap().1);
-            let lost: usize = counts.map(|count| count.parse::<usize>().unwrap()).sum();
+            let count = |part: &str| part.split_once(':').unwrap().1.parse::<usize>().unwrap();
+            let lost: usize = with.unreachable.split(';').map(count).sum();
             assert_eq!(lost, with.poses - with.readings);
             for of in ["nrmse", "log_relative"] {
                 let hole = &format!("hole_{of}");
@@ -223,9 +218,8 @@ fn mistakes_name_the_key_and_the_right_culprit() {
             "anisotropic" => anisotropic.clone(),
             head => format!("{head}{TEXT}"),
         };
-        let e = plan(&format!("{text}[[instrument]]\n{tail}\n"))
-            .err()
-            .expect(part);
+        let e = plan(&format!("{text}[[instrument]]\n{tail}\n"));
+        let e = e.err().expect(part);
         says(&e.to_string(), part);
         assert_eq!(e.exit_code(), code.parse::<u8>().unwrap(), "{e}");
     }

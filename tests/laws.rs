@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{draws, near, table};
+use common::{draws, near, product, table};
 use gonio::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Presence, SampleBrdf, laws};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
 use gonio::registry;
@@ -222,24 +222,22 @@ fn spoil(value: &toml::Value, bad: f64, key: &str, emit: &mut dyn FnMut(toml::Va
 #[test]
 fn numbers_that_are_none_are_refused_by_name() {
     let mut refused = 0;
-    for spec in specs() {
-        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            spoil(&spec.resolved().into(), bad, "", &mut |table, key| {
-                let text = toml::to_string(&table).unwrap();
-                let spec = read(&text);
-                let error = spec.check(&Channels::Luminance).unwrap_err();
-                let BuildError::Parameter(p) = &error else {
-                    panic!("{text}: {error}");
-                };
-                assert!(p.key.ends_with(key), "{text}: {error}");
-                assert_eq!(p.value, bad.to_string());
-                for channels in BOTH {
-                    let build = spec.build(channels).err().unwrap();
-                    assert_eq!(build.to_string(), error.to_string());
-                }
-                refused += 1;
-            });
-        }
+    for (spec, bad) in product(&specs(), [f64::NAN, f64::INFINITY, f64::NEG_INFINITY]) {
+        spoil(&spec.resolved().into(), bad, "", &mut |table, key| {
+            let text = toml::to_string(&table).unwrap();
+            let spec = read(&text);
+            let error = spec.check(&Channels::Luminance).unwrap_err();
+            let BuildError::Parameter(p) = &error else {
+                panic!("{text}: {error}");
+            };
+            assert!(p.key.ends_with(key), "{text}: {error}");
+            assert_eq!(p.value, bad.to_string());
+            for channels in BOTH {
+                let build = spec.build(channels).err().unwrap();
+                assert_eq!(build.to_string(), error.to_string());
+            }
+            refused += 1;
+        });
     }
     assert!(refused > 200, "{refused}");
 }

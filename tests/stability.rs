@@ -73,11 +73,8 @@ impl BrdfSpec for Lopsided {
     fn build(&self, _: Channels) -> Result<Box<dyn Brdf>, BuildError> {
         Ok(Box::new(made(Symmetry::FULL, |pair| {
             let is_mirror = pair.half().truncate().length() < 1e-6;
-            Some([if is_mirror {
-                -1.0
-            } else {
-                pair.omega_i.cos_theta()
-            }])
+            let cos = pair.omega_i.cos_theta();
+            Some([if is_mirror { -1.0 } else { cos }])
         })))
     }
     fn tables(&self) -> Tables {
@@ -120,9 +117,8 @@ impl Reconstruct for Undefined {
         Ok(())
     }
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
-        let values: Vec<f64> = (0..r.present.len())
-            .filter_map(|i| Some(r.value(i)?[0]))
-            .collect();
+        let values = (0..r.present.len()).filter_map(|i| Some(r.value(i)?[0]));
+        let values: Vec<f64> = values.collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let spread = values.iter().map(|v| (v - mean).abs()).sum::<f64>();
         Ok(Box::new(Constant(mean * spread / spread)))
@@ -132,10 +128,8 @@ impl Reconstruct for Undefined {
 /// What a short walk finds of the members with a name.
 fn walked(family: &str, keep: impl Fn(usize, &Check) -> bool) -> Vec<Finding> {
     let families = stability::all();
-    let family = families
-        .iter()
-        .find(|f| f.name == family)
-        .expect("a family");
+    let family = families.iter().find(|f| f.name == family);
+    let family = family.expect("a family");
     let all = (family.checks)(Extent::Short).into_iter().enumerate();
     let checks: Vec<_> = all.filter(|(i, c)| keep(*i, c)).map(|(_, c)| c).collect();
     let stop = Arc::new(AtomicBool::new(false));
@@ -162,11 +156,8 @@ fn every_law_holds(level: Level) {
 #[test]
 fn what_is_unstable_is_found() {
     // Members of a program's own are walked too.
-    parametrization::join(parametrization::entry::<Form<ByArcCosine>>(
-        "digits lost",
-        &[""],
-    ))
-    .unwrap();
+    let lost = parametrization::entry::<Form<ByArcCosine>>("digits lost", &[""]);
+    parametrization::join(lost).unwrap();
     brdf::join(Entry {
         kind: "lopsided",
         summary: "neither reciprocal nor positive",

@@ -1,3 +1,4 @@
+use crate::common::product;
 use gonio::geometry::angle_between;
 use gonio::parametrization::{Warp, WarpSpec, view_centered, view_centered_angles, warps};
 use gonio::registry;
@@ -6,17 +7,15 @@ use std::f64::consts::FRAC_PI_2;
 #[test]
 fn angles_come_back() {
     let steps = [-1.0, -1.0 + 1e-9, -0.5, -1e-9, 0.0, 1e-12, 0.3, 1.0 - 1e-12];
-    for theta in steps.map(|s| s * FRAC_PI_2) {
-        for phi in steps.map(|s| s * FRAC_PI_2) {
-            let there = view_centered(theta, phi);
-            let [t, p] = view_centered_angles(there);
-            let again = view_centered(t, p);
-            let miss = angle_between(there.vector(), again.vector());
-            assert!(miss < 3e-16, "{theta} {phi}: {miss}");
-            assert!((p - phi).abs() < 3e-16, "{phi} {p}");
-            // A ring of radius cos φ: its angles are that much less sure.
-            assert!((t - theta).abs() * phi.cos() < 3e-16, "{theta} {t}");
-        }
+    for (theta, phi) in product(steps.map(|s| s * FRAC_PI_2), steps.map(|s| s * FRAC_PI_2)) {
+        let there = view_centered(theta, phi);
+        let [t, p] = view_centered_angles(there);
+        let again = view_centered(t, p);
+        let miss = angle_between(there.vector(), again.vector());
+        assert!(miss < 3e-16, "{theta} {phi}: {miss}");
+        assert!((p - phi).abs() < 3e-16, "{phi} {p}");
+        // A ring of radius cos φ: its angles are that much less sure.
+        assert!((t - theta).abs() * phi.cos() < 3e-16, "{theta} {t}");
     }
 }
 

@@ -24,9 +24,9 @@ fn errors_of_reciprocity_and_of_bilateral_symmetry_are_their_closed_form() {
     let other = found(|p| Some(1.0 + E * turned(p).signum()));
     for found in [one.reciprocity, other.bilateral] {
         let want = 2.0 * E / (1.0 + E * E).sqrt();
-        near(found.relative, want, 1e-12, &found);
-        near(found.pairwise, 2.0 * E, 1e-12, &found);
-        near(found.max_log, ((1.0 + E) / (1.0 - E)).ln(), 1e-12, &found);
+        near(found.relative, want, 1e-12, found);
+        near(found.pairwise, 2.0 * E, 1e-12, found);
+        near(found.max_log, ((1.0 + E) / (1.0 - E)).ln(), 1e-12, found);
         assert!(!found.holds(SYMMETRY_TOLERANCE) && found.holds(0.4));
     }
     let [one, other] = [one, other].map(|found| found.holding(SYMMETRY_TOLERANCE));

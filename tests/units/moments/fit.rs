@@ -1,3 +1,4 @@
+use crate::common::product;
 use gonio::moments::{
     EnergyFit, EnergySeries, FitError, MeanVarianceFit, Ramp, Undetermined, ViewRange,
     fit_average_variance, fit_energy, fit_energy_shared, fit_mean, fit_mean_variance,
@@ -129,20 +130,18 @@ fn parameters_are_recovered_at_every_scale() {
         [0.7, 1.0, 1.0, 0.5, 0.0],
         [0.05, 0.4, 1.0, 0.01, 0.1],
     ];
-    for shape in shapes {
-        for scale in [1e-6, 1e-3, 1.0, 1e3, 1e6] {
-            let mut truth = shape;
-            truth[2] = scale;
-            let values = series(&views, |t| with_parameters(truth).value(t));
-            let fit = fit_energy(&views, &values, ViewRange::default(), TOLERANCE).unwrap();
-            assert_eq!(fit.undetermined, None);
-            let found = parameters(&fit);
-            for (a, b) in found.into_iter().zip(truth) {
-                let unit = if b == scale { scale } else { 1.0 };
-                assert!((a - b).abs() < 1e-8 * unit, "{found:?} {truth:?}");
-            }
-            assert!(fit.relative_errors.rmse < 1e-9 && fit.errors.views == 81);
+    for (shape, scale) in product(shapes, [1e-6, 1e-3, 1.0, 1e3, 1e6]) {
+        let mut truth = shape;
+        truth[2] = scale;
+        let values = series(&views, |t| with_parameters(truth).value(t));
+        let fit = fit_energy(&views, &values, ViewRange::default(), TOLERANCE).unwrap();
+        assert_eq!(fit.undetermined, None);
+        let found = parameters(&fit);
+        for (a, b) in found.into_iter().zip(truth) {
+            let unit = if b == scale { scale } else { 1.0 };
+            assert!((a - b).abs() < 1e-8 * unit, "{found:?} {truth:?}");
         }
+        assert!(fit.relative_errors.rmse < 1e-9 && fit.errors.views == 81);
     }
 }
 

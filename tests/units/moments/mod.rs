@@ -1,7 +1,7 @@
 mod correlation;
 mod fit;
 
-use crate::common::{self, form, matte, model, near, planned};
+use crate::common::{self, form, matte, model, near, planned, product};
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
 use gonio::geometry::{Direction, DirectionPair, Symmetry};
@@ -173,12 +173,10 @@ fn differences_from_a_truth_are_known_to_a_fifth() {
     assert!(values(&less) < values(&whole));
     // A copy of the truth has its moments to the tolerance.
     let same = Profile::against(&truth, &*ggx, &spec, &PeakResolving::default(), 1).unwrap();
-    for (f, g) in truth.slices.iter().zip(&same.slices) {
-        for c in Component::ALL {
-            let [f, g] = [f, g].map(|s| s.moments.get(c).unwrap());
-            assert!((f.value - g.value).abs() <= f.uncertainty + g.uncertainty);
-            assert!(g.uncertainty <= 1e-4 * f.value.abs().max(5.0));
-        }
+    for ((f, g), c) in product(truth.slices.iter().zip(&same.slices), Component::ALL) {
+        let [f, g] = [f, g].map(|s| s.moments.get(c).unwrap());
+        assert!((f.value - g.value).abs() <= f.uncertainty + g.uncertainty);
+        assert!(g.uncertainty <= 1e-4 * f.value.abs().max(5.0));
     }
 }
 

@@ -1,4 +1,4 @@
-use crate::common::{self, says, table};
+use crate::common::{self, product, says, table};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gonio::experiment::{Findings, Plan, Row, Source};
@@ -56,11 +56,9 @@ fn warped(materials: usize, ratios: [f64; 4]) -> Vec<Row> {
         ["hybrid", "h_bar:square-root"],
     ];
     let mut rows = Vec::new();
-    for m in 0..materials {
-        for (choice, ratio) in choices.into_iter().zip(ratios) {
-            let error = 0.1 * (m + 1) as f64 * ratio * (1.0 + 1e-4 * (m as f64).sin());
-            rows.push(row(m, choice, 100, error));
-        }
+    for (m, (choice, ratio)) in product(0..materials, choices.into_iter().zip(ratios)) {
+        let error = 0.1 * (m + 1) as f64 * ratio * (1.0 + 1e-4 * (m as f64).sin());
+        rows.push(row(m, choice, 100, error));
     }
     rows
 }
@@ -143,14 +141,12 @@ fn a_parametrization_has_one_colour() {
 fn a_curve_keeps_its_reconstruction() {
     // Cubic is best at 100, linear at 400 by more: over both budgets that is best. No line but those of the verdict is of both.
     let mut rows = Vec::new();
-    for m in 0..6 {
-        for (name, errors) in [("cubic", [1.0, 0.9]), ("linear", [1.1, 0.2])] {
-            for (budget, error) in [100, 400].into_iter().zip(errors) {
-                for parametrization in ["half-difference", "hybrid"] {
-                    let mut row = row(m, [parametrization, "none"], budget, error);
-                    row.reconstruction = name.into();
-                    rows.push(row);
-                }
+    for (m, (name, errors)) in product(0..6, [("cubic", [1.0, 0.9]), ("linear", [1.1, 0.2])]) {
+        for (budget, error) in [100, 400].into_iter().zip(errors) {
+            for parametrization in ["half-difference", "hybrid"] {
+                let mut row = row(m, [parametrization, "none"], budget, error);
+                row.reconstruction = name.into();
+                rows.push(row);
             }
         }
     }
@@ -232,10 +228,8 @@ fn the_chart_of_the_verdict_holds_every_coordinate() {
     let mut names: Vec<String> = warps.collect();
     let mut rows = Vec::new();
     for m in 0..3 {
-        for budget in [100, 400] {
-            for warp in &names {
-                rows.push(row(m, ["hybrid", warp], budget, 0.1));
-            }
+        for (budget, warp) in product([100, 400], &names) {
+            rows.push(row(m, ["hybrid", warp], budget, 0.1));
         }
         let mut scattered = row(m, ["none", "none"], 100, 0.2);
         scattered.sample_set = "directions".into();
@@ -387,12 +381,10 @@ fn every_truth_is_asked_for_the_pair_of_the_headline() {
 fn many(materials: usize, count: usize) -> Vec<Row> {
     let names: Vec<String> = (0..count).map(|c| format!("h_bar:{c}")).collect();
     let mut rows = Vec::new();
-    for m in 0..materials {
-        for (c, name) in names.iter().enumerate() {
-            let scatter = 1.0 + 0.3 * ((m * m * (c + 1)) as f64).sin();
-            let error = 0.1 * (1.0 + 0.01 * c as f64) * scatter;
-            rows.push(row(m, ["hybrid", name], 100, error));
-        }
+    for (m, (c, name)) in product(0..materials, names.iter().enumerate()) {
+        let scatter = 1.0 + 0.3 * ((m * m * (c + 1)) as f64).sin();
+        let error = 0.1 * (1.0 + 0.01 * c as f64) * scatter;
+        rows.push(row(m, ["hybrid", name], 100, error));
     }
     rows
 }

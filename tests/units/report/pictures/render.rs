@@ -3,7 +3,7 @@
 //! No random number is drawn.
 
 use super::light;
-use crate::common::{material, near, present, table};
+use crate::common::{material, near, present, product, table};
 use glam::DVec3;
 use gonio::brdf::{Brdf, Channels, Lambert, Spectrum};
 use gonio::geometry::{Direction, DirectionPair};
@@ -43,13 +43,11 @@ fn a_diffuse_sphere_in_even_light_has_its_albedo() {
     for samples in [64, 1024] {
         let image = render_sphere(&brdf, &*even, 32, samples);
         let [mut n, mut sum, mut largest] = [0.0, 0.0, 0.0f64];
-        for pixel in image.pixels.into_iter().flatten() {
-            for c in 0..3 {
-                let relative = pixel[c] / (2.0 * albedo[c]);
-                n += 1.0;
-                sum += relative;
-                largest = largest.max((relative - 1.0).abs());
-            }
+        for (pixel, c) in product(image.pixels.into_iter().flatten(), 0..3) {
+            let relative = pixel[c] / (2.0 * albedo[c]);
+            n += 1.0;
+            sum += relative;
+            largest = largest.max((relative - 1.0).abs());
         }
         assert!((sum / n - 1.0).abs() < 2e-3, "{}", sum / n);
         worst.push(largest);
