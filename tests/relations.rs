@@ -396,32 +396,30 @@ fn real_lobes_are_not_gaussian() {
     for alpha in [0.05, 0.1, 0.3] {
         let ggx = model("ggx", &format!("alpha = {alpha}"));
         let profile = profile(&*ggx, 45, 1e-4);
-        for (name, light) in lights {
-            for window_deg in [5.0, 20.0] {
-                for along in [Along::Theta, Along::Phi] {
-                    let spec = RelationSpec {
-                        window_deg,
-                        ..RelationSpec::default()
-                    };
-                    let r = compare(&*ggx, &profile, light, theta_o, along, &spec).unwrap();
-                    let forms = [r.printed, r.corrected, r.windowed];
-                    let (slope, sigma) = (r.slope, r.variance.sqrt().to_degrees());
-                    let along = format!("{along:?}").to_lowercase();
-                    println!(
-                        "| {alpha} | {name} | {window_deg}° | {along} | {slope:.2} | {sigma:.0}° | {} |",
-                        forms.map(cells).join(" | "),
-                    );
-                    let [printed, corrected, windowed] = forms
-                        .map(|p| p.unwrap().errors.unwrap())
-                        .map(|e| [e.mean, e.variance].map(f64::abs));
-                    // The last form has the least error of the variance.
-                    assert!(windowed[1] < printed[1].min(corrected[1]), "{r:?}");
-                    // Light that changes slowly asks little of the shape of a lobe.
-                    assert!(
-                        name == "blob" || windowed[1] < 0.25 && windowed[0] < 0.3,
-                        "{r:?}"
-                    );
-                }
+        for ((name, light), window_deg) in product(lights, [5.0, 20.0]) {
+            for along in [Along::Theta, Along::Phi] {
+                let spec = RelationSpec {
+                    window_deg,
+                    ..RelationSpec::default()
+                };
+                let r = compare(&*ggx, &profile, light, theta_o, along, &spec).unwrap();
+                let forms = [r.printed, r.corrected, r.windowed];
+                let (slope, sigma) = (r.slope, r.variance.sqrt().to_degrees());
+                let along = format!("{along:?}").to_lowercase();
+                println!(
+                    "| {alpha} | {name} | {window_deg}° | {along} | {slope:.2} | {sigma:.0}° | {} |",
+                    forms.map(cells).join(" | "),
+                );
+                let [printed, corrected, windowed] = forms
+                    .map(|p| p.unwrap().errors.unwrap())
+                    .map(|e| [e.mean, e.variance].map(f64::abs));
+                // The last form has the least error of the variance.
+                assert!(windowed[1] < printed[1].min(corrected[1]), "{r:?}");
+                // Light that changes slowly asks little of the shape of a lobe.
+                assert!(
+                    name == "blob" || windowed[1] < 0.25 && windowed[0] < 0.3,
+                    "{r:?}"
+                );
             }
         }
     }
