@@ -1,6 +1,6 @@
 //! Poses and readings as files: schedule → measure → reconstruct.
 
-use super::common::{edited, near, says, table};
+use super::common::{edited, near, product, says, table};
 use super::{Bench, POSES, READINGS};
 use gonio::experiment::Row;
 use std::fs;
@@ -143,10 +143,8 @@ fn poses_by_hand_are_measured_or_refused_with_their_reason() {
 fn a_table_from_a_spreadsheet_goes_all_the_way() {
     let bench = Bench::of(CONFIG);
     let mut table = "\u{feff}theta_i_deg;phi_i_deg;theta_o_deg;phi_o_deg\r\n".to_owned();
-    for i in 0..9 {
-        for j in 0..9 {
-            table += &format!("{};0;{},5;{}\r\n", 10 * i, 9 * j, 20 * ((i + j) % 9));
-        }
+    for (i, j) in product(0..9, 0..9) {
+        table += &format!("{};0;{},5;{}\r\n", 10 * i, 9 * j, 20 * ((i + j) % 9));
     }
     bench.write("hand.csv", table);
     let measure = "measure hand.csv --config c.toml -o r.csv";

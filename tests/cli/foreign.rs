@@ -2,7 +2,7 @@
 //! code, soon, and no more memory than the file bears out.
 
 use super::Bench;
-use super::common::says;
+use super::common::{product, says};
 #[cfg(target_os = "linux")]
 use super::faults::by_shell;
 use std::fs;
@@ -13,10 +13,8 @@ const HEAD: &str = "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value";
 /// A few readings.
 fn rows() -> String {
     let mut rows = HEAD.to_owned() + "\n";
-    for i in 0..5 {
-        for j in 0..5 {
-            rows += &format!("{}.5,0,{}.5,{},0.25\n", 10 * i, 15 * j, 40 * j);
-        }
+    for (i, j) in product(0..5, 0..5) {
+        rows += &format!("{}.5,0,{}.5,{},0.25\n", 10 * i, 15 * j, 40 * j);
     }
     rows
 }

@@ -1,7 +1,7 @@
 //! `gonio paths`, and what `gonio subset` says of facets.
 
 use super::Bench;
-use super::common::{near, table};
+use super::common::{near, product, table};
 use serde_json::Value;
 
 const FEW: &str = "paths smith-multiple --set paths=2 --paths 20000";
@@ -82,11 +82,9 @@ pictures = { resolution = 24, samples = 4, budget = 60 }
 "#,
     );
     bench.good("run c.toml -q");
-    for row in bench.rows("runs/c") {
-        for name in ["truth_nrmse", "truth_log_relative"] {
-            let error = row.quantities.get(name);
-            assert_eq!(error.is_some(), row.material.starts_with("smith"), "{name}");
-        }
+    for (row, name) in product(bench.rows("runs/c"), ["truth_nrmse", "truth_log_relative"]) {
+        let error = row.quantities.get(name);
+        assert_eq!(error.is_some(), row.material.starts_with("smith"), "{name}");
     }
     let pictures = bench.files("runs/c/pictures");
     let of_paths = pictures.iter().filter(|f| f.contains(".paths."));

@@ -1,6 +1,6 @@
 //! The report of a study, as a browser shows it.
 
-use super::common::Level;
+use super::common::{Level, product};
 use super::{Bench, csv_rows};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -167,55 +167,53 @@ fn a_browser_shows_a_report() {
     assert!(allowed != report);
     let probed = dir.join("probed.html");
     fs::write(&probed, format!("{allowed}<script>{PROBE}</script>")).unwrap();
-    for (scheme, is_dark) in [("1", false), ("0", true)] {
-        for width in [1280, 480] {
-            let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
-            // The last size given counts.
-            let size = format!("--window-size={width},900");
-            let args = [scheme.as_str(), &size, "--dump-dom"];
-            let (dom, errors) = open(browser, bench.dir.path(), &probed, &args);
-            assert!(errors.is_empty(), "{errors:?}");
-            let json = dom.split("<pre id=\"probe\">").nth(1).expect("no probe");
-            let json = json.split("</pre>").next().unwrap().replace("&lt;", "<");
-            let found: Value = serde_json::from_str(&json).unwrap();
-            assert_eq!(found["title"], "Parametrization study");
-            assert_eq!(found["requests"], 0);
-            let mut moved = false;
-            for column in found["columns"].as_array().unwrap() {
-                let [before, after] = [0, 1].map(|i| {
-                    let numbers = column[i].as_array().unwrap().iter();
-                    let numbers = numbers.map(|n| n.as_f64().unwrap_or(f64::INFINITY));
-                    numbers.collect::<Vec<_>>()
-                });
-                let mut sorted = before.clone();
-                sorted.sort_by(f64::total_cmp);
-                assert!(sorted.len() > 4 && after == sorted, "{column}");
-                moved |= before != sorted;
-            }
-            assert!(moved, "{}", found["columns"]);
-            if width == 1280 {
-                let fold = found["fold"].as_f64().unwrap();
-                assert!(fold < 800.0, "the first diagram ends at {fold}");
-            }
-            let seen = found["seen"].as_array().unwrap();
-            // Curves of costs, forests, and one a material at least.
-            assert!(seen.len() >= 12, "{}", seen.len());
-            assert_eq!(found["named"], seen.len(), "pictures without a text");
-            for size in seen {
-                let (w, h) = size.as_str().unwrap().split_once('x').unwrap();
-                let [w, h] = [w, h].map(|s| s.parse::<u32>().unwrap());
-                assert!(w > 100 && h > 60, "{size}");
-                assert!(w <= width, "{size} on {width}");
-            }
-            assert_eq!(found["wide"], 0, "wider than its window of {width}");
-            let light = |key: &str| luminance(found[key].as_str().unwrap());
-            assert_eq!(light("paper") < 0.2, is_dark, "{found}");
-            for letters in ["ink", "letter"] {
-                let (a, b) = (light(letters), light("paper"));
-                let contrast = (a.max(b) + 0.05) / (a.min(b) + 0.05);
-                // WCAG's level AAA.
-                assert!(contrast > 7.0, "{letters}: {contrast}");
-            }
+    for ((scheme, is_dark), width) in product([("1", false), ("0", true)], [1280, 480]) {
+        let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
+        // The last size given counts.
+        let size = format!("--window-size={width},900");
+        let args = [scheme.as_str(), &size, "--dump-dom"];
+        let (dom, errors) = open(browser, bench.dir.path(), &probed, &args);
+        assert!(errors.is_empty(), "{errors:?}");
+        let json = dom.split("<pre id=\"probe\">").nth(1).expect("no probe");
+        let json = json.split("</pre>").next().unwrap().replace("&lt;", "<");
+        let found: Value = serde_json::from_str(&json).unwrap();
+        assert_eq!(found["title"], "Parametrization study");
+        assert_eq!(found["requests"], 0);
+        let mut moved = false;
+        for column in found["columns"].as_array().unwrap() {
+            let [before, after] = [0, 1].map(|i| {
+                let numbers = column[i].as_array().unwrap().iter();
+                let numbers = numbers.map(|n| n.as_f64().unwrap_or(f64::INFINITY));
+                numbers.collect::<Vec<_>>()
+            });
+            let mut sorted = before.clone();
+            sorted.sort_by(f64::total_cmp);
+            assert!(sorted.len() > 4 && after == sorted, "{column}");
+            moved |= before != sorted;
+        }
+        assert!(moved, "{}", found["columns"]);
+        if width == 1280 {
+            let fold = found["fold"].as_f64().unwrap();
+            assert!(fold < 800.0, "the first diagram ends at {fold}");
+        }
+        let seen = found["seen"].as_array().unwrap();
+        // Curves of costs, forests, and one a material at least.
+        assert!(seen.len() >= 12, "{}", seen.len());
+        assert_eq!(found["named"], seen.len(), "pictures without a text");
+        for size in seen {
+            let (w, h) = size.as_str().unwrap().split_once('x').unwrap();
+            let [w, h] = [w, h].map(|s| s.parse::<u32>().unwrap());
+            assert!(w > 100 && h > 60, "{size}");
+            assert!(w <= width, "{size} on {width}");
+        }
+        assert_eq!(found["wide"], 0, "wider than its window of {width}");
+        let light = |key: &str| luminance(found[key].as_str().unwrap());
+        assert_eq!(light("paper") < 0.2, is_dark, "{found}");
+        for letters in ["ink", "letter"] {
+            let (a, b) = (light(letters), light("paper"));
+            let contrast = (a.max(b) + 0.05) / (a.min(b) + 0.05);
+            // WCAG's level AAA.
+            assert!(contrast > 7.0, "{letters}: {contrast}");
         }
     }
 }

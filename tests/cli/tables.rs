@@ -16,11 +16,9 @@ pub fn f_r(theta_i: f64, theta_o: f64, az_from_mirror: f64) -> f64 {
 /// Sheets at three incidences: a row of cells for each pose.
 pub fn sheets(cells: impl Fn(f64, f64, f64) -> String) -> String {
     let mut text = String::new();
-    for theta_i in [20.0, 40.0, 60.0] {
-        for theta_o in (0..80).step_by(8) {
-            for az in (0..360).step_by(15) {
-                text += &(cells(theta_i, f64::from(theta_o), f64::from(az)) + "\n");
-            }
+    for (theta_i, theta_o) in product([20.0, 40.0, 60.0], (0..80).step_by(8)) {
+        for az in (0..360).step_by(15) {
+            text += &(cells(theta_i, f64::from(theta_o), f64::from(az)) + "\n");
         }
     }
     text

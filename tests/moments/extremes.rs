@@ -1,7 +1,7 @@
 //! Slices far from the everyday: values at the ends of f64, black ones, needles, a dynamic range of
 //! 1e12, and tables with outliers and holes.
 
-use super::common::{made, merl_file, model, near};
+use super::common::{made, merl_file, model, near, product};
 use super::gaussians::{ends, truncated};
 use super::{assert_within, estimate, estimators, from_raw, is_random, planar, resolving, scale};
 use gonio::brdf::measured::merl::{Interpolation, Merl, MerlGrid, SCALE};
@@ -47,17 +47,15 @@ fn the_unit_of_the_values_changes_the_energy_and_nothing_else() {
 #[test]
 fn black_has_no_energy_and_no_shape() {
     let black = model("lambert", "albedo = 0.0");
-    for by in estimators() {
-        for theta_o in [0.0, 0.7, 1.57] {
-            let got = estimate(&*black, theta_o, &*by, 1);
-            let energy = got.moments.get(Component::ENERGY).unwrap();
-            assert_eq!((energy.value, energy.uncertainty), (0.0, 0.0));
-            for c in Component::ALL.into_iter().skip(1) {
-                assert_eq!(got.moments.get(c), None, "{}: {c}", by.label());
-            }
-            assert_eq!(got.unresolved, None, "{}", by.label());
-            assert_eq!((got.missing_share, got.clamped_share), (0.0, 0.0));
+    for (by, theta_o) in product(&estimators(), [0.0, 0.7, 1.57]) {
+        let got = estimate(&*black, theta_o, &**by, 1);
+        let energy = got.moments.get(Component::ENERGY).unwrap();
+        assert_eq!((energy.value, energy.uncertainty), (0.0, 0.0));
+        for c in Component::ALL.into_iter().skip(1) {
+            assert_eq!(got.moments.get(c), None, "{}: {c}", by.label());
         }
+        assert_eq!(got.unresolved, None, "{}", by.label());
+        assert_eq!((got.missing_share, got.clamped_share), (0.0, 0.0));
     }
 }
 
@@ -71,26 +69,24 @@ fn flat(c: f64, n: usize) -> f64 {
 fn a_lobe_a_million_million_times_its_base_keeps_both() {
     // The first holds as much energy as the base; the second has the base in its higher moments;
     // the third hides it.
-    for width in [[1e-6, 1e-6], [1e-4, 1e-3], [0.1, 0.02]] {
-        for theta_o in [0.0, 0.7, 1.5] {
-            let f = move |[theta, phi]: [f64; 2]| {
-                let (x, y) = ((theta + theta_o) / width[0], phi / width[1]);
-                Some(1.0 + 1e12 * (-0.5 * (x * x + y * y)).exp())
-            };
-            let [a, b] = ends(-theta_o, width[0]);
-            let [c, d] = ends(0.0, width[1]);
-            let (x, y) = (truncated(a, b), truncated(c, d));
-            let unit = |i: usize, n: usize| width[i].powi(n as i32 + 1);
-            let raw = |n: usize, m: usize| {
-                1e12 * x[n] * unit(0, n) * y[m] * unit(1, m) + flat(-theta_o, n) * flat(0.0, m)
-            };
-            let want = from_raw(raw, [-theta_o, 0.0]);
-            for tolerance in [1e-3, 1e-6] {
-                let got = estimate(&planar(f), theta_o, &resolving(tolerance), 1);
-                let what = format!("{width:?} at {theta_o} to {tolerance:e}");
-                assert_within(&what, &got, &want, 1e-12);
-                assert_eq!(got.unresolved, None, "{what}");
-            }
+    for (width, theta_o) in product([[1e-6, 1e-6], [1e-4, 1e-3], [0.1, 0.02]], [0.0, 0.7, 1.5]) {
+        let f = move |[theta, phi]: [f64; 2]| {
+            let (x, y) = ((theta + theta_o) / width[0], phi / width[1]);
+            Some(1.0 + 1e12 * (-0.5 * (x * x + y * y)).exp())
+        };
+        let [a, b] = ends(-theta_o, width[0]);
+        let [c, d] = ends(0.0, width[1]);
+        let (x, y) = (truncated(a, b), truncated(c, d));
+        let unit = |i: usize, n: usize| width[i].powi(n as i32 + 1);
+        let raw = |n: usize, m: usize| {
+            1e12 * x[n] * unit(0, n) * y[m] * unit(1, m) + flat(-theta_o, n) * flat(0.0, m)
+        };
+        let want = from_raw(raw, [-theta_o, 0.0]);
+        for tolerance in [1e-3, 1e-6] {
+            let got = estimate(&planar(f), theta_o, &resolving(tolerance), 1);
+            let what = format!("{width:?} at {theta_o} to {tolerance:e}");
+            assert_within(&what, &got, &want, 1e-12);
+            assert_eq!(got.unresolved, None, "{what}");
         }
     }
 }

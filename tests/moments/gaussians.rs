@@ -85,26 +85,21 @@ fn correlated([a, b]: [f64; 2], [c, d]: [f64; 2], r: f64) -> [[f64; 5]; 5] {
     let half = 0.5 * (hi - lo) / panels;
     let rule = gauss_legendre(20);
     let mut raw = [[0.0; 5]; 5];
-    for panel in 0..panels as usize {
-        for &(t, w) in &rule {
-            let x = lo + half * (2.0 * panel as f64 + 1.0 + t);
-            let z = truncated((c - r * x) / narrow, (d - r * x) / narrow);
-            let z: [f64; 5] = std::array::from_fn(|k| z[k] * narrow.powi(k as i32 + 1));
-            // y = r x + z.
-            let s = r * x;
-            let y = [
-                z[0],
-                z[1] + s * z[0],
-                z[2] + 2.0 * s * z[1] + s * s * z[0],
-                z[3] + 3.0 * s * z[2] + 3.0 * s * s * z[1] + s.powi(3) * z[0],
-                z[4] + 4.0 * s * z[3]
-                    + 6.0 * s * s * z[2]
-                    + 4.0 * s.powi(3) * z[1]
-                    + s.powi(4) * z[0],
-            ];
-            for (n, m) in product(0..5, 0..5) {
-                raw[n][m] += half * w * bell(x) * x.powi(n as i32) * y[m];
-            }
+    for (panel, &(t, w)) in product(0..panels as usize, &rule) {
+        let x = lo + half * (2.0 * panel as f64 + 1.0 + t);
+        let z = truncated((c - r * x) / narrow, (d - r * x) / narrow);
+        let z: [f64; 5] = std::array::from_fn(|k| z[k] * narrow.powi(k as i32 + 1));
+        // y = r x + z.
+        let s = r * x;
+        let y = [
+            z[0],
+            z[1] + s * z[0],
+            z[2] + 2.0 * s * z[1] + s * s * z[0],
+            z[3] + 3.0 * s * z[2] + 3.0 * s * s * z[1] + s.powi(3) * z[0],
+            z[4] + 4.0 * s * z[3] + 6.0 * s * s * z[2] + 4.0 * s.powi(3) * z[1] + s.powi(4) * z[0],
+        ];
+        for (n, m) in product(0..5, 0..5) {
+            raw[n][m] += half * w * bell(x) * x.powi(n as i32) * y[m];
         }
     }
     raw

@@ -13,7 +13,7 @@ mod peak;
 mod sampled;
 mod symmetric;
 
-use common::{made, peak_resolving as resolving};
+use common::{made, peak_resolving as resolving, product};
 use gonio::brdf::Brdf;
 use gonio::geometry::Symmetry;
 use gonio::moments::{
@@ -72,11 +72,9 @@ fn from_raw(raw: impl Fn(usize, usize) -> f64, origin: [f64; 2]) -> [f64; 15] {
     let mean = [raw(1, 0) / weight, raw(0, 1) / weight];
     let central = |n: usize, m: usize| {
         let mut sum = 0.0;
-        for i in 0..=n {
-            for j in 0..=m {
-                let shift = (-mean[0]).powi((n - i) as i32) * (-mean[1]).powi((m - j) as i32);
-                sum += choose(n, i) * choose(m, j) * shift * raw(i, j) / weight;
-            }
+        for (i, j) in product(0..=n, 0..=m) {
+            let shift = (-mean[0]).powi((n - i) as i32) * (-mean[1]).powi((m - j) as i32);
+            sum += choose(n, i) * choose(m, j) * shift * raw(i, j) / weight;
         }
         sum
     };

@@ -68,35 +68,31 @@ fn by_half_vectors(brdf: &dyn Brdf, theta_o: f64) -> [f64; 15] {
     }
     let mut raw = [[0.0; 5]; 5];
     let panels = azimuths.iter().flat_map(|cuts| cuts.windows(2));
-    for panel in panels {
-        for &(t, w) in &rule {
-            let half = 0.5 * (panel[1] - panel[0]);
-            let azimuth = 0.5 * (panel[0] + panel[1]) + half * t;
-            // φ_h and −φ_h see the same: twice one half, and nothing odd in φ.
-            let around = 2.0 * half * w;
-            let (sa, ca) = azimuth.sin_cos();
-            let limit = FRAC_PI_4 + 0.5 * (so * ca).atan2(co);
-            for ring in graded(0.0, limit, 1e-12).windows(2) {
-                for &(t, w) in &rule {
-                    let half = 0.5 * (ring[1] - ring[0]);
-                    let theta_h = 0.5 * (ring[0] + ring[1]) + half * t;
-                    let (sh, ch) = theta_h.sin_cos();
-                    let h = DVec3::new(sh * ca, sh * sa, ch);
-                    let cos_d = omega_o.vector().dot(h);
-                    let omega_i = 2.0 * cos_d * h - omega_o.vector();
-                    if omega_i.z <= 0.0 {
-                        continue;
-                    }
-                    let omega_i = Direction::from_unit(omega_i);
-                    let [theta, phi] = view_centered_angles(omega_i);
-                    let v = omega_i.vector();
-                    let pair = DirectionPair::new(omega_i, omega_o);
-                    let weight = around * half * w * sh * 4.0 * cos_d / v.x.hypot(v.z)
-                        * brdf.luminance(&pair).unwrap();
-                    for (n, m) in product(0..3, [0, 2]) {
-                        raw[n][m] += weight * (theta + theta_o).powi(n as i32) * phi.powi(m as i32);
-                    }
-                }
+    for (panel, &(t, w)) in product(panels, &rule) {
+        let half = 0.5 * (panel[1] - panel[0]);
+        let azimuth = 0.5 * (panel[0] + panel[1]) + half * t;
+        // φ_h and −φ_h see the same: twice one half, and nothing odd in φ.
+        let around = 2.0 * half * w;
+        let (sa, ca) = azimuth.sin_cos();
+        let limit = FRAC_PI_4 + 0.5 * (so * ca).atan2(co);
+        for (ring, &(t, w)) in product(graded(0.0, limit, 1e-12).windows(2), &rule) {
+            let half = 0.5 * (ring[1] - ring[0]);
+            let theta_h = 0.5 * (ring[0] + ring[1]) + half * t;
+            let (sh, ch) = theta_h.sin_cos();
+            let h = DVec3::new(sh * ca, sh * sa, ch);
+            let cos_d = omega_o.vector().dot(h);
+            let omega_i = 2.0 * cos_d * h - omega_o.vector();
+            if omega_i.z <= 0.0 {
+                continue;
+            }
+            let omega_i = Direction::from_unit(omega_i);
+            let [theta, phi] = view_centered_angles(omega_i);
+            let v = omega_i.vector();
+            let pair = DirectionPair::new(omega_i, omega_o);
+            let weight = around * half * w * sh * 4.0 * cos_d / v.x.hypot(v.z)
+                * brdf.luminance(&pair).unwrap();
+            for (n, m) in product(0..3, [0, 2]) {
+                raw[n][m] += weight * (theta + theta_o).powi(n as i32) * phi.powi(m as i32);
             }
         }
     }
