@@ -1,7 +1,7 @@
 //! Forward and inverse kinematics of every class.
 
 use super::{distance, machines, specs, turned_onto};
-use crate::common::{cosine_pairs, edge_pairs, near};
+use crate::common::{cosine_pairs, edge_pairs, near, product};
 use glam::DVec3;
 use gonio::geometry::{Direction, DirectionPair};
 use gonio::instrument::Machine;
@@ -123,36 +123,34 @@ fn the_chain_agrees_with_rotations_by_hand() {
     };
     let z = [0.0, 0.0, 1.0];
     let random = Random::new(14);
-    for machine in machines() {
-        for i in 0..1000 {
-            let u: [f64; MAX_AXES] = random.point(i);
-            let q = u.map(|u| TAU * (u - 0.5));
-            // Light and sensor in the lab, then back into the sample's frame.
-            let (light, sensor) = match machine.class().name {
-                "fixed-detector-3-axis" => {
-                    let back = |v| about_x(-q[2], about_y(-q[1], v));
-                    (back(about_y(q[0], z)), back(z))
-                }
-                "fixed-source-4-axis" => {
-                    let back = |v| about_z(-q[1], about_y(-q[0], v));
-                    (back(z), back(about_y(q[2], about_x(q[3], z))))
-                }
-                "dual-arm-turntable" => {
-                    let back = |v| about_z(-q[0], v);
-                    let sensor = about_y(q[2], about_x(q[3], z));
-                    (back(about_y(q[1], z)), back(sensor))
-                }
-                "robot-sample" => {
-                    let back = |v| about_z(-q[3], about_x(-q[2], about_y(-q[1], v)));
-                    (back(z), back(about_y(q[0], z)))
-                }
-                other => panic!("{other} is not in this test"),
-            };
-            let made = machine.forward(&q);
-            for (found, expected) in [(made.omega_i, light), (made.omega_o, sensor)] {
-                for (f, e) in found.vector().to_array().into_iter().zip(expected) {
-                    assert!((f - e).abs() < 1e-14, "{}", machine.class().name);
-                }
+    for (machine, i) in product(&machines(), 0..1000) {
+        let u: [f64; MAX_AXES] = random.point(i);
+        let q = u.map(|u| TAU * (u - 0.5));
+        // Light and sensor in the lab, then back into the sample's frame.
+        let (light, sensor) = match machine.class().name {
+            "fixed-detector-3-axis" => {
+                let back = |v| about_x(-q[2], about_y(-q[1], v));
+                (back(about_y(q[0], z)), back(z))
+            }
+            "fixed-source-4-axis" => {
+                let back = |v| about_z(-q[1], about_y(-q[0], v));
+                (back(z), back(about_y(q[2], about_x(q[3], z))))
+            }
+            "dual-arm-turntable" => {
+                let back = |v| about_z(-q[0], v);
+                let sensor = about_y(q[2], about_x(q[3], z));
+                (back(about_y(q[1], z)), back(sensor))
+            }
+            "robot-sample" => {
+                let back = |v| about_z(-q[3], about_x(-q[2], about_y(-q[1], v)));
+                (back(z), back(about_y(q[0], z)))
+            }
+            other => panic!("{other} is not in this test"),
+        };
+        let made = machine.forward(&q);
+        for (found, expected) in [(made.omega_i, light), (made.omega_o, sensor)] {
+            for (f, e) in found.vector().to_array().into_iter().zip(expected) {
+                assert!((f - e).abs() < 1e-14, "{}", machine.class().name);
             }
         }
     }
