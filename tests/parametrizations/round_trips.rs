@@ -45,10 +45,8 @@ fn edge_and_random_pairs_come_back_under_every_symmetry_and_warp() {
     let random = random_pairs(2).map(|pair| ("random".to_owned(), pair));
     let mut pairs: Vec<_> = random.take(2_000).collect();
     pairs.extend(edge_pairs());
-    for p in symmetries().into_iter().flat_map(forms) {
-        for (what, pair) in &pairs {
-            assert_comes_back(&*p, pair, what, allowed(&*p, pair));
-        }
+    for (p, (what, pair)) in product(symmetries().into_iter().flat_map(forms), &pairs) {
+        assert_comes_back(&*p, pair, what, allowed(&*p, pair));
     }
 }
 
@@ -150,41 +148,39 @@ fn canonical_coordinates_name_the_same_configuration() {
     // Coordinates through poles and past the ends of azimuths: canonical() brings them into the
     // box, and both name one configuration. Checked on plain charts, whose formulas accept them.
     let random = Random::new(4);
-    for entry in parametrization::all() {
-        for symmetry in symmetries() {
-            let p = entry.form(symmetry);
-            for i in 0..2_000 {
-                let c = at(&*p, random.point(i));
-                let Some(pair) = p.inverse(&c) else { continue };
-                for (d, axis) in p.axes().iter().enumerate() {
-                    let mut moved = c;
-                    match axis.kind {
-                        AxisKind::Periodic => moved[d] += axis.length(),
-                        AxisKind::Mirrored => moved[d] = 2.0 * axis.range[0] - moved[d],
-                        AxisKind::Radial => {
-                            moved[d] = axis.range[1] * 1.001;
-                            assert_eq!(p.canonical(&moved), None, "{} {moved:?}", entry.kind);
-                            continue;
-                        }
-                        AxisKind::Straight => continue,
+    for (entry, symmetry) in product(parametrization::all(), symmetries()) {
+        let p = entry.form(symmetry);
+        for i in 0..2_000 {
+            let c = at(&*p, random.point(i));
+            let Some(pair) = p.inverse(&c) else { continue };
+            for (d, axis) in p.axes().iter().enumerate() {
+                let mut moved = c;
+                match axis.kind {
+                    AxisKind::Periodic => moved[d] += axis.length(),
+                    AxisKind::Mirrored => moved[d] = 2.0 * axis.range[0] - moved[d],
+                    AxisKind::Radial => {
+                        moved[d] = axis.range[1] * 1.001;
+                        assert_eq!(p.canonical(&moved), None, "{} {moved:?}", entry.kind);
+                        continue;
                     }
-                    let what = (entry.kind, symmetry, moved);
-                    let home = p.canonical(&moved);
-                    let home = home.unwrap_or_else(|| panic!("{what:?}"));
-                    let (there, back) = (p.inverse(&moved), p.inverse(&home));
-                    assert_eq!(there.is_some(), back.is_some(), "{what:?}");
-                    if let (Some(there), Some(back)) = (there, back) {
-                        near(distance(&there, &back, symmetry), 0.0, 1e-6, what);
-                    }
+                    AxisKind::Straight => continue,
                 }
-                let home = p.canonical(&c).expect("inside the box");
-                let back = p.inverse(&home).expect("the representative is physical");
-                let error = distance(&pair, &back, symmetry);
-                near(error, 0.0, 1e-6, (symmetry, c, home, entry.kind));
-                let again = p.canonical(&home).expect("inside the box");
-                for d in 0..4 {
-                    assert!((again[d] - home[d]).abs() < 1e-12, "{} {c:?}", entry.kind);
+                let what = (entry.kind, symmetry, moved);
+                let home = p.canonical(&moved);
+                let home = home.unwrap_or_else(|| panic!("{what:?}"));
+                let (there, back) = (p.inverse(&moved), p.inverse(&home));
+                assert_eq!(there.is_some(), back.is_some(), "{what:?}");
+                if let (Some(there), Some(back)) = (there, back) {
+                    near(distance(&there, &back, symmetry), 0.0, 1e-6, what);
                 }
+            }
+            let home = p.canonical(&c).expect("inside the box");
+            let back = p.inverse(&home).expect("the representative is physical");
+            let error = distance(&pair, &back, symmetry);
+            near(error, 0.0, 1e-6, (symmetry, c, home, entry.kind));
+            let again = p.canonical(&home).expect("inside the box");
+            for d in 0..4 {
+                assert!((again[d] - home[d]).abs() < 1e-12, "{} {c:?}", entry.kind);
             }
         }
     }
@@ -193,28 +189,26 @@ fn canonical_coordinates_name_the_same_configuration() {
 #[test]
 fn both_mirrors_fold_a_pole() {
     // Where the first radial coordinate is 0 its azimuth is undefined, and both mirrors fold the second one.
-    for entry in polar() {
-        for reciprocal in [false, true] {
-            let mut symmetry = Symmetry::ORTHOTROPIC;
-            symmetry.reciprocal = reciprocal;
-            let p = entry.form(symmetry);
-            for i in 1..10 {
-                let a = f64::from(i) * 0.15;
-                let at = |azimuth| p.canonical(&[0.0, 0.0, 0.3, azimuth]).unwrap();
-                for image in [-a, PI - a, a - PI] {
-                    for (c, d) in at(a).into_iter().zip(at(image)) {
-                        near(c, d, 1e-15, (entry.kind, reciprocal, image));
-                    }
+    for (entry, reciprocal) in product(polar(), [false, true]) {
+        let mut symmetry = Symmetry::ORTHOTROPIC;
+        symmetry.reciprocal = reciprocal;
+        let p = entry.form(symmetry);
+        for i in 1..10 {
+            let a = f64::from(i) * 0.15;
+            let at = |azimuth| p.canonical(&[0.0, 0.0, 0.3, azimuth]).unwrap();
+            for image in [-a, PI - a, a - PI] {
+                for (c, d) in at(a).into_iter().zip(at(image)) {
+                    near(c, d, 1e-15, (entry.kind, reciprocal, image));
                 }
-                // At the second pole its own azimuth means nothing.
-                let second = |azimuth| p.canonical(&[0.3, azimuth, 0.0, 1.0]).unwrap();
-                for (c, d) in second(a).into_iter().zip(second(PI - a)) {
-                    near(c, d, 1e-15, (entry.kind, reciprocal));
-                }
-                let folded = at(a);
-                let [a, b] = [[0.0, 0.0, 0.3, a], folded].map(|c| p.inverse(&c).unwrap());
-                near(distance(&a, &b, symmetry), 0.0, 1e-15, entry.kind);
             }
+            // At the second pole its own azimuth means nothing.
+            let second = |azimuth| p.canonical(&[0.3, azimuth, 0.0, 1.0]).unwrap();
+            for (c, d) in second(a).into_iter().zip(second(PI - a)) {
+                near(c, d, 1e-15, (entry.kind, reciprocal));
+            }
+            let folded = at(a);
+            let [a, b] = [[0.0, 0.0, 0.3, a], folded].map(|c| p.inverse(&c).unwrap());
+            near(distance(&a, &b, symmetry), 0.0, 1e-15, entry.kind);
         }
     }
 }
@@ -223,28 +217,26 @@ fn both_mirrors_fold_a_pole() {
 fn through_the_pole_is_the_other_side() {
     // Continuity: a small step through r = 0 is a small step on the hemisphere.
     let random = Random::new(5);
-    for p in symmetries().into_iter().flat_map(forms) {
-        for i in 0..500 {
-            let u: [f64; 4] = random.point(i);
-            for (d, axis) in p.axes().iter().enumerate() {
-                if axis.kind != AxisKind::Radial {
-                    continue;
-                }
-                let mut c = at(&*p, u.map(|u| 0.1 + 0.4 * u));
-                c[d] = 1e-6 * axis.length();
-                let mut through = c;
-                through[d] = -c[d];
-                let Some(pair) = p.inverse(&c) else { continue };
-                let home = p.canonical(&through).expect("within reach of the pole");
-                let Some(there) = p.inverse(&home) else {
-                    continue;
-                };
-                let gap = distance(&pair, &there, p.symmetry());
-                // A warp's step of 1e-6 moves at most as much; a length that is the root of its
-                // coordinate moves 1e-3.
-                let what = (p.name(), p.warp_name(), p.symmetry(), axis.symbol);
-                near(gap, 0.0, 5e-3, what);
+    for (p, i) in product(symmetries().into_iter().flat_map(forms), 0..500) {
+        let u: [f64; 4] = random.point(i);
+        for (d, axis) in p.axes().iter().enumerate() {
+            if axis.kind != AxisKind::Radial {
+                continue;
             }
+            let mut c = at(&*p, u.map(|u| 0.1 + 0.4 * u));
+            c[d] = 1e-6 * axis.length();
+            let mut through = c;
+            through[d] = -c[d];
+            let Some(pair) = p.inverse(&c) else { continue };
+            let home = p.canonical(&through).expect("within reach of the pole");
+            let Some(there) = p.inverse(&home) else {
+                continue;
+            };
+            let gap = distance(&pair, &there, p.symmetry());
+            // A warp's step of 1e-6 moves at most as much; a length that is the root of its
+            // coordinate moves 1e-3.
+            let what = (p.name(), p.warp_name(), p.symmetry(), axis.symbol);
+            near(gap, 0.0, 5e-3, what);
         }
     }
 }
