@@ -1,7 +1,7 @@
 //! The local thin-plate spline against the textbook: neighbours by brute force, the full saddle
 //! system by LU.
 
-use super::common::{ISOTROPIC, images, random_pairs};
+use super::common::{ISOTROPIC, images, product, random_pairs};
 use super::{form, grid, material, measure, method, smooth, smooth_material, value};
 use gonio::brdf::Brdf;
 use gonio::geometry::{DirectionPair, Symmetry};
@@ -40,16 +40,14 @@ fn points(m: &Measurement, unfolded: &dyn Parametrization) -> Vec<(Point, f64)> 
     let mut points = Vec::new();
     for (i, pose) in m.schedule.poses.iter().enumerate() {
         let mut own: Vec<Point> = Vec::new();
-        for image in &images(&pose.pair, symmetry) {
-            for through_pole in [false, true] {
-                if through_pole && !symmetry.isotropic {
-                    continue;
-                }
-                let x = embed(unfolded, image, through_pole);
-                // Turning an isotropic sample changes nothing.
-                if own.iter().all(|y| distance(&x, y) > 1e-6) {
-                    own.push(x);
-                }
+        for (image, through_pole) in product(&images(&pose.pair, symmetry), [false, true]) {
+            if through_pole && !symmetry.isotropic {
+                continue;
+            }
+            let x = embed(unfolded, image, through_pole);
+            // Turning an isotropic sample changes nothing.
+            if own.iter().all(|y| distance(&x, y) > 1e-6) {
+                own.push(x);
             }
         }
         let y = m.value(i).unwrap()[0];

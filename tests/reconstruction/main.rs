@@ -17,7 +17,7 @@ mod symmetric;
 mod uncertainty;
 mod validation;
 
-use common::{ISOTROPIC, Level, ONE_SIDED, bent, form, made, member, polar};
+use common::{ISOTROPIC, Level, ONE_SIDED, bent, form, made, member, polar, product};
 use gonio::brdf::{Brdf, Channels};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::instrument::{Ideal, Instrument};
@@ -98,8 +98,8 @@ fn method(kind: &str, text: &str) -> Box<dyn Reconstruct> {
 /// The methods that take a sample set.
 fn methods_on(set: &dyn SampleSet) -> impl Iterator<Item = Box<dyn Reconstruct>> {
     let is_grid = set.is_grid();
-    let takes = move |m: &Box<dyn Reconstruct>| is_grid || !m.needs_grid();
-    methods().into_iter().filter(takes)
+    let methods = methods().into_iter();
+    methods.filter(move |m| is_grid || !m.needs_grid())
 }
 
 /// A grid with numbers of nodes in a ratio, or the usual one, and with its nodes where a centring says.
@@ -140,23 +140,21 @@ fn each(
     mut check: impl FnMut(&str, &dyn Reconstruct, &Measurement, &dyn Brdf),
 ) {
     let stride = level.of(SHARE.min(forms.len()), 1);
-    for (i, form) in forms.iter().enumerate() {
-        for (j, set) in sets().iter().enumerate() {
-            // The smallest grid of a full turn has two nodes around it.
-            let Ok(schedule) = set.plan(form, budget, 1) else {
+    for ((i, form), (j, set)) in product(forms.iter().enumerate(), sets().iter().enumerate()) {
+        // The smallest grid of a full turn has two nodes around it.
+        let Ok(schedule) = set.plan(form, budget, 1) else {
+            continue;
+        };
+        let measurement = Ideal.measure(&*brdf(form.symmetry()), &Arc::new(schedule));
+        for (k, method) in methods.iter().enumerate() {
+            if method.needs_grid() && !set.is_grid() || !(i + j + k).is_multiple_of(stride) {
                 continue;
-            };
-            let measurement = Ideal.measure(&*brdf(form.symmetry()), &Arc::new(schedule));
-            for (k, method) in methods.iter().enumerate() {
-                if method.needs_grid() && !set.is_grid() || !(i + j + k).is_multiple_of(stride) {
-                    continue;
-                }
-                let (label, on) = (method.label(), set.label());
-                let (name, warp, symmetry) = (form.name(), form.warp_name(), form.symmetry());
-                let what = format!("{label} on {on} in {name} {warp} {symmetry:?}");
-                let brdf = method.reconstruct(&measurement).expect(&what);
-                check(&what, &**method, &measurement, &*brdf);
             }
+            let (label, on) = (method.label(), set.label());
+            let (name, warp, symmetry) = (form.name(), form.warp_name(), form.symmetry());
+            let what = format!("{label} on {on} in {name} {warp} {symmetry:?}");
+            let brdf = method.reconstruct(&measurement).expect(&what);
+            check(&what, &**method, &measurement, &*brdf);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Readings that are known to be uncertain.
 
-use super::common::{Level, levels, test_pairs};
+use super::common::{Level, levels, product, test_pairs};
 use super::layouts::{models, readings_of, scattered, sheets};
 use super::method;
 use super::uncertainty::err;
@@ -28,26 +28,24 @@ fn known_noise_is_smoothed(level: Level) {
     let mut gains = Vec::new();
     for (name, model) in models().into_iter().step_by(level.of(9, 1)) {
         let truth = metrics::evaluate(&*model, &pairs);
-        for angles in &layouts {
-            for noise in [0.0, 0.02, 0.3] {
-                let m = noisy(&*model, angles, noise);
-                for kind in ["thin-plate", "sheets"] {
-                    let error = |keys: &str| {
-                        let brdf = method(kind, keys).reconstruct(&m).unwrap();
-                        let values = metrics::evaluate(&*brdf, &pairs);
-                        let errors = metrics::compare(&pairs, &truth, &values);
-                        errors.log_relative.unwrap()
-                    };
-                    let [plain, missed] = ["", "noise = true"].map(error);
-                    if noise == 0.0 {
-                        assert_eq!(plain, missed, "{name} {kind}");
-                    } else {
-                        let what = || format!("{name} {kind} {noise}: {missed} of {plain}");
-                        assert!(missed <= 1.02 * plain + 1e-6, "{}", what());
-                    }
-                    if noise == 0.3 {
-                        gains.push(missed / plain);
-                    }
+        for (angles, noise) in product(&layouts, [0.0, 0.02, 0.3]) {
+            let m = noisy(&*model, angles, noise);
+            for kind in ["thin-plate", "sheets"] {
+                let error = |keys: &str| {
+                    let brdf = method(kind, keys).reconstruct(&m).unwrap();
+                    let values = metrics::evaluate(&*brdf, &pairs);
+                    let errors = metrics::compare(&pairs, &truth, &values);
+                    errors.log_relative.unwrap()
+                };
+                let [plain, missed] = ["", "noise = true"].map(error);
+                if noise == 0.0 {
+                    assert_eq!(plain, missed, "{name} {kind}");
+                } else {
+                    let what = || format!("{name} {kind} {noise}: {missed} of {plain}");
+                    assert!(missed <= 1.02 * plain + 1e-6, "{}", what());
+                }
+                if noise == 0.3 {
+                    gains.push(missed / plain);
                 }
             }
         }
