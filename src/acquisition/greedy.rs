@@ -10,7 +10,7 @@ use super::field::{Field, MOST as MOST_COMPARED, admit, pairs, supposed};
 use super::moments::{self, MomentAim, MomentForecast, OfLogs};
 use super::{Forecast, Planner, Task, halves};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
-use crate::brdf::{Brdf, Channels, Presence, Roughness};
+use crate::brdf::{Brdf, Channels, Roughness};
 use crate::error::{ParameterError, in_closed, in_left_open};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
@@ -536,12 +536,10 @@ fn lobe(alpha: f64) -> Microfacet<Ggx> {
 fn brightness(pairs: &[DirectionPair], density: &[f64]) -> Vec<f64> {
     const LOBES: usize = 16;
     let mut sum = vec![0.0; pairs.len()];
-    let mut values = vec![0.0; pairs.len()];
-    let mut presence = vec![Presence::Present; pairs.len()];
     for k in 0..LOBES {
         // From a mirror-like lobe to a matte one.
         let alpha = 0.012 * (0.9_f64 / 0.012).powf(k as f64 / (LOBES - 1) as f64);
-        lobe(alpha).eval_batch(pairs, &mut values, &mut presence);
+        let (values, _) = lobe(alpha).values(pairs);
         for albedo in [0.0, 0.3] {
             let squares = pairs.iter().zip(&values).map(|(pair, f)| {
                 let cosine = pair.omega_i.cos_theta();

@@ -109,9 +109,7 @@ impl MomentAim {
         let mut all = self.influences(brdf);
         for Influences { pairs, weights } in &mut all {
             let channels = brdf.channels();
-            let mut values = vec![0.0; pairs.len() * channels.count()];
-            let mut presence = vec![Presence::Missing; pairs.len()];
-            brdf.eval_batch(pairs, &mut values, &mut presence);
+            let (values, _) = brdf.values(pairs);
             let values = values.chunks(channels.count());
             let shifted: Vec<f64> = values.map(|f| channels.luminance(f) + EPSILON).collect();
             for sum in weights {

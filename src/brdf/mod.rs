@@ -118,6 +118,14 @@ pub trait Brdf: Send + Sync {
         }
     }
 
+    /// The values of each channel at pairs, pair-major, and one presence a pair, as [`eval_batch`](Self::eval_batch) has them.
+    fn values(&self, pairs: &[DirectionPair]) -> (Vec<f64>, Vec<Presence>) {
+        let mut values = vec![0.0; pairs.len() * self.channels().count()];
+        let mut presence = vec![Presence::Missing; pairs.len()];
+        self.eval_batch(pairs, &mut values, &mut presence);
+        (values, presence)
+    }
+
     /// Luminance of one pair, `None` where there is no data. For single look-ups; batches are faster.
     fn luminance(&self, pair: &DirectionPair) -> Option<f64> {
         let channels = self.channels();

@@ -149,10 +149,8 @@ fn if_there<T: Default>(made: io::Result<T>) -> io::Result<T> {
 }
 
 impl Brdf for CachedBrdf<'_> {
-    of_wrapped!(brdf);
-
-    fn is_mirrored(&self) -> bool {
-        self.brdf.is_mirrored()
+    of_wrapped! {
+        brdf, is_mirrored -> bool, remarks -> Vec<String>, as_split -> Option<&dyn SplitBrdf>
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
@@ -173,9 +171,7 @@ impl Brdf for CachedBrdf<'_> {
             return;
         }
         let new: Vec<DirectionPair> = places.iter().map(|i| pairs[*i]).collect();
-        let mut values = vec![0.0; n * new.len()];
-        let mut flags = vec![Presence::Missing; new.len()];
-        self.brdf.eval_batch(&new, &mut values, &mut flags);
+        let (values, flags) = self.brdf.values(&new);
         let mut records = Vec::new();
         for ((place, values), flag) in places.into_iter().zip(values.chunks(n)).zip(flags) {
             out[n * place..][..n].copy_from_slice(values);
@@ -187,14 +183,6 @@ impl Brdf for CachedBrdf<'_> {
             records.extend(value);
         }
         self.keep(&records);
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        self.brdf.remarks()
-    }
-
-    fn as_split(&self) -> Option<&dyn SplitBrdf> {
-        self.brdf.as_split()
     }
 }
 

@@ -368,10 +368,8 @@ impl Estimated {
 }
 
 impl Brdf for Estimated {
-    of_wrapped!(brdf);
-
-    fn is_mirrored(&self) -> bool {
-        self.brdf.is_mirrored()
+    of_wrapped! {
+        brdf, is_mirrored -> bool, remarks -> Vec<String>, as_sample -> Option<&dyn SampleBrdf>
     }
 
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
@@ -380,14 +378,6 @@ impl Brdf for Estimated {
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         self.brdf.eval_batch(pairs, out, presence);
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        self.brdf.remarks()
-    }
-
-    fn as_sample(&self) -> Option<&dyn SampleBrdf> {
-        self.brdf.as_sample()
     }
 
     fn as_estimated(&self) -> Option<&dyn EstimatedBrdf> {

@@ -122,9 +122,7 @@ impl<'a> Lobe<'a> {
             .map(|[s, phi]| self.meridian(*phi).pair_and_weight(*s).0);
         let pairs: Vec<_> = pairs.collect();
         let channels = self.brdf.channels();
-        let mut values = vec![0.0; pairs.len() * channels.count()];
-        let mut presence = vec![Presence::Present; pairs.len()];
-        self.brdf.eval_batch(&pairs, &mut values, &mut presence);
+        let (values, presence) = self.brdf.values(&pairs);
         let values = values.chunks_exact(channels.count()).zip(presence);
         values
             .map(|(values, presence)| match presence {

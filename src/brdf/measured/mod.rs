@@ -68,9 +68,7 @@ fn open_regular(
 /// negative.
 fn values_or_nan(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
     let n = brdf.channels().count();
-    let mut values = vec![0.0; n * pairs.len()];
-    let mut presence = vec![Presence::Missing; pairs.len()];
-    brdf.eval_batch(pairs, &mut values, &mut presence);
+    let (mut values, presence) = brdf.values(pairs);
     for (values, presence) in values.chunks_exact_mut(n).zip(presence) {
         let is_kept = |v: &f64| (0.0..=f64::MAX).contains(v);
         if presence == Presence::Missing || !values.iter().all(is_kept) {

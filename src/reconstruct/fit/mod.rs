@@ -192,10 +192,8 @@ impl Interpolant for Fitted {
     }
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
-        let mut values = vec![0.0; pairs.len()];
-        let mut presence = vec![Presence::Missing; pairs.len()];
         for (c, model) in self.models.iter().enumerate() {
-            model.eval_batch(pairs, &mut values, &mut presence);
+            let (values, presence) = model.values(pairs);
             let rows = out.chunks_exact_mut(self.models.len());
             for ((out, value), presence) in rows.zip(&values).zip(&presence) {
                 out[c] = match presence {

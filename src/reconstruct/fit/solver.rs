@@ -1,7 +1,6 @@
 //! The search for the numbers that suit readings best.
 
 use super::parameters::{Parameter, Parameters};
-use crate::brdf::Presence;
 use crate::geometry::DirectionPair;
 use crate::reconstruct::transform::EPSILON;
 use crate::sampling::Random;
@@ -109,9 +108,7 @@ impl<'a> Problem<'a> {
         let n = self.pairs.len();
         let mut out = DVector::from_element(n + place.len(), REFUSED);
         if let Some(model) = self.parameters.model(place) {
-            let mut values = vec![0.0; n];
-            let mut presence = vec![Presence::Missing; n];
-            model.eval_batch(self.pairs, &mut values, &mut presence);
+            let (values, _) = model.values(self.pairs);
             for i in 0..n {
                 let log = (values[i] + EPSILON).ln();
                 out[i] = (log - self.logs[i]) * self.weights[i];

@@ -92,14 +92,13 @@ impl KernelTraining {
             return Err(TrainError::Symmetry { name: name.into() });
         }
         let pairs = self.lists.concat();
-        let width = brdf.channels().count();
-        let mut values = vec![0.0; pairs.len() * width];
-        let mut presence = vec![Presence::Present; pairs.len()];
-        brdf.eval_batch(&pairs, &mut values, &mut presence);
-        if presence.iter().any(|p| *p != Presence::Present) {
+        let (values, presence) = brdf.values(&pairs);
+        if presence.contains(&Presence::Missing) {
             return Err(TrainError::Hole { name: name.into() });
         }
-        let luminance = values.chunks(width).map(|f| brdf.channels().luminance(f));
+        let channels = brdf.channels();
+        let values = values.chunks(channels.count());
+        let luminance = values.map(|f| channels.luminance(f));
         self.values
             .push(luminance.map(|f| TRANSFORM.forward(f)).collect());
         self.names.push(name.into());

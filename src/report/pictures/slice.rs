@@ -95,11 +95,8 @@ pub(super) fn push_layer(list: &mut Channels32, layer: &str, names: &[&str], pix
 /// The values of a BRDF at pairs of directions, in R, G, B or all of its luminance, sr⁻¹; `None` without data.
 pub(super) fn values(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<Option<[f64; 3]>> {
     let channels = brdf.channels();
-    let n = channels.count();
-    let mut values = vec![0.0; n * pairs.len()];
-    let mut presence = vec![Presence::Missing; pairs.len()];
-    brdf.eval_batch(pairs, &mut values, &mut presence);
-    let found = values.chunks_exact(n).zip(presence);
+    let (values, presence) = brdf.values(pairs);
+    let found = values.chunks_exact(channels.count()).zip(presence);
     found
         .map(|(v, presence)| (presence == Presence::Present).then(|| channels.rgb(v)))
         .collect()

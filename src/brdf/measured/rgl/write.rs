@@ -347,9 +347,7 @@ impl Incidence<'_> {
             let value = cosine * 4.0 * self.area / self.ndf.one(place);
             factors.push([value, cosine * 4.0 * facing * j / density]);
         }
-        let mut found = vec![0.0; channels * n * n];
-        let mut presence = vec![Presence::Missing; n * n];
-        brdf.eval_batch(&pairs, &mut found, &mut presence);
+        let (found, presence) = brdf.values(&pairs);
         let of = |i: usize| &found[channels * i..channels * (i + 1)];
         let is_seen = |i: &usize| factors[*i][0] > 0.0;
         let has_data =
