@@ -267,8 +267,7 @@ pub(super) fn field(
 
 /// True if both directions are inside the mask.
 pub(super) fn is_inside(pair: &DirectionPair) -> bool {
-    let [i, o] = [pair.omega_i, pair.omega_o].map(|d| d.cos_theta());
-    i.min(o) >= MASK.cos()
+    pair.least_cosine() >= MASK.cos()
 }
 
 /// Some poses without those that are there twice or were asked for before, and then others of the candidates, until they

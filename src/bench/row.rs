@@ -1,6 +1,7 @@
 //! Rows: one rung each; the front of Pareto, and the seconds that a choice needs for an error.
 
 use super::{Diagram, Judged, Section, Times};
+use crate::report;
 
 /// What was measured on a rung.
 #[derive(Clone, Debug)]
@@ -36,14 +37,7 @@ pub(super) fn grouped<'a, K: PartialEq>(
     rows: impl Iterator<Item = &'a Row>,
     key: impl Fn(&Row) -> K,
 ) -> Vec<Vec<&'a Row>> {
-    let mut groups: Vec<(K, Vec<&Row>)> = Vec::new();
-    for row in rows {
-        let key = key(row);
-        match groups.iter_mut().find(|(k, _)| *k == key) {
-            Some((_, group)) => group.push(row),
-            None => groups.push((key, vec![row])),
-        }
-    }
+    let groups = report::grouped(rows.map(|row| (key(row), row)));
     groups.into_iter().map(|(_, group)| group).collect()
 }
 

@@ -95,15 +95,23 @@ impl Display for Place<'_> {
     }
 }
 
-/// The items without those that came before.
-pub(super) fn each_once<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
-    let mut distinct = Vec::new();
+/// Items, each once, in the order of their first appearance.
+pub(crate) fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
+    first_of_each(items, T::eq)
+}
+
+/// Of items that are alike the first, in their order.
+pub(crate) fn first_of_each<T>(
+    items: impl IntoIterator<Item = T>,
+    are_alike: impl Fn(&T, &T) -> bool,
+) -> Vec<T> {
+    let mut list: Vec<T> = Vec::new();
     for item in items {
-        if !distinct.contains(&item) {
-            distinct.push(item);
+        if !list.iter().any(|known| are_alike(known, &item)) {
+            list.push(item);
         }
     }
-    distinct
+    list
 }
 
 /// Refuses a list that names something twice.

@@ -89,6 +89,7 @@ mod wording;
 
 pub use advice::{ADVICE, Advice, AdviceSpec, Advised, AgainstFirst, FORMULAS, Spread};
 pub use any::AnyPlan;
+pub(crate) use checks::{each_once, first_of_each};
 #[cfg(feature = "cli")]
 pub(crate) use choices::POSES_A_MINUTE;
 pub(crate) use choices::are_named;

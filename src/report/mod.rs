@@ -34,32 +34,17 @@ pub use svg::plot::{Axis, Forest, ForestGroup, ForestLine, Mark, Panel, Scale, S
 #[cfg(feature = "pictures")]
 pub use svg::{forest_svg, labelled, svg};
 
+pub(crate) use crate::experiment::{each_once, first_of_each};
+
 use std::fmt::Display;
 
 /// Files of tables, and their columns with their meaning, a paragraph each; groups of like columns share a line.
 pub const TABLE_COLUMNS: &str = include_str!("columns.txt");
 
-/// Items, each once, in the order of their first appearance.
-pub(crate) fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
-    first_of_each(items, T::eq)
-}
-
-/// Of items that are alike the first, in their order.
-fn first_of_each<T>(
-    items: impl IntoIterator<Item = T>,
-    are_alike: impl Fn(&T, &T) -> bool,
-) -> Vec<T> {
-    let mut list: Vec<T> = Vec::new();
-    for item in items {
-        if !list.iter().any(|known| are_alike(known, &item)) {
-            list.push(item);
-        }
-    }
-    list
-}
-
 /// Values by their keys, in the order of the first of each key.
-fn grouped<K: PartialEq, V>(items: impl IntoIterator<Item = (K, V)>) -> Vec<(K, Vec<V>)> {
+pub(crate) fn grouped<K: PartialEq, V>(
+    items: impl IntoIterator<Item = (K, V)>,
+) -> Vec<(K, Vec<V>)> {
     let mut groups: Vec<(K, Vec<V>)> = Vec::new();
     for (key, value) in items {
         match groups.iter_mut().find(|(known, _)| *known == key) {

@@ -336,8 +336,7 @@ impl Training {
 
 /// True if both directions are inside the mask.
 fn is_inside(pose: &Pose) -> bool {
-    let [i, o] = [pose.pair.omega_i, pose.pair.omega_o].map(|d| d.cos_theta());
-    i.min(o) > MASK_DEG.to_radians().cos()
+    pose.pair.least_cosine() > MASK_DEG.to_radians().cos()
 }
 
 /// Weights that make principal components of some columns, with coefficients of variance 1, of the products of all: a
