@@ -42,6 +42,16 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     }
 }
 
+/// Texts in one line, with commas.
+///
+/// ```
+/// assert_eq!(gonio::error::listed([1, 2]), "1, 2");
+/// ```
+pub fn listed(all: impl IntoIterator<Item: ToString>) -> String {
+    let texts = all.into_iter().map(|one| one.to_string());
+    texts.collect::<Vec<_>>().join(", ")
+}
+
 /// A number of things: `1 row`, `2 rows`.
 ///
 /// ```
@@ -74,14 +84,14 @@ pub fn count_are(number: usize, noun: &str) -> String {
 pub fn one_of<S: AsRef<str>>(found: &str, names: impl IntoIterator<Item = S>) -> String {
     let names: Vec<S> = names.into_iter().collect();
     let list: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
-    listed(&list) + &meant(found, &list)
+    excerpts(&list) + &meant(found, &list)
 }
 
 /// Most characters of the names that are allowed.
 const NAMES: usize = 1200;
 
 /// Names that a user may have given, of any length and number: as many as a sentence holds, of long ones the start.
-fn listed(names: &[&str]) -> String {
+fn excerpts(names: &[&str]) -> String {
     let mut list = String::new();
     for (i, name) in names.iter().enumerate() {
         let name = excerpt(name);

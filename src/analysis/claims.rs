@@ -11,6 +11,7 @@ mod materials;
 
 use super::{Distortion, LATTICE, Scale, SliceDistortion, View, Weight};
 use crate::brdf::{Brdf, BrdfSpec, BuildError, Channels, TestFunctionSpec};
+use crate::error::listed;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::metrics::{Measure, MetricsSpec, test_pairs};
 use crate::parametrization::{self, Parametrization};
@@ -251,8 +252,7 @@ fn lattice() -> impl Iterator<Item = [f64; 2]> {
 
 /// Several percentages, e.g. of the charts that the paper compares.
 fn percentages(shares: &[f64]) -> String {
-    let each: Vec<String> = shares.iter().map(|share| percent(*share)).collect();
-    each.join(", ")
+    listed(shares.iter().map(|share| percent(*share)))
 }
 
 /// "12.3 %".

@@ -1,6 +1,6 @@
 //! What laboratories write where they have no reading, in readings and in tables.
 
-use crate::error::{count, excerpt};
+use crate::error::{count, excerpt, listed};
 use std::collections::BTreeMap;
 
 /// Numbers that stand for no reading where they are far outside all others.
@@ -96,8 +96,7 @@ impl Marks {
     /// The sentence that describes it; `None` if there is none.
     pub fn warning(&self) -> Option<String> {
         let each = self.0.iter();
-        let each = each.map(|(mark, n)| format!("{mark} in {}", count(*n, "cell")));
-        let each: Vec<String> = each.collect();
-        (!each.is_empty()).then(|| format!("taken for no reading: {}", each.join(", ")))
+        let each = listed(each.map(|(mark, n)| format!("{mark} in {}", count(*n, "cell"))));
+        (!each.is_empty()).then(|| format!("taken for no reading: {each}"))
     }
 }

@@ -51,7 +51,7 @@ mod values;
 mod verbosity;
 
 use crate::brdf::{Brdf, BuildError, Channels};
-use crate::error::{Error, ParameterError, count, excerpt, one_of};
+use crate::error::{Error, ParameterError, count, excerpt, listed, one_of};
 use crate::experiment::{AnyPlan, Material, Plan, PlannedInstrument, Source};
 use crate::files;
 use crate::formats::{Format, READ_SCHEDULE, Use, WRITE_TABLE};
@@ -512,12 +512,6 @@ fn read_text(path: &Path) -> Result<String, Error> {
     detail(|| format!("gonio: reads {}", path.display()));
     files::read_text(path, files::TABLE_LIMIT)
         .map_err(|e| Error::data(path, format!("cannot read this file: {e}")))
-}
-
-/// Texts in one line, with commas.
-fn listed(all: impl IntoIterator<Item: ToString>) -> String {
-    let texts = all.into_iter().map(|one| one.to_string());
-    texts.collect::<Vec<_>>().join(", ")
 }
 
 /// Prints results. A reader that has seen enough (`| head`) is no error.

@@ -15,7 +15,7 @@ use super::tables::{Named, named, refuse_unknown, take_list};
 use super::training::TuningTable;
 use crate::acquisition::{self, Planner};
 use crate::brdf::Channels;
-use crate::error::{Error, ParameterError, in_closed, in_left_open};
+use crate::error::{Error, ParameterError, in_closed, in_left_open, listed};
 use crate::formats::{Format, WRITE_SCHEDULE};
 use crate::metrics::{self, Measure, MetricsSpec};
 use crate::parametrization::{self, Form, HalfDifference, ParametrizationSpec, Warps};
@@ -200,8 +200,7 @@ impl<'de> Deserialize<'de> for Schedules {
             type Value = Schedules;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 let names = WRITE_SCHEDULE.formats().map(|f| format!("{:?}", f.name));
-                let names: Vec<_> = names.collect();
-                write!(f, "false or one of {}", names.join(", "))
+                write!(f, "false or one of {}", listed(names))
             }
             fn visit_bool<E: de::Error>(self, on: bool) -> Result<Schedules, E> {
                 if on {

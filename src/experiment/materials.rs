@@ -7,7 +7,7 @@ use super::source::Source;
 use super::tables::{Named, insert_list, named, section, with_name};
 use crate::analysis::Alignment;
 use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Favours, SplitBrdf};
-use crate::error::Error;
+use crate::error::{Error, listed};
 use crate::formats::{self, MERL};
 use crate::geometry::Symmetry;
 use crate::light_paths;
@@ -318,10 +318,9 @@ pub fn split_of<'a>(name: &str, brdf: &'a dyn Brdf) -> Result<&'a dyn SplitBrdf,
             let built = spec.and_then(|spec| spec.build(Channels::Luminance).ok());
             built.is_some_and(|brdf| brdf.as_split().is_some())
         });
-        let kinds: Vec<&str> = kinds.map(|entry| entry.kind).collect();
         let message = format!(
             "this material does not tell light by the number of facets that it met; allowed: one of kind {}",
-            kinds.join(", ")
+            listed(kinds.map(|entry| entry.kind))
         );
         Error::config(name, message)
     })

@@ -13,7 +13,7 @@ use super::record::{Head, Record};
 use super::source::Source;
 use super::tables::{Named, insert_list, named, section, take_list, with_name};
 use crate::brdf::{BuildError, Channels};
-use crate::error::Error;
+use crate::error::{Error, listed};
 use crate::lighting::{self, Lighting, LightingSpec};
 use crate::moments::Profile;
 use crate::moments::relations::{Along, Relation, RelationSpec, compare};
@@ -105,8 +105,7 @@ impl RelationsPlan {
         }
         let channels = &base.moments.spec.channels;
         if channels.len() > 1 {
-            let names: Vec<_> = channels.iter().map(|c| c.name()).collect();
-            let found = format!("[{}]", names.join(", "));
+            let found = format!("[{}]", listed(channels.iter().map(|c| c.name())));
             let at = source.place("moments.channels");
             return Err(at.refused(found, "one in this experiment"));
         }

@@ -1,7 +1,7 @@
 //! Which format a file has.
 
 use super::{Format, all};
-use crate::error::{Error, excerpt, one_of};
+use crate::error::{Error, excerpt, listed, one_of};
 use crate::schedule::table::as_text;
 use std::fs;
 use std::io::{self, Read};
@@ -35,8 +35,7 @@ impl<T> Use<T> {
     /// Their extensions, each after `prefix`, joined by commas.
     pub fn extensions(&self, prefix: &str) -> String {
         let all = self.formats().flat_map(|f| f.extensions);
-        let all: Vec<_> = all.map(|e| format!("{prefix}{e}")).collect();
-        all.join(", ")
+        listed(all.map(|e| format!("{prefix}{e}")))
     }
 
     /// The format of this name.

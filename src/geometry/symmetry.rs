@@ -1,6 +1,6 @@
 //! Symmetries of a BRDF: changes of a pair that leave it unchanged.
 
-use crate::error::ParameterError;
+use crate::error::{ParameterError, listed};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -91,7 +91,6 @@ impl Symmetry {
 impl fmt::Display for Symmetry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let anisotropic = (!self.isotropic).then_some("anisotropic");
-        let words: Vec<&str> = anisotropic.into_iter().chain(self.names()).collect();
-        f.write_str(&words.join(", "))
+        f.write_str(&listed(anisotropic.into_iter().chain(self.names())))
     }
 }

@@ -175,7 +175,7 @@ type Picture = ([usize; 2], Vec<[f32; 3]>);
 mod files {
     use super::super::hdr;
     use super::{Path, Picture};
-    use crate::error::reason;
+    use crate::error::{listed, reason};
     use crate::files::{PictureError, exr_headers, exr_layer, may_unpack, open};
     use std::fs::File;
     use std::io::{BufReader, Read};
@@ -258,8 +258,7 @@ mod files {
             (Some(r), Some(g), Some(b), _) => [r, g, b],
             (_, _, _, Some(y)) => [y, y, y],
             _ => {
-                let names: Vec<_> = list.iter().map(|c| c.name.to_string()).collect();
-                let names = reason(names.join(", "));
+                let names = reason(listed(list.iter().map(|c| &c.name)));
                 let message = format!("its channels are {names}; allowed: R, G, B or Y");
                 return Err(PictureError(message));
             }

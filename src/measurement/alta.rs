@@ -39,7 +39,7 @@ use crate::brdf::{Channels, Wavelengths};
 use crate::error::{count, excerpt};
 use crate::geometry::Direction;
 use crate::numeric::safe_sqrt;
-use crate::schedule::convention::listed;
+use crate::schedule::convention::names_of;
 use crate::schedule::{Assume, Azimuth, Conventions, FileError, Quantity};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -300,7 +300,7 @@ impl Header {
                 let message = format!(
                     "the line #PARAM_OUT is missing, which says what the values are; allowed: \
                      --quantity with one of {}",
-                    listed(&Quantity::ALL)
+                    names_of(&Quantity::ALL)
                 );
                 return Err(FileError::whole(name, message));
             }

@@ -1,7 +1,7 @@
 //! Monotone warps of one axis: what a config can name, and the maps that does.
 
 use super::{Axis, AxisKind, Quantity, Unit, WarpProblem};
-use crate::error::{ParameterError, in_closed};
+use crate::error::{ParameterError, in_closed, listed};
 use crate::registry::{self, Entry, NoKeys, ReadError, Table};
 use serde::de::{self, DeserializeOwned, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -169,8 +169,7 @@ impl WarpSpec {
         let all = warps();
         let Some(entry) = all.iter().find(|e| e.kind == kind) else {
             // As serde refuses a variant, so that the config reader's words fit it.
-            let allowed: Vec<_> = all.iter().map(|e| format!("`{}`", e.kind)).collect();
-            let allowed = allowed.join(", ");
+            let allowed = listed(all.iter().map(|e| format!("`{}`", e.kind)));
             return Err(ReadError {
                 message: format!("unknown variant `{kind}`, expected one of {allowed}"),
                 span: None,

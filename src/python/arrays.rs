@@ -2,8 +2,9 @@
 
 use crate::errors::{refused, warn};
 use crate::given::detached;
-use crate::shapes::{Along, batch, broadcast, listed, tuple};
+use crate::shapes::{Along, batch, broadcast, tuple};
 use gonio::brdf::{Brdf, Presence};
+use gonio::error::listed;
 use gonio::geometry::{Direction, DirectionPair};
 use numpy::{
     PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,

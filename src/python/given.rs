@@ -3,9 +3,8 @@
 use crate::arrays::{list, numbers, other_shape, shape, slice, vectors};
 use crate::errors::refused;
 use crate::material::{Origin, PyMaterial, channel_names};
-use crate::shapes::listed;
 use gonio::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, InChannels, Presence};
-use gonio::error::ParameterError;
+use gonio::error::{ParameterError, listed};
 use gonio::geometry::{DirectionPair, Symmetry};
 use gonio::parametrization::{AxisKind, Parametrization, by_name};
 use gonio::registry::{self, Entry, Keys, ReadError};

@@ -6,9 +6,8 @@ use crate::given::detached;
 use crate::keys::{self, parsed, read, table};
 use crate::material::PyMaterial;
 use crate::metrics::quantities;
-use crate::shapes::listed;
 use gonio::brdf::Brdf;
-use gonio::error::ParameterError;
+use gonio::error::{ParameterError, listed};
 use gonio::experiment::moments::ProfileRow;
 use gonio::moments::{
     self, Channel, Estimator, MomentErrors, MomentsSpec, Order, PeakResolving, Profile, Slice,

@@ -5,8 +5,8 @@ use crate::arrays::{
 };
 use crate::errors::{other_type, refused};
 use crate::keys::{named, read, symmetry, table};
-use crate::shapes::listed;
 use crate::state::{Reduced, reduced, restored};
+use gonio::error::listed;
 use gonio::geometry::{Direction, Symmetry};
 use gonio::parametrization::{Coords, Parametrization, Unit, all, by_name};
 use numpy::PyUntypedArrayMethods;

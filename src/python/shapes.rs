@@ -1,13 +1,8 @@
 //! Shapes of arrays, which broadcast as NumPy's do.
 
 use crate::errors::refused;
+use gonio::error::listed;
 use pyo3::prelude::*;
-
-/// Texts in one line, with commas.
-pub fn listed(all: impl IntoIterator<Item: ToString>) -> String {
-    let texts = all.into_iter().map(|one| one.to_string());
-    texts.collect::<Vec<_>>().join(", ")
-}
 
 /// A shape as Python writes it.
 pub fn tuple(shape: &[usize]) -> String {

@@ -1,5 +1,6 @@
 //! Sentences of the library in the words of a caller: keywords of Python in the place of options of the command and of a config.
 
+use gonio::error::listed;
 use gonio::schedule::{AngleUnit, Azimuth, Polarisation, Quantity, UncertaintyUnit};
 
 /// Keywords that say how a file by others is read, which the materials of a config have as keys.
@@ -96,8 +97,8 @@ fn of_config(sentence: &str) -> String {
         let keys = table.strip_prefix(" { ").and_then(|t| t.strip_suffix(" }"));
         let keys = keys.map(|keys| {
             let pairs = keys.split(", ").filter_map(|pair| pair.split_once(" = "));
-            let pairs = pairs.map(|(key, value)| format!("\"{key}\": {value}"));
-            format!("{key}={{{}}}", pairs.collect::<Vec<_>>().join(", "))
+            let pairs = listed(pairs.map(|(key, value)| format!("\"{key}\": {value}")));
+            format!("{key}={{{pairs}}}")
         });
         keys.unwrap_or_else(|| format!("`{part}`"))
     });

@@ -3,6 +3,7 @@
 use super::convention::{AngleUnit, Azimuth, Conventions};
 use super::names;
 use super::table::{FileError, Table};
+use crate::error::listed;
 use crate::geometry::{Direction, DirectionPair};
 use crate::numeric::GRAZING_COS;
 use glam::DVec3;
@@ -251,8 +252,7 @@ fn pairs_of_vectors(table: &Table, [light, sensor]: [[usize; 3]; 2]) -> Result<P
         let is_unit = (v.length() - 1.0).abs() <= LENGTH_SLACK && v.z > GRAZING_COS;
         let direction = Direction::try_new(v).filter(|_| is_unit);
         direction.ok_or_else(|| {
-            let labels = of.iter().map(|&d| table.label(d).into_owned());
-            let labels = labels.collect::<Vec<_>>().join(", ");
+            let labels = listed(of.map(|d| table.label(d)));
             let message = format!("{labels} = {v}: allowed is a unit vector above the horizon");
             table.row_error(row, message)
         })

@@ -2,7 +2,7 @@
 //! azimuths from, what they call a value.
 
 use super::names::{self, ANGLES};
-use crate::error::{excerpt, reason};
+use crate::error::{excerpt, listed, reason};
 use crate::geometry::DirectionPair;
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -30,9 +30,8 @@ pub const fn choice<T>(value: T, name: &'static str, meaning: &'static str) -> C
 }
 
 /// Names of choices, joined by commas.
-pub(crate) fn listed<T>(all: &[Choice<T>]) -> String {
-    let names: Vec<_> = all.iter().map(|c| c.name).collect();
-    names.join(", ")
+pub(crate) fn names_of<T>(all: &[Choice<T>]) -> String {
+    listed(all.iter().map(|c| c.name))
 }
 
 /// Declares an enum of the values of an option, each with its name in files and on the command line and with what it means, which is its doc.
@@ -245,7 +244,7 @@ impl Unsaid {
         let allowed = match self {
             Self::Angle => format!(
                 "a name that ends in _deg or _rad, or --angles with one of {}",
-                listed(&AngleUnit::ALL)
+                names_of(&AngleUnit::ALL)
             ),
             Self::Wavelength => "a name that ends in _nm, _um or _m".into(),
         };

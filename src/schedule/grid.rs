@@ -8,7 +8,7 @@ use super::lattice::{Centring, Lattice, LatticeAxis, coords, each_node_while, no
 use super::sample_set::{PlanError, SampleSet, from_unit, place};
 use super::shapes::{filled, in_numbers, largest};
 use super::{Pose, Schedule};
-use crate::error::ParameterError;
+use crate::error::{ParameterError, listed};
 use crate::parametrization::{Axis, AxisKind, Coords, Parametrization};
 use crate::registry::declare;
 use crate::sampling::Random;
@@ -151,8 +151,8 @@ impl SampleSet for Grid {
         let radial = |axis: &&Axis| axis.kind == AxisKind::Radial;
         let mut entries = list.iter().zip(axes);
         if entries.any(|(centring, axis)| *centring == Centring::Start && !radial(&axis)) {
-            let radial: Vec<_> = axes.iter().filter(radial).map(|a| a.symbol).collect();
-            return Err(refuse(format!("start for {} only", radial.join(", "))));
+            let radial = symbols(axes.iter().filter(radial));
+            return Err(refuse(format!("start for {radial} only")));
         }
         Ok(())
     }
@@ -346,7 +346,6 @@ fn check_ratio(ratio: Option<&[f64]>, axes: &[Axis]) -> Result<(), ParameterErro
     Err(ParameterError::new("ratio", format!("{ratio:?}"), allowed))
 }
 
-fn symbols(axes: &[Axis]) -> String {
-    let symbols: Vec<_> = axes.iter().map(|a| a.symbol).collect();
-    symbols.join(", ")
+fn symbols<'a>(axes: impl IntoIterator<Item = &'a Axis>) -> String {
+    listed(axes.into_iter().map(|a| a.symbol))
 }

@@ -8,6 +8,7 @@ use super::forward;
 use super::sample::{Capture, PathSample, capture};
 use crate::analysis::Subset;
 use crate::brdf::CLASSES;
+use crate::error::listed;
 use crate::parametrization::{Axis, Coords, Parametrization, Unit};
 use std::sync::Arc;
 
@@ -215,8 +216,7 @@ fn tightened(form: &Arc<dyn Parametrization>, chosen: Faces, grids: &[Grid; 3]) 
 fn text(axes: &[Axis], grids: &[Grid; 3], ends: [[f64; 2]; 3]) -> String {
     let whole = |i: usize| [0, grids[i].last()].map(|face| grids[i].faces[face]);
     let named = (0..3).filter(|&i| ends[i] != whole(i));
-    let part = |i: usize| format!("{}={}..{}", axes[i].symbol, ends[i][0], ends[i][1]);
-    named.map(part).collect::<Vec<_>>().join(", ")
+    listed(named.map(|i| format!("{}={}..{}", axes[i].symbol, ends[i][0], ends[i][1])))
 }
 
 /// Light of the class, and of all, in all boxes that begin at the origin.

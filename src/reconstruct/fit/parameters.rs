@@ -5,7 +5,7 @@
 //! ends are found by asking the model: it refuses what is outside.
 
 use crate::brdf::{self, Brdf, BrdfSpec, Channels};
-use crate::error::ParameterError;
+use crate::error::{ParameterError, listed};
 use crate::geometry::Symmetry;
 use crate::numeric::last_where;
 use crate::registry::{self, Keys};
@@ -83,8 +83,7 @@ impl Parameters {
         });
         let names = || numbers.iter().map(|(name, _)| name.as_str());
         if let Some(other) = fixed.iter().find(|f| names().all(|name| name != **f)) {
-            let allowed = names().collect::<Vec<_>>().join(", ");
-            return Err(ParameterError::new("fixed", other, allowed));
+            return Err(ParameterError::new("fixed", other, listed(names())));
         }
         let mut free = Vec::new();
         for (at, (name, start)) in numbers.iter().enumerate() {

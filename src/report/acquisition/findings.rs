@@ -1,7 +1,7 @@
 //! The findings that a study prints at its end, as texts and as a table of its own.
 
 use super::order::{best_of_each, error_of, is_printed, sampling, subject, whole};
-use crate::error::count;
+use crate::error::{count, listed};
 use crate::experiment::{
     Allowance, Calibrated, Calibration, Choice, Duel, Duels, Explained, Factor, Findings, Line,
     Metric, NONE, Ranking, Scope, are_named,
@@ -131,7 +131,7 @@ fn filled(lines: &[&Line]) -> String {
     let spread = spread.map(|s| format!("{:.1}", 100.0 * (s - 1.0)));
     format!(
         "A budget is an upper limit: the most readings of a column are {} % more than the least.",
-        spread.collect::<Vec<_>>().join(", ")
+        listed(spread)
     )
 }
 

@@ -5,7 +5,7 @@ use crate::analysis::bounces::{
     self, Capture, ChartBounces, LEAST_CAPTURE, LightShares, MAP_CELLS, Map, PathSample, Spread,
 };
 use crate::brdf::{CLASSES, Part, SplitBrdf};
-use crate::error::{Error, count};
+use crate::error::{Error, count, listed};
 use crate::numeric::extent;
 use crate::parametrization::{Axis, ParametrizationSpec, Unit};
 use crate::registry::Entry;
@@ -67,10 +67,9 @@ pub(super) fn capture_json(capture: &Capture) -> Value {
 }
 
 /// "first 71.2 ± 1.0e-1 %, second …".
-pub(super) fn listed(estimates: &[Estimate; CLASSES]) -> String {
+pub(super) fn of_classes(estimates: &[Estimate; CLASSES]) -> String {
     let parts = Part::CLASSES.iter().zip(estimates);
-    let parts = parts.map(|(class, e)| format!("{class} {}", percent(e)));
-    parts.collect::<Vec<_>>().join(", ")
+    listed(parts.map(|(class, e)| format!("{class} {}", percent(e))))
 }
 
 /// What the errors of a sample hold.
@@ -140,7 +139,7 @@ impl<'a> BouncesReport<'a> {
             "Light by the number of facets that it met, of {}: {} of all light leaves; {}.",
             count(self.sample.followed, "path"),
             percent(&self.shares.albedo),
-            listed(&self.shares.classes),
+            of_classes(&self.shares.classes),
         );
         if self.entropy.value > 0.0 {
             caption += &format!(
@@ -164,7 +163,7 @@ impl<'a> BouncesReport<'a> {
         out += &format!(
             "light that leaves   {} of what comes from the hemisphere\n  of that             {}\n",
             percent(&self.shares.albedo),
-            listed(&self.shares.classes)
+            of_classes(&self.shares.classes)
         );
         let only = Part::CLASSES.iter().zip(&self.shares.classes);
         match only.into_iter().find(|(_, share)| share.value == 1.0) {

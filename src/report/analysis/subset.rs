@@ -1,9 +1,9 @@
 //! A box of coordinates and its directions: text, JSON and a picture.
 
-use super::bounces::{capture_json, errors_are, estimate, listed, percent, range, shown};
+use super::bounces::{capture_json, errors_are, estimate, of_classes, percent, range, shown};
 use crate::analysis::bounces::{Capture, PathSample};
 use crate::analysis::{Estimate, Image, Needs, Reach, Subset, SubsetMeasure};
-use crate::error::count;
+use crate::error::{count, listed};
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Parametrization, Unit};
 use crate::report::pictures::plot::{coordinate, label};
@@ -31,8 +31,7 @@ pub struct SubsetReport<'a> {
 /// Ranges along axes, by their symbols.
 fn ranges(axes: &[Axis], ranges: &[[f64; 2]; 3]) -> String {
     let parts = axes.iter().zip(ranges);
-    let parts = parts.map(|(axis, r)| format!("{} {}", axis.symbol, range(axis.unit, *r)));
-    parts.collect::<Vec<_>>().join(", ")
+    listed(parts.map(|(axis, r)| format!("{} {}", axis.symbol, range(axis.unit, *r))))
 }
 
 impl SubsetReport<'_> {
@@ -84,8 +83,8 @@ impl SubsetReport<'_> {
             out += &match capture.captured.iter().any(|c| c.value > 0.0) {
                 true => format!(
                     "  facets met          {} of the light inside\n  of each number      {} is inside ({followed}; {})\n",
-                    listed(&capture.inside),
-                    listed(&capture.captured),
+                    of_classes(&capture.inside),
+                    of_classes(&capture.captured),
                     errors_are(sample)
                 ),
                 false => format!("  facets met          none of {followed} is inside\n"),
@@ -111,7 +110,7 @@ impl SubsetReport<'_> {
             out += &format!(
                 "    {name:17} {:5.1} %  {}\n",
                 100.0 * reach.share,
-                axes.collect::<Vec<_>>().join(", ")
+                listed(axes)
             );
         }
         out

@@ -1,7 +1,7 @@
 //! Files of heights: a channel of an OpenEXR, a grey PNG of 16 bits, or rows of numbers in CSV.
 
 use super::super::SIZE;
-use crate::error::{excerpt, reason};
+use crate::error::{excerpt, listed, reason};
 use crate::files::{
     PictureError, TABLE_LIMIT, exr_headers, exr_layer, may_unpack, open, read_foreign_text,
 };
@@ -91,8 +91,7 @@ fn of_exr(path: &Path) -> Result<Numbers, PictureError> {
     };
     let single = list.first().filter(|_| list.len() == 1);
     let Some(channel) = CHANNELS.iter().find_map(called).or(single) else {
-        let names: Vec<_> = list.iter().map(|c| c.name.to_string()).collect();
-        let names = reason(names.join(", "));
+        let names = reason(listed(list.iter().map(|c| &c.name)));
         return Err(PictureError(format!(
             "its channels are {names}; allowed: Y, R, Z or height, or a single one"
         )));

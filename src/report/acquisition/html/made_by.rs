@@ -1,6 +1,7 @@
 //! The last section of a report: config, inputs and versions that made it.
 
 use super::table;
+use crate::error::listed;
 use maud::{Markup, html};
 use serde_json::Value;
 
@@ -55,11 +56,8 @@ fn text(value: &Value) -> String {
             Some(n) if !number.is_u64() => format!("{n:.2}"),
             _ => number.to_string(),
         },
-        Value::Array(list) => list.iter().map(text).collect::<Vec<_>>().join(", "),
-        Value::Object(fields) => {
-            let field = |(k, v): (&String, &Value)| format!("{k} {}", text(v));
-            fields.iter().map(field).collect::<Vec<_>>().join(", ")
-        }
+        Value::Array(list) => listed(list.iter().map(text)),
+        Value::Object(fields) => listed(fields.iter().map(|(k, v)| format!("{k} {}", text(v)))),
         Value::Bool(truth) => truth.to_string(),
     }
 }

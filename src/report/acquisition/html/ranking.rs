@@ -4,7 +4,7 @@ use super::super::findings::{method, p_text};
 use super::super::order::sorted;
 use super::super::verdict::number;
 use super::{sampling_name, scope_title};
-use crate::error::count;
+use crate::error::{count, listed};
 use crate::experiment::{Cell, Findings, Line, Ranking};
 use crate::report::acquisition::table::error;
 use crate::statistics::{Paired, SIGNIFICANCE, Verdict, least_p};
@@ -100,7 +100,7 @@ fn too_few(findings: &Findings, ranking: &Ranking) -> Option<String> {
     let at = few.iter().map(|a| findings.allowances[*a].as_str());
     let at = match few.len() == findings.allowances.len() {
         true => String::new(),
-        false => format!(" at {}", at.collect::<Vec<_>>().join(", ")),
+        false => format!(" at {}", listed(at)),
     };
     Some(format!(
         "{n} {are} too few to separate so many choices{at}; one that is worse than the best on all of \
