@@ -54,6 +54,29 @@ pub(crate) fn hashed<const N: usize>(numbers: [u64; N]) -> u64 {
     })
 }
 
+/// A closure as [`vectorised`] calls it: by a reference, as a call by value goes through a function that is not inlined.
+pub(crate) struct Inlined<F>(pub F);
+
+impl<T, F: FnMut() -> T> pulp::NullaryFnOnce for Inlined<F> {
+    type Output = T;
+
+    #[inline(always)]
+    fn call(mut self) -> T {
+        (self.0)()
+    }
+}
+
+/// The value of an expression, compiled for the vectors of each machine with what it calls that is `inline(always)`.
+macro_rules! vectorised {
+    ($value:expr) => {
+        pulp::Arch::new().dispatch($crate::numeric::Inlined(
+            #[inline(always)]
+            || $value,
+        ))
+    };
+}
+pub(crate) use vectorised;
+
 /// Wraps an angle (rad) into `[-π, π]`; angles already there keep every bit.
 #[inline]
 pub fn wrap_angle(a: f64) -> f64 {

@@ -1,8 +1,8 @@
 //! Greedy choices of poses by the information of their readings.
 
+use crate::numeric::vectorised;
 use crate::reconstruct::{Places, Posterior};
 use nalgebra::{DMatrix, DVector};
-use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 /// How many poses are to be chosen, and what is asked before each: false ends the choice.
@@ -130,13 +130,7 @@ pub(super) fn most_informative(
             .zip(gains.par_chunks_mut(SWEPT))
             .zip(with.as_slice().par_chunks(SWEPT));
         tasks.for_each(|((covariances, gains), with)| {
-            Arch::new().dispatch(Sweep {
-                covariances,
-                scaled: &scaled,
-                with,
-                worth: &worths,
-                gains,
-            });
+            vectorised!(sweep(covariances, (&scaled, with), &worths, gains));
         });
         let scores = gains.iter().enumerate();
         let scores = scores.map(|(c, gain)| gain / left.of_reading(c));
@@ -158,31 +152,22 @@ pub(super) fn most_informative(
 /// Candidates that one task sweeps over.
 const SWEPT: usize = 64;
 
-/// Subtracts the update of a reading from the covariances of candidates with all places, and adds up what is left.
-struct Sweep<'a> {
-    /// A column of places for each candidate.
-    covariances: &'a mut [f64],
-    /// Covariances with the reading over the root of its variance: of all places, and of these candidates.
-    scaled: &'a [f64],
-    with: &'a [f64],
-    /// Worth of each place.
-    worth: &'a [f64],
-    /// The sums of worth times squared covariance.
-    gains: &'a mut [f64],
-}
-
-impl NullaryFnOnce for Sweep<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let columns = self.covariances.chunks_exact_mut(self.scaled.len().max(1));
-        for ((column, with), gain) in columns.zip(self.with).zip(self.gains) {
-            for (c, scaled) in column.iter_mut().zip(self.scaled) {
-                *c -= scaled * with;
-            }
-            *gain = weighted(self.worth, column, column);
+/// Subtracts the update of a reading from the covariances of candidates with all places, a column of places for each, and writes the
+/// sums of worth times squared covariance that are left. `scaled` and `with` are covariances with the reading over the root of its
+/// variance: of all places, and of these candidates.
+#[inline(always)]
+fn sweep(
+    covariances: &mut [f64],
+    (scaled, with): (&[f64], &[f64]),
+    worth: &[f64],
+    gains: &mut [f64],
+) {
+    let columns = covariances.chunks_exact_mut(scaled.len().max(1));
+    for ((column, with), gain) in columns.zip(with).zip(gains) {
+        for (c, scaled) in column.iter_mut().zip(scaled) {
+            *c -= scaled * with;
         }
+        *gain = weighted(worth, column, column);
     }
 }
 

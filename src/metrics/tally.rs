@@ -2,10 +2,10 @@
 
 use super::histogram::Histogram;
 use super::sum::Sum;
-use super::terms::{self, AVERAGES, Add, Block, ENERGY, Pair, Sums, TERMS, defined};
+use super::terms::{self, AVERAGES, Block, ENERGY, Pair, Sums, TERMS, defined};
 use super::{Errors, Values};
 use crate::geometry::{BLOCK, DirectionPair};
-use pulp::Arch;
+use crate::numeric::vectorised;
 use std::ops::Range;
 
 /// Standard error that is small enough for any error.
@@ -79,7 +79,7 @@ impl Replicate {
             if n == 0 {
                 break;
             }
-            Arch::new().dispatch(Add(&mut block, &mut weights, &mut self.sums));
+            vectorised!(terms::add(&mut block, &mut weights, &mut self.sums));
             for j in 0..n {
                 let weights = weights.iter().map(|weights| weights[j]);
                 self.relative.add(block.steps[j], weights);

@@ -5,7 +5,6 @@ use super::sum::Sum;
 use super::{Errors, Values};
 use crate::geometry::BLOCK;
 use crate::numeric::powers::{cbrt, ln, ln_1p};
-use pulp::NullaryFnOnce;
 
 /// ε (sr⁻¹): the floor of the relative metrics, a third of a percent of a white diffuse surface.
 pub(super) const FLOOR: f64 = 1e-3;
@@ -124,37 +123,26 @@ impl Block {
 }
 
 /// Adds the terms of a block to sums, one for each list of weights of its pairs; weights of what is not compared become 0.
-pub(super) struct Add<'a>(
-    pub &'a mut Block,
-    pub &'a mut [[f64; BLOCK]],
-    pub &'a mut [Sums],
-);
-
-impl NullaryFnOnce for Add<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Self(block, weights, sums) = self;
-        let mut of = [[0.0; BLOCK]; TERMS];
-        {
-            let [a, b, c, d, e, relative, g, h] = &mut of;
-            for j in 0..BLOCK {
-                [a[j], b[j], c[j], d[j], e[j], relative[j], g[j], h[j]] =
-                    terms(block.f[j], block.g[j], block.cos[j]);
-            }
+#[inline(always)]
+pub(super) fn add(block: &mut Block, weights: &mut [[f64; BLOCK]], sums: &mut [Sums]) {
+    let mut of = [[0.0; BLOCK]; TERMS];
+    {
+        let [a, b, c, d, e, relative, g, h] = &mut of;
+        for j in 0..BLOCK {
+            [a[j], b[j], c[j], d[j], e[j], relative[j], g[j], h[j]] =
+                terms(block.f[j], block.g[j], block.cos[j]);
         }
-        for (step, x) in block.steps.iter_mut().zip(&of[RELATIVE]) {
-            *step = Histogram::step(*x);
+    }
+    for (step, x) in block.steps.iter_mut().zip(&of[RELATIVE]) {
+        *step = Histogram::step(*x);
+    }
+    for (weights, sums) in weights.iter_mut().zip(sums) {
+        for (weight, known) in weights.iter_mut().zip(&block.known) {
+            *weight *= known;
         }
-        for (weights, sums) in weights.iter_mut().zip(sums) {
-            for (weight, known) in weights.iter_mut().zip(&block.known) {
-                *weight *= known;
-            }
-            sums[0].add(sum(weights, &[1.0; BLOCK]));
-            for (total, of) in sums[1..].iter_mut().zip(&of) {
-                total.add(sum(weights, of));
-            }
+        sums[0].add(sum(weights, &[1.0; BLOCK]));
+        for (total, of) in sums[1..].iter_mut().zip(&of) {
+            total.add(sum(weights, of));
         }
     }
 }

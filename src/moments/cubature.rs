@@ -14,9 +14,9 @@ use super::component::{Component, Order};
 use super::slice::{Batch, Kind, Slice};
 use super::tally::{powers, shifted};
 use crate::geometry::Direction;
+use crate::numeric::vectorised;
 use crate::sampling::GAUSS_KRONROD;
 use glam::DVec3;
-use pulp::Arch;
 use rustc_hash::FxHashMap;
 
 /// Nodes along each angle.
@@ -144,7 +144,7 @@ impl Cell {
             missing: 0.0,
             clamped: 0.0,
         };
-        Arch::new().dispatch(|| match order.get() {
+        vectorised!(match order.get() {
             0 => cell.integrate::<0>(batch.values()),
             1 => cell.integrate::<1>(batch.values()),
             2 => cell.integrate::<2>(batch.values()),

@@ -17,9 +17,8 @@ use super::{
 };
 use crate::geometry::{BLOCK, DirectionPair, FEW, PairBlock, Symmetry};
 use crate::numeric::angles::LARGEST_ANGLE;
-use crate::numeric::wrap_angle;
+use crate::numeric::{vectorised, wrap_angle};
 use glam::DVec3;
-use pulp::{Arch, NullaryFnOnce};
 use smallvec::smallvec;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::marker::PhantomData;
@@ -277,29 +276,18 @@ impl<C: Chart> Form<C> {
         let (directions, above) = C::inverse([r1, a1, r2, a2]);
         (directions, in_range & above)
     }
-}
 
-/// Coordinates of many pairs.
-struct Forward<'a, C> {
-    form: &'a Form<C>,
-    pairs: &'a [DirectionPair],
-    out: &'a mut [Coords],
-}
-
-impl<C: Chart> NullaryFnOnce for Forward<'_, C> {
-    type Output = ();
-
+    /// Coordinates of many pairs.
     #[inline(always)]
-    fn call(self) {
-        let form = self.form;
-        let isotropic = form.symmetry.isotropic;
+    fn forward_blocks(&self, pairs: &[DirectionPair], out: &mut [Coords]) {
+        let isotropic = self.symmetry.isotropic;
         let mut block = PairBlock::new();
         let mut c = [[0.0; BLOCK]; 4];
-        let blocks = self.pairs.chunks(BLOCK).zip(self.out.chunks_mut(BLOCK));
+        let blocks = pairs.chunks(BLOCK).zip(out.chunks_mut(BLOCK));
         for (pairs, out) in blocks {
             if pairs.len() < FEW {
                 for (pair, out) in pairs.iter().zip(out) {
-                    *out = form.forward(pair);
+                    *out = self.forward(pair);
                 }
                 continue;
             }
@@ -315,35 +303,24 @@ impl<C: Chart> NullaryFnOnce for Forward<'_, C> {
                     [r1[j], a1[j], r2[j], a2[j]] = C::absolute(block.vectors(j));
                 }
             }
-            folded!(C, form.symmetry, block(&mut c, isotropic));
+            folded!(C, self.symmetry, block(&mut c, isotropic));
             for (j, out) in out.iter_mut().enumerate() {
                 *out = [c[0][j], c[1][j], c[2][j], c[3][j]];
             }
         }
     }
-}
 
-/// Pairs at many coordinates.
-struct Inverse<'a, C> {
-    form: &'a Form<C>,
-    coords: &'a [Coords],
-    out: &'a mut [Option<DirectionPair>],
-}
-
-impl<C: Chart> NullaryFnOnce for Inverse<'_, C> {
-    type Output = ();
-
+    /// Pairs at many coordinates.
     #[inline(always)]
-    fn call(self) {
-        let form = self.form;
+    fn inverse_blocks(&self, coords: &[Coords], out: &mut [Option<DirectionPair>]) {
         let mut c = [[0.0; BLOCK]; 4];
         let mut v = [[0.0; BLOCK]; 6];
         let mut valid = [0.0; BLOCK];
-        let blocks = self.coords.chunks(BLOCK).zip(self.out.chunks_mut(BLOCK));
+        let blocks = coords.chunks(BLOCK).zip(out.chunks_mut(BLOCK));
         for (coords, out) in blocks {
             let mut near = true;
             for (j, &coords) in coords.iter().enumerate() {
-                let lifted = form.lifted(coords);
+                let lifted = self.lifted(coords);
                 near &= (lifted[1].abs() <= LARGEST_ANGLE) & (lifted[3].abs() <= LARGEST_ANGLE);
                 for (c, x) in c.iter_mut().zip(lifted) {
                     c[j] = x;
@@ -351,14 +328,13 @@ impl<C: Chart> NullaryFnOnce for Inverse<'_, C> {
             }
             if !near || coords.len() < FEW {
                 for (coords, out) in coords.iter().zip(out) {
-                    *out = form.inverse(coords);
+                    *out = self.inverse(coords);
                 }
                 continue;
             }
             let [ix, iy, iz, ox, oy, oz] = &mut v;
             for j in 0..BLOCK {
-                let ([i, o], is_valid) =
-                    Form::<C>::directions([c[0][j], c[1][j], c[2][j], c[3][j]]);
+                let ([i, o], is_valid) = Self::directions([c[0][j], c[1][j], c[2][j], c[3][j]]);
                 (ix[j], iy[j], iz[j]) = (i.x, i.y, i.z);
                 (ox[j], oy[j], oz[j]) = (o.x, o.y, o.z);
                 valid[j] = if is_valid { 1.0 } else { 0.0 };
@@ -404,11 +380,7 @@ impl<C: Chart> Parametrization for Form<C> {
 
     fn forward_batch(&self, pairs: &[DirectionPair], out: &mut [Coords]) {
         debug_assert_eq!(pairs.len(), out.len());
-        Arch::new().dispatch(Forward {
-            form: self,
-            pairs,
-            out,
-        });
+        vectorised!(self.forward_blocks(pairs, out));
     }
 
     #[inline]
@@ -428,11 +400,7 @@ impl<C: Chart> Parametrization for Form<C> {
 
     fn inverse_batch(&self, coords: &[Coords], out: &mut [Option<DirectionPair>]) {
         debug_assert_eq!(coords.len(), out.len());
-        Arch::new().dispatch(Inverse {
-            form: self,
-            coords,
-            out,
-        });
+        vectorised!(self.inverse_blocks(coords, out));
     }
 
     fn canonical(&self, &[x, y, z, w]: &Coords) -> Option<Coords> {

@@ -13,9 +13,9 @@ use super::ReconstructError;
 use super::interpolant::{Interpolant, Readings};
 use super::transform::Transform;
 use crate::geometry::DirectionPair;
+use crate::numeric::vectorised;
 use crate::parametrization::{AxisKind, Coords, Parametrization};
 use crate::schedule::{Lattice, LatticeAxis, for_each_node};
-use pulp::{Arch, NullaryFnOnce};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -423,7 +423,7 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
         for (pairs, out) in pairs.chunks(BATCH).zip(out.chunks_mut(BATCH * n)) {
             let coords = &mut coords[..pairs.len()];
             self.parametrization.forward_batch(pairs, coords);
-            Arch::new().dispatch(LookUp(self, coords, out, back));
+            vectorised!(self.look_up(coords, out, back));
             if back.is_some() {
                 let places = pairs.iter().zip(out.chunks_exact_mut(n));
                 let below = places.filter(|(pair, _)| !pair.is_above_horizon());
@@ -431,25 +431,13 @@ impl<R: Rule<D>, const D: usize> GridInterpolant<R, D> {
             }
         }
     }
-}
 
-/// Look-ups of many coordinates, and what takes their values back; `None`: they stay transformed.
-struct LookUp<'a, R, const D: usize>(
-    &'a GridInterpolant<R, D>,
-    &'a [Coords],
-    &'a mut [f64],
-    Option<Transform>,
-);
-
-impl<R: Rule<D>, const D: usize> NullaryFnOnce for LookUp<'_, R, D> {
-    type Output = ();
-
+    /// Writes the values at coordinates, transformed, or taken back by `back`.
     #[inline(always)]
-    fn call(self) {
-        let Self(of, coords, out, back) = self;
-        for (coords, out) in coords.iter().zip(out.chunks_exact_mut(of.width)) {
-            let x = std::array::from_fn(|d| of.axes[d].index(coords[d]));
-            of.rule.interpolate(&x, out);
+    fn look_up(&self, coords: &[Coords], out: &mut [f64], back: Option<Transform>) {
+        for (coords, out) in coords.iter().zip(out.chunks_exact_mut(self.width)) {
+            let x = std::array::from_fn(|d| self.axes[d].index(coords[d]));
+            self.rule.interpolate(&x, out);
         }
         if let Some(back) = back {
             back.inverse_all(out);

@@ -31,10 +31,10 @@
 use super::cloud::{Cloud, Found, Reach, covariance};
 use super::neighbours::Shepard;
 use super::scattered::ScatteredRule;
-use super::spline_block::{Block, LANES, MOST, SMALLEST_PIVOT, Solve, Weighted, biharmonic};
+use super::spline_block::{Block, LANES, MOST, SMALLEST_PIVOT, biharmonic, weighted};
 use super::transform::Values;
+use crate::numeric::vectorised;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use pulp::Arch;
 use std::num::NonZeroUsize;
 
 /// Share of the largest variance above which neighbours that are flat determine a direction.
@@ -189,7 +189,7 @@ impl Local {
         if block.taken == 0 {
             return;
         }
-        let sizes = Arch::new().dispatch(Solve(block));
+        let sizes = vectorised!(block.solve());
         let largest = largest_weights(cloud, Reach::Nearest);
         for lane in 0..std::mem::take(&mut block.taken) {
             let slot = block.slots[lane];
@@ -225,13 +225,8 @@ impl<const K: usize> Scratch<K> {
 
     /// Σ weight · value, kept near the range of the values.
     fn combine(&mut self, rule: &Local, cloud: &Cloud<K>, x: &[f64; K], out: &mut [f64]) {
-        Arch::new().dispatch(Weighted {
-            cloud,
-            index: &self.found.index,
-            weights: &self.weights,
-            ranges: &mut self.ranges,
-            out,
-        });
+        let index = &self.found.index;
+        vectorised!(weighted(cloud, index, &self.weights, &mut self.ranges, out));
         let in_space = self.found.reach == Reach::Nearest && !cloud.is_in_sheets();
         let mut is_inside = None;
         let [lows, highs] = &self.ranges;

@@ -15,9 +15,9 @@ use super::interpolant::{Interpolant, Readings};
 use super::transform::Transform;
 use super::{ReconstructError, ReconstructionCoordinates, STRETCH, STRETCH_OF_SHEETS};
 use crate::geometry::DirectionPair;
+use crate::numeric::vectorised;
 use crate::parametrization::{Coords, Layout, Parametrization};
 use crate::schedule::{Pose, Schedule};
-use pulp::Arch;
 use rayon::prelude::*;
 use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
@@ -328,7 +328,7 @@ impl<R: ScatteredRule<K>, const K: usize> ScatteredInterpolant<R, K> {
         let values = &mut out[..above.len() * width];
         self.rule
             .interpolate(&self.readings.cloud, &queries, scratch, values);
-        Arch::new().dispatch(|| self.transform.inverse_all(values));
+        vectorised!(self.transform.inverse_all(values));
         if above.len() < pairs.len() {
             // From the last on, so that none is written over before it is moved.
             let mut next = above.len();

@@ -6,7 +6,6 @@
 
 use super::cloud::{Cloud, Found};
 use crate::numeric::powers::ln;
-use pulp::NullaryFnOnce;
 
 /// Polynomials of the 4-D embedding, the most there are.
 pub(super) const MOST: usize = 5;
@@ -134,20 +133,15 @@ fn row(i: usize) -> usize {
     i * (i + 1) / 2
 }
 
-/// Solves for the weights; the sum of their sizes in each lane, NaN of a system that is not positive definite.
-pub(super) struct Solve<'a, const K: usize>(pub &'a mut Block<K>);
-
-impl<const K: usize> NullaryFnOnce for Solve<'_, K> {
-    type Output = Lane;
-
+impl<const K: usize> Block<K> {
+    /// Solves for the weights; the sum of their sizes in each lane, NaN of a system that is not positive definite.
     #[inline(always)]
-    fn call(self) -> Lane {
-        let b = self.0;
-        let least = b.eliminate();
-        let own = b.own();
-        b.reduce(&own);
-        b.factorise();
-        let mut sizes = b.solve(&own);
+    pub(super) fn solve(&mut self) -> Lane {
+        let least = self.eliminate();
+        let own = self.own();
+        self.reduce(&own);
+        self.factorise();
+        let mut sizes = self.weigh(&own);
         for l in 0..LANES {
             sizes[l] = if least[l] < SMALLEST_PIVOT {
                 f64::NAN
@@ -157,9 +151,7 @@ impl<const K: usize> NullaryFnOnce for Solve<'_, K> {
         }
         sizes
     }
-}
 
-impl<const K: usize> Block<K> {
     /// Column elimination with the largest of each column as its pivot: moves the Lagrange points to the front, and
     /// turns 1 and the components of a point into their cardinal polynomials. The smallest pivot of each lane.
     #[inline(always)]
@@ -335,7 +327,7 @@ impl<const K: usize> Block<K> {
 
     /// The weights at the query, which is at 0.
     #[inline(always)]
-    fn solve(&mut self, own: &[[Lane; MOST]; MOST]) -> Lane {
+    fn weigh(&mut self, own: &[[Lane; MOST]; MOST]) -> Lane {
         let n = self.to_lagrange.len();
         let origin = [ZERO; K];
         let to = |i: usize| distance2(&self.points[i], &origin);
@@ -384,37 +376,29 @@ impl<const K: usize> Block<K> {
 }
 
 /// Σ weight · value of some points, and the ranges of their values: smallest, largest, per channel.
-pub(super) struct Weighted<'a, const K: usize> {
-    pub cloud: &'a Cloud<K>,
-    pub index: &'a [usize],
-    pub weights: &'a [f64],
-    pub ranges: &'a mut [Vec<f64>; 2],
-    pub out: &'a mut [f64],
-}
-
-impl<const K: usize> NullaryFnOnce for Weighted<'_, K> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let out = self.out;
-        out.fill(0.0);
-        let [lows, highs] = self.ranges;
-        for (range, start) in [
-            (&mut *lows, f64::INFINITY),
-            (&mut *highs, f64::NEG_INFINITY),
-        ] {
-            range.clear();
-            range.resize(out.len(), start);
-        }
-        for (&i, &w) in self.index.iter().zip(self.weights) {
-            let values = self.cloud.value(i);
-            let all = out.iter_mut().zip(lows.iter_mut()).zip(highs.iter_mut());
-            for (((out, low), high), &y) in all.zip(values) {
-                *out += w * y;
-                *low = if y < *low { y } else { *low };
-                *high = if y > *high { y } else { *high };
-            }
+#[inline(always)]
+pub(super) fn weighted<const K: usize>(
+    cloud: &Cloud<K>,
+    index: &[usize],
+    weights: &[f64],
+    [lows, highs]: &mut [Vec<f64>; 2],
+    out: &mut [f64],
+) {
+    out.fill(0.0);
+    for (range, start) in [
+        (&mut *lows, f64::INFINITY),
+        (&mut *highs, f64::NEG_INFINITY),
+    ] {
+        range.clear();
+        range.resize(out.len(), start);
+    }
+    for (&i, &w) in index.iter().zip(weights) {
+        let values = cloud.value(i);
+        let all = out.iter_mut().zip(lows.iter_mut()).zip(highs.iter_mut());
+        for (((out, low), high), &y) in all.zip(values) {
+            *out += w * y;
+            *low = if y < *low { y } else { *low };
+            *high = if y > *high { y } else { *high };
         }
     }
 }

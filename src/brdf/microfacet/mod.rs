@@ -27,12 +27,11 @@ pub use ggx::{ENTRY as GGX, Ggx};
 use super::half_vector::{half_above, reflect};
 use super::{Brdf, BrdfSpec, BuildError, Channels, Favours, Presence, Roughness, SampleBrdf};
 use crate::geometry::{BLOCK, Direction, DirectionPair, FEW, PairBlock, Symmetry, half_and_back};
-use crate::numeric::DENOMINATOR_FLOOR;
 use crate::numeric::angles::scale;
+use crate::numeric::{DENOMINATOR_FLOOR, vectorised};
 use crate::registry::{self, ReadError, Table, keys};
 use crate::sampling::RandomStream;
 use glam::DVec3;
-use pulp::{Arch, NullaryFnOnce};
 use std::marker::PhantomData;
 
 /// A distribution of facet normals, with its projected area and sampling.
@@ -162,37 +161,27 @@ impl<D: Distribution> Microfacet<D> {
             (h.length() * down).min(1.0),
         ]
     }
-}
 
-/// Values at many pairs.
-struct Values<'a, D> {
-    of: &'a Microfacet<D>,
-    pairs: &'a [DirectionPair],
-    out: &'a mut [f64],
-}
-
-impl<D: Distribution> NullaryFnOnce for Values<'_, D> {
-    type Output = ();
-
+    /// Values at many pairs.
     #[inline(always)]
-    fn call(self) {
+    fn values_of(&self, pairs: &[DirectionPair], out: &mut [f64]) {
         let mut block = PairBlock::new();
         let [mut facets, mut cos_d] = [[0.0; BLOCK]; 2];
-        let channels = self.of.channels.count();
-        let out = self.out.chunks_mut(BLOCK * channels);
-        for (pairs, out) in self.pairs.chunks(BLOCK).zip(out) {
+        let channels = self.channels.count();
+        let out = out.chunks_mut(BLOCK * channels);
+        for (pairs, out) in pairs.chunks(BLOCK).zip(out) {
             let n = pairs.len();
             if n < FEW {
                 for (j, pair) in pairs.iter().enumerate() {
-                    [facets[j], cos_d[j]] = self.of.facets(pair.vectors());
+                    [facets[j], cos_d[j]] = self.facets(pair.vectors());
                 }
             } else {
                 block.load(pairs);
                 for j in 0..BLOCK {
-                    [facets[j], cos_d[j]] = self.of.facets(block.vectors(j));
+                    [facets[j], cos_d[j]] = self.facets(block.vectors(j));
                 }
             }
-            self.of.fresnel.scale(&cos_d[..n], &facets[..n], out);
+            self.fresnel.scale(&cos_d[..n], &facets[..n], out);
         }
     }
 }
@@ -223,11 +212,7 @@ impl<D: Distribution> Brdf for Microfacet<D> {
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         presence.fill(Presence::Present);
-        Arch::new().dispatch(Values {
-            of: self,
-            pairs,
-            out,
-        });
+        vectorised!(self.values_of(pairs, out));
     }
 
     fn as_sample(&self) -> Option<&dyn SampleBrdf> {

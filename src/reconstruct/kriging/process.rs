@@ -8,8 +8,8 @@ use super::system::{Sites, Solved};
 use super::{Account, TRANSFORM};
 use crate::error::count_are;
 use crate::geometry::DirectionPair;
+use crate::numeric::vectorised;
 use crate::reconstruct::interpolant::Interpolant;
-use pulp::{Arch, NullaryFnOnce};
 
 /// The mean of the process given the readings.
 pub(super) struct Process {
@@ -81,7 +81,7 @@ impl Part {
 
     /// Writes ln(f + ε) of pairs.
     pub(crate) fn eval(&self, pairs: &[DirectionPair], columns: &[Columns], out: &mut [f64]) {
-        Arch::new().dispatch(Means(self, columns, out));
+        vectorised!(self.means(columns, out));
         for out in out.chunks_exact_mut(self.levels.len()) {
             out.iter_mut().zip(&self.levels).for_each(|(z, l)| *z += l);
         }
@@ -89,23 +89,16 @@ impl Part {
             mean.add(pairs, out);
         }
     }
-}
 
-/// Writes ln(f + ε) less its level at pairs.
-struct Means<'a>(&'a Part, &'a [Columns], &'a mut [f64]);
-
-impl NullaryFnOnce for Means<'_> {
-    type Output = ();
-
+    /// Writes ln(f + ε) less its level at pairs.
     #[inline(always)]
-    fn call(self) {
-        let Self(of, columns, out) = self;
-        let width = of.levels.len();
+    fn means(&self, columns: &[Columns], out: &mut [f64]) {
+        let width = self.levels.len();
         let mut sums = vec![[0.0; LANES]; width];
         for (x, out) in columns.iter().zip(out.chunks_exact_mut(width)) {
             sums.fill([0.0; LANES]);
-            for (block, weights) in of.blocks.iter().zip(of.weights.chunks_exact(width)) {
-                let k = kernel::covariance(&of.terms, x, block);
+            for (block, weights) in self.blocks.iter().zip(self.weights.chunks_exact(width)) {
+                let k = kernel::covariance(&self.terms, x, block);
                 for (sum, weights) in sums.iter_mut().zip(weights) {
                     for i in 0..LANES {
                         sum[i] = k[i].mul_add(weights[i], sum[i]);
@@ -115,7 +108,7 @@ impl NullaryFnOnce for Means<'_> {
             for (out, sum) in out.iter_mut().zip(&sums) {
                 *out = kernel::sum(sum);
             }
-            for line in &of.lines {
+            for line in &self.lines {
                 line.add(x, out);
             }
         }

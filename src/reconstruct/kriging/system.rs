@@ -3,8 +3,8 @@
 use super::kernel::{self, Block, Columns, Flat, Kernel, LANES};
 use super::space::Space;
 use crate::geometry::DirectionPair;
+use crate::numeric::vectorised;
 use nalgebra::DMatrix;
-use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -104,20 +104,34 @@ impl Covariance {
         if out.is_empty() {
             return out;
         }
-        Arch::new().dispatch(Fill {
-            terms: &self.terms,
-            columns: &sites.columns[of.clone()],
-            blocks: &rows.blocks,
-            rows: rows.functions.nrows(),
-            first: triangle.then_some(of.start),
-            out: out.as_mut_slice(),
-        });
+        let first = triangle.then_some(of.start);
+        let columns = &sites.columns[of.clone()];
+        vectorised!(self.fill(columns, rows, first, out.as_mut_slice()));
         out.add_scalar_mut(self.level);
         if self.share > 0.0 {
             let functions = sites.functions.columns(of.start, of.len());
             out.gemm(self.share, &rows.functions, &functions, 1.0);
         }
         out
+    }
+
+    /// Writes covariances by the terms, a column per pair; `first` is the number of the first column where the lower triangle of a
+    /// symmetric matrix is enough.
+    #[inline(always)]
+    fn fill(&self, columns: &[Columns], rows: &Rows, first: Option<usize>, out: &mut [f64]) {
+        let columns = columns
+            .iter()
+            .zip(out.chunks_exact_mut(rows.functions.nrows()));
+        for (j, (x, out)) in columns.enumerate() {
+            let skipped = first.map_or(0, |first| (first + j) / LANES);
+            let blocks = rows.blocks.iter().zip(out.chunks_mut(LANES));
+            for (block, out) in blocks.skip(skipped) {
+                let values = kernel::covariance(&self.terms, x, block);
+                for (out, value) in out.iter_mut().zip(values) {
+                    *out = value;
+                }
+            }
+        }
     }
 
     /// The variance at each site.
@@ -170,39 +184,6 @@ pub(super) const NUGGET: f64 = 1.8e-5;
 
 /// Degrees of freedom of the prior of the scale of all variances: a t-likelihood.
 pub(super) const FREEDOM: f64 = 6.0;
-
-/// Writes covariances by the terms, a column per pair.
-struct Fill<'a> {
-    terms: &'a [Flat],
-    columns: &'a [Columns],
-    blocks: &'a [Block],
-    rows: usize,
-    /// If the lower triangle of a symmetric matrix is enough, the number of the first column in it.
-    first: Option<usize>,
-    out: &'a mut [f64],
-}
-
-impl NullaryFnOnce for Fill<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let columns = self
-            .columns
-            .iter()
-            .zip(self.out.chunks_exact_mut(self.rows));
-        for (j, (x, out)) in columns.enumerate() {
-            let skipped = self.first.map_or(0, |first| (first + j) / LANES);
-            let blocks = self.blocks.iter().zip(out.chunks_mut(LANES));
-            for (block, out) in blocks.skip(skipped) {
-                let values = kernel::covariance(self.terms, x, block);
-                for (out, value) in out.iter_mut().zip(values) {
-                    *out = value;
-                }
-            }
-        }
-    }
-}
 
 /// Columns of a matrix that are factored together.
 const PANEL: usize = 96;
@@ -362,14 +343,8 @@ impl Data {
             .into_par_iter()
             .map(|of| {
                 let mut out = vec![0.0; kernel.logs().len()];
-                Arch::new().dispatch(Slopes {
-                    terms: &terms,
-                    columns: &self.sites.columns,
-                    of,
-                    blocks: &blocks,
-                    by: &by,
-                    out: &mut out,
-                });
+                let columns = &self.sites.columns;
+                vectorised!(add_slopes(&terms, columns, &of, &blocks, &by, &mut out));
                 out
             })
             .collect();
@@ -402,37 +377,30 @@ pub(super) struct Likelihood {
     pub by_noise: f64,
 }
 
-/// Adds the derivatives of `Σ by · covariance`, of a symmetric matrix of which the lower triangle is read.
-struct Slopes<'a> {
-    terms: &'a [Flat],
-    columns: &'a [Columns],
-    /// The columns of the matrix that are added.
-    of: Range<usize>,
-    blocks: &'a [Block],
-    by: &'a DMatrix<f64>,
-    out: &'a mut [f64],
-}
-
-impl NullaryFnOnce for Slopes<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let n = self.columns.len();
-        for j in self.of {
-            let x = &self.columns[j];
-            let column = self.by.column(j);
-            for (b, block) in self.blocks.iter().enumerate().skip(j / LANES) {
-                let mut weight = [0.0; LANES];
-                for (w, i) in weight.iter_mut().zip(b * LANES..n) {
-                    *w = match i.cmp(&j) {
-                        Ordering::Less => 0.0,
-                        Ordering::Equal => column[i],
-                        Ordering::Greater => 2.0 * column[i],
-                    };
-                }
-                kernel::add_derivatives(self.terms, x, block, &weight, self.out);
+/// Adds the derivatives of `Σ by · covariance`, of a symmetric matrix of which the lower triangle is read: those of its columns `of`.
+#[inline(always)]
+fn add_slopes(
+    terms: &[Flat],
+    columns: &[Columns],
+    of: &Range<usize>,
+    blocks: &[Block],
+    by: &DMatrix<f64>,
+    out: &mut [f64],
+) {
+    let n = columns.len();
+    for j in of.clone() {
+        let x = &columns[j];
+        let column = by.column(j);
+        for (b, block) in blocks.iter().enumerate().skip(j / LANES) {
+            let mut weight = [0.0; LANES];
+            for (w, i) in weight.iter_mut().zip(b * LANES..n) {
+                *w = match i.cmp(&j) {
+                    Ordering::Less => 0.0,
+                    Ordering::Equal => column[i],
+                    Ordering::Greater => 2.0 * column[i],
+                };
             }
+            kernel::add_derivatives(terms, x, block, &weight, out);
         }
     }
 }

@@ -30,9 +30,9 @@ use super::specs::{file_table, length};
 use super::{FileFormat, TableError, without_wavelengths, write_file};
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{BLOCK, DirectionPair, PairBlock, Symmetry};
+use crate::numeric::vectorised;
 use file::{is_data, no_data};
 use grid::Corner;
-use pulp::{Arch, NullaryFnOnce};
 use serde::{Deserialize, Serialize};
 
 /// Interpolation of a table between its nodes.
@@ -184,57 +184,6 @@ impl Brdf for Merl {
     }
 }
 
-/// Look-ups of many pairs.
-struct LookUps<'a, const N: usize> {
-    table: &'a Merl,
-    held: &'a Held<N>,
-    pairs: &'a [DirectionPair],
-    out: &'a mut [[f64; N]],
-    presence: &'a mut [Presence],
-}
-
-impl<const N: usize> NullaryFnOnce for LookUps<'_, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let (table, held) = (self.table, self.held);
-        let mut block = PairBlock::new();
-        let [mut h, mut d, mut phi] = [[0.0; BLOCK]; 3];
-        let mut index = [0u32; BLOCK];
-        let mut corners = [Corner::default(); BLOCK];
-        let out = self.out.chunks_mut(BLOCK);
-        let out = out.zip(self.presence.chunks_mut(BLOCK));
-        for (pairs, (out, presences)) in self.pairs.chunks(BLOCK).zip(out) {
-            block.load(pairs);
-            for j in 0..BLOCK {
-                [h[j], d[j], phi[j]] = table.grid.coordinates_of(block.vectors(j));
-            }
-            match table.interpolation {
-                Interpolation::Nearest => {
-                    for j in 0..BLOCK {
-                        index[j] = table.grid.index_at([h[j], d[j], phi[j]]);
-                    }
-                }
-                Interpolation::Trilinear => {
-                    for j in 0..BLOCK {
-                        corners[j] = table.grid.corner([h[j], d[j], phi[j]]);
-                    }
-                }
-            }
-            for (j, (out, of)) in out.iter_mut().zip(presences).enumerate() {
-                let found = match table.interpolation {
-                    _ if block.is_below(j) => Some([0.0; N]),
-                    Interpolation::Nearest => held.data(index[j] as usize),
-                    Interpolation::Trilinear => held.trilinear(table.grid, corners[j]),
-                };
-                *of = Presence::of(found.is_some());
-                *out = found.unwrap_or([0.0; N]);
-            }
-        }
-    }
-}
-
 /// True if every channel of a cell holds data.
 #[inline(always)]
 fn holds_data<const N: usize>(cell: &[f64; N]) -> bool {
@@ -261,13 +210,51 @@ impl<const N: usize> Held<N> {
         out: &mut [f64],
         presence: &mut [Presence],
     ) {
-        Arch::new().dispatch(LookUps {
-            table,
-            held: self,
-            pairs,
-            out: out.as_chunks_mut().0,
-            presence,
-        });
+        vectorised!(self.look_up(table, pairs, out.as_chunks_mut().0, presence));
+    }
+
+    /// Looks up many pairs.
+    #[inline(always)]
+    fn look_up(
+        &self,
+        table: &Merl,
+        pairs: &[DirectionPair],
+        out: &mut [[f64; N]],
+        presence: &mut [Presence],
+    ) {
+        let mut block = PairBlock::new();
+        let [mut h, mut d, mut phi] = [[0.0; BLOCK]; 3];
+        let mut index = [0u32; BLOCK];
+        let mut corners = [Corner::default(); BLOCK];
+        let out = out.chunks_mut(BLOCK);
+        let out = out.zip(presence.chunks_mut(BLOCK));
+        for (pairs, (out, presences)) in pairs.chunks(BLOCK).zip(out) {
+            block.load(pairs);
+            for j in 0..BLOCK {
+                [h[j], d[j], phi[j]] = table.grid.coordinates_of(block.vectors(j));
+            }
+            match table.interpolation {
+                Interpolation::Nearest => {
+                    for j in 0..BLOCK {
+                        index[j] = table.grid.index_at([h[j], d[j], phi[j]]);
+                    }
+                }
+                Interpolation::Trilinear => {
+                    for j in 0..BLOCK {
+                        corners[j] = table.grid.corner([h[j], d[j], phi[j]]);
+                    }
+                }
+            }
+            for (j, (out, of)) in out.iter_mut().zip(presences).enumerate() {
+                let found = match table.interpolation {
+                    _ if block.is_below(j) => Some([0.0; N]),
+                    Interpolation::Nearest => self.data(index[j] as usize),
+                    Interpolation::Trilinear => self.trilinear(table.grid, corners[j]),
+                };
+                *of = Presence::of(found.is_some());
+                *out = found.unwrap_or([0.0; N]);
+            }
+        }
     }
 
     /// The cells of the file, a plane a channel.
