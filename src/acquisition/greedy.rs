@@ -65,19 +65,16 @@ keys! {
         /// Elevation up to which errors count, degrees in [40, 90].
         mask_deg: f64 = 80.0;
         /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
-        #[serde(skip_serializing_if = "Option::is_none")]
         prior: Option<PriorFile> = None;
         /// Coordinates of the kernel, by default those of `kriging`.
-        #[serde(skip_serializing_if = "Option::is_none")]
         coordinates: Option<Coordinates> = None;
         /// Errors that are small enough: once what nine of ten materials are below has reached all, no pose is asked for.
-        #[serde(skip_serializing_if = "Option::is_none")]
         target: Option<Target> = None;
         /// A moment of slices that poses are chosen for in place of the BRDF, e.g. `variance=5%` or `energy_40_70=1%`; by `uncertainty`,
         /// and from 512 poses on, it only ends them: once what the error of nine of ten materials is below has reached the level, no pose is
         /// asked for; with a target both are to be reached. At level 0 they go on, as with `a-optimal`, which chooses before the first reading. The
         /// smallest value of the slice at 45° is taken off as a diffuse part, views are at azimuth 0, and `weight` and `mask_deg` do not count.
-        #[serde(rename = "for", skip_serializing_if = "Option::is_none")]
+        #[serde(rename = "for")]
         moment: Option<MomentAim> = None;
     }
 }

@@ -80,10 +80,16 @@ pub struct Advised {
     pub all: usize,
 }
 
+/// A table with one key.
+fn table_of(key: &str, value: &str) -> Table {
+    Table::from_iter([(key.to_owned(), Value::from(value))])
+}
+
 /// A planner for a moment, without a stop.
 fn for_moment(kind: &str, aim: MomentAim) -> Table {
-    let keys = [("kind", kind.to_owned()), ("for", aim.to(0.0).to_string())];
-    Table::from_iter(keys.map(|(key, value)| (key.to_owned(), Value::from(value))))
+    let mut table = table_of("kind", kind);
+    table.insert("for".into(), aim.to(0.0).to_string().into());
+    table
 }
 
 /// The keys of a config that name materials.
@@ -146,10 +152,10 @@ impl AdviceSpec {
         let mut config = self.config(materials)?;
         let budgets = TRIED.map(|n| n as i64).to_vec();
         config.insert("budgets".into(), budgets.into());
-        let only = |kind: &str| Table::from_iter([("kind".to_owned(), Value::from(kind))]);
+        let only = |kind| vec![table_of("kind", kind)];
         config.insert("sample_set".into(), vec![for_moment(ADAPTIVE, aim)].into());
-        config.insert("parametrization".into(), vec![only(OF_PLANNERS)].into());
-        config.insert("reconstruction".into(), vec![only(KRIGING)].into());
+        config.insert("parametrization".into(), only(OF_PLANNERS).into());
+        config.insert("reconstruction".into(), only(KRIGING).into());
         let text = toml::to_string(&config).map_err(Error::internal)?;
         let (rows, _) = run(&Plan::read(&Source::new("gonio advise", text))?)?;
         let is_enough = |budget: &usize| {
@@ -350,8 +356,7 @@ impl AdviceSpec {
         if let Some(name) = &self.instrument {
             let preset = instrument::presets().iter().any(|p| p.name == name);
             let key = if preset { "preset" } else { "file" };
-            let table = Table::from_iter([(key.to_owned(), Value::from(name.as_str()))]);
-            config.insert("instrument".into(), vec![table].into());
+            config.insert("instrument".into(), vec![table_of(key, name)].into());
         }
         if self.moment.is_some() {
             config.insert("quantities".into(), vec!["moments"].into());
@@ -369,16 +374,15 @@ impl AdviceSpec {
                 list.push(table.into());
             }
         };
-        let of_kind = |kind: &str| Table::from_iter([("kind".to_owned(), Value::from(kind))]);
         if planners {
-            add("sample_set", of_kind(ADAPTIVE));
+            add("sample_set", table_of("kind", ADAPTIVE));
             if let Some(aim) = self.moment {
                 add("sample_set", for_moment(ADAPTIVE, aim));
             }
         }
         // Beyond it is left out; how many a time allows for is not known yet.
         if self.poses().is_none_or(|n| n <= TRUSTED) {
-            add("reconstruction", of_kind(KRIGING));
+            add("reconstruction", table_of("kind", KRIGING));
         }
     }
 }

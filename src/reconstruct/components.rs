@@ -34,7 +34,6 @@ declare! {
         prior: PriorFile = PriorFile::default();
         /// Variance of a reading of ln f about the functions as a share of that of their coefficients: finite, above 0; by default a 5000th
         /// of the number of readings, at least 0.01 and at most 0.3.
-        #[serde(skip_serializing_if = "Option::is_none")]
         ridge: Option<f64> = None;
     }
 }

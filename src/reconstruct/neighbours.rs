@@ -24,12 +24,10 @@ declare! {
     /// The nearest reading, as a config writes it.
     pub struct NearestReading {
         /// Coordinates of the search; by default those of the schedule.
-        #[serde(skip_serializing_if = "Option::is_none")]
         coordinates: Option<Coordinates> = None;
         /// Weight of the first radial axis against the second; by default [`super::STRETCH`], or
         /// [`super::STRETCH_OF_SHEETS`] if the readings lie in sheets. A grid in its own coordinates has
         /// none.
-        #[serde(skip_serializing_if = "Option::is_none")]
         stretch: Option<f64> = None;
     }
 }
@@ -127,12 +125,10 @@ declare! {
         /// Exponent of the distance.
         power: f64 = 2.0;
         /// Coordinates to interpolate in; by default those of the schedule.
-        #[serde(skip_serializing_if = "Option::is_none")]
         coordinates: Option<Coordinates> = None;
         /// Weight of the first radial axis against the second; by default [`super::STRETCH`], or
         /// [`super::STRETCH_OF_SHEETS`] if the readings lie in sheets. A grid in its own coordinates has
         /// none.
-        #[serde(skip_serializing_if = "Option::is_none")]
         stretch: Option<f64> = None;
     }
 }

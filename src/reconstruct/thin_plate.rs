@@ -24,12 +24,10 @@ declare! {
         /// Number of neighbours (readings and their mirror images).
         neighbours: usize = 30;
         /// Coordinates to interpolate in; by default those of the schedule.
-        #[serde(skip_serializing_if = "Option::is_none")]
         coordinates: Option<Coordinates> = None;
         /// Weight of the first radial axis against the second; by default [`super::STRETCH`], or
         /// [`super::STRETCH_OF_SHEETS`] if the readings lie in sheets. A grid in its own coordinates has
         /// none.
-        #[serde(skip_serializing_if = "Option::is_none")]
         stretch: Option<f64> = None;
         /// True to miss readings by their uncertainty of type A, as far as the others ask for it.
         noise: bool = false;

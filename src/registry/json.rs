@@ -58,10 +58,14 @@ pub(super) fn written(keys: Keys) -> String {
     Value::Object(keys).to_string()
 }
 
-/// A struct as a table; `None` if it is none.
+/// A struct as a table, without keys that have no value; `None` if it is none.
 pub(super) fn keys(of: &impl Serialize) -> Option<Keys> {
     match serde_json::to_value(of) {
-        Ok(Value::Object(keys)) => Some(keys),
+        Ok(Value::Object(mut keys)) => {
+            // TOML has no null.
+            keys.retain(|_, value| !value.is_null());
+            Some(keys)
+        }
         _ => None,
     }
 }

@@ -37,7 +37,7 @@ pub(super) fn written(keys: Keys) -> String {
     keys.to_string()
 }
 
-/// A struct as a table; `None` if it is none.
+/// A struct as a table, without keys that have no value; `None` if it is none.
 pub(super) fn keys(of: &impl Serialize) -> Option<Keys> {
     match Value::try_from(of) {
         Ok(Value::Table(table)) => Some(table),

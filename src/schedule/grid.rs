@@ -70,11 +70,9 @@ declare! {
     pub struct Grid {
         /// Relative numbers of nodes per axis; by default those of the
         /// parametrization (4:4:1, spherical 1:1:2).
-        #[serde(skip_serializing_if = "Option::is_none")]
         ratio: Option<Ratio> = None;
         /// Node positions per axis; by default `start` on an axis that is warped towards the peak at
         /// its start, else `cell`.
-        #[serde(skip_serializing_if = "Option::is_none")]
         centring: Option<Vec<Centring>> = None;
         /// True to leave the ratio, an axis by 15 % or one step, for the nearest grid that fills the budget, so
         /// that grids of different coordinates have as many configurations.
@@ -184,7 +182,6 @@ declare! {
     pub struct Stratified {
         /// Relative numbers of cells per axis; by default those of the
         /// parametrization (4:4:1, spherical 1:1:2).
-        #[serde(skip_serializing_if = "Option::is_none")]
         ratio: Option<Vec<f64>> = None;
     }
 }

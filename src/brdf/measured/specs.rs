@@ -108,7 +108,6 @@ macro_rules! file_table {
             /// The file.
             pub path: std::path::PathBuf,
             /// One more number that stands for no reading.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
             pub no_reading: Option<f64>,
             $($(#[$attribute])* pub $key: $type,)*
         }

@@ -44,10 +44,8 @@ named! {
 struct Keys {
     format: TableFormat,
     /// Interpolation between nodes; of MERL tables only.
-    #[serde(skip_serializing_if = "Option::is_none")]
     interpolation: Option<Interpolation>,
     /// Where in its cell a value is exact; of MERL tables only.
-    #[serde(skip_serializing_if = "Option::is_none")]
     nodes: Option<Nodes>,
     #[serde(rename = "of", skip_serializing)]
     _of: IgnoredAny,

@@ -42,7 +42,6 @@ keys! {
         paths: usize = 256;
         /// Standard error of the paths as a share of the value, down to which up to 64 times as many are followed; of mirrors for light of
         /// the first.
-        #[serde(skip_serializing_if = "Option::is_none")]
         relative_error: Option<f64> = None;
         /// Paths that are followed for light of more than one mirror; kept, unless they are counted at nodes.
         rays: usize = 1 << 23;

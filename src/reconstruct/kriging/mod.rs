@@ -79,10 +79,8 @@ declare! {
         /// True to leave out those of 33 to 2000 readings that all others contradict.
         robust: bool = true;
         /// What is known beforehand: `built-in` (materials of formulas), or a file of `gonio train`.
-        #[serde(skip_serializing_if = "Option::is_none")]
         prior: Option<PriorFile> = None;
         /// Coordinates of the kernel; by default columns of half/difference ones.
-        #[serde(skip_serializing_if = "Option::is_none")]
         coordinates: Option<Coordinates> = None;
     }
 }

@@ -36,7 +36,6 @@ pub struct HeightMapSpec {
     pub pitch_um: f64,
     /// Height of the number 1, µm, of a PNG that of 65535, in [−10⁶, 10⁶]: below 0 the map is of a cast. 1 if it is not said,
     /// but of a PNG it must be.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height_um: Option<f64>,
 }
 
