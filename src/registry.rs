@@ -22,7 +22,7 @@ mod named;
 #[cfg(feature = "experiments")]
 mod text;
 
-pub(crate) use declare::{declare, family, keys, only};
+pub(crate) use declare::{declare, family, forwarded, keys, only};
 #[cfg(not(feature = "experiments"))]
 pub use json::{Keys, Table, Value, parse};
 #[cfg(not(feature = "experiments"))]

@@ -70,7 +70,7 @@ use crate::measurement::Measurement;
 use crate::metrics::Expected;
 use crate::parametrization::{Axis, Parametrization, usual_form};
 use crate::reconstruct::{PriorFile, Suspect};
-use crate::registry::{self, Entry, Joined, ReadError, Resolved, Table, Taken};
+use crate::registry::{self, Entry, Joined, ReadError, Resolved, Table, Taken, forwarded};
 use crate::schedule::{self, PlanError, Pose, SampleSet, Schedule};
 use std::sync::Arc;
 
@@ -349,43 +349,15 @@ pub fn scheduled<P: Planner + ?Sized>(task: &Task<'_>, planner: &P, poses: Vec<P
 struct Once(Box<dyn SampleSet>);
 
 impl Resolved for Once {
-    fn resolved(&self) -> registry::Keys {
-        self.0.resolved()
-    }
+    forwarded!(0: resolved -> registry::Keys);
 }
 
 impl SampleSet for Once {
-    fn label(&self) -> String {
-        self.0.label()
-    }
-
-    fn is_grid(&self) -> bool {
-        self.0.is_grid()
-    }
-
-    fn is_random(&self) -> bool {
-        self.0.is_random()
-    }
-
-    fn is_unguided(&self) -> bool {
-        self.0.is_unguided()
-    }
-
-    fn tuned(&self, ratio: &[f64]) -> Option<Box<dyn SampleSet>> {
-        self.0.tuned(ratio)
-    }
-
-    fn check(&self, axes: &[Axis]) -> Result<(), ParameterError> {
-        self.0.check(axes)
-    }
-
-    fn plan(
-        &self,
-        form: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError> {
-        self.0.plan(form, budget, seed)
+    forwarded! {
+        0: label -> String, is_grid -> bool, is_random -> bool, is_unguided -> bool,
+        tuned(ratio: &[f64]) -> Option<Box<dyn SampleSet>>,
+        check(axes: &[Axis]) -> Result<(), ParameterError>,
+        plan(form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Result<Schedule, PlanError>,
     }
 }
 

@@ -53,7 +53,7 @@ pub use ward::{Ward, WardSpec};
 
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, Symmetry};
-use crate::registry::{self, ReadError, family};
+use crate::registry::{self, ReadError, family, forwarded};
 use smallvec::SmallVec;
 use std::path::{Path, PathBuf};
 
@@ -193,20 +193,10 @@ pub trait SampleBrdf: Brdf {
     fn pdf(&self, pair: &DirectionPair) -> f64;
 }
 
-/// Methods of a wrapper that return what those of one of its fields do: `forwarded!(of: remarks -> Vec<String>)`.
-macro_rules! forwarded {
-    ($field:tt: $($method:ident -> $Value:ty),* $(,)?) => {
-        $(fn $method(&self) -> $Value {
-            self.$field.$method()
-        })*
-    };
-}
-pub(crate) use forwarded;
-
 /// The facts of a wrapper that are those of the BRDF in one of its fields, and other methods that return what its methods do.
 macro_rules! of_wrapped {
     ($field:tt $(, $method:ident -> $Value:ty)*) => {
-        $crate::brdf::forwarded! {
+        $crate::registry::forwarded! {
             $field: channels -> &$crate::brdf::Channels,
             symmetry -> $crate::geometry::Symmetry,
             conserves_energy -> bool,

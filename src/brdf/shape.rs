@@ -1,7 +1,7 @@
 //! BRDFs of one function of the pair, which every channel scales and puts on a base.
 
 use super::spectrum::scaled;
-use super::{Brdf, Channels, Presence, SampleBrdf, Spectrum};
+use super::{Brdf, Channels, Presence, SampleBrdf, Spectrum, forwarded};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use std::fmt::Debug;
@@ -70,13 +70,7 @@ impl<S: Shape> Brdf for Shaped<S> {
         &self.channels
     }
 
-    fn symmetry(&self) -> Symmetry {
-        self.shape.symmetry()
-    }
-
-    fn conserves_energy(&self) -> bool {
-        self.shape.conserves_energy()
-    }
+    forwarded!(shape: symmetry -> Symmetry, conserves_energy -> bool);
 
     fn is_mirrored(&self) -> bool {
         true
@@ -101,11 +95,8 @@ impl<S: Shape> Brdf for Shaped<S> {
 }
 
 impl<S: Shape> SampleBrdf for Shaped<S> {
-    fn sample(&self, omega_o: Direction, u: [f64; 2]) -> Option<Direction> {
-        self.shape.sample(omega_o, u)
-    }
-
-    fn pdf(&self, pair: &DirectionPair) -> f64 {
-        self.shape.pdf(pair)
+    forwarded! {
+        shape: sample(omega_o: Direction, u: [f64; 2]) -> Option<Direction>,
+        pdf(pair: &DirectionPair) -> f64,
     }
 }

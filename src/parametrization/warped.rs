@@ -4,6 +4,7 @@
 use super::{Axis, Coords, Facts, Images, Parametrization, Warp, WarpError, WarpProblem, Warps};
 use crate::error::one_of;
 use crate::geometry::{BLOCK, DirectionPair, Symmetry};
+use crate::registry::forwarded;
 
 /// A parametrization with warped axes.
 #[derive(Clone, Debug)]
@@ -56,16 +57,10 @@ impl<P: Parametrization> Warped<P> {
 }
 
 impl<P: Parametrization> Parametrization for Warped<P> {
-    fn name(&self) -> &'static str {
-        self.inner.name()
-    }
+    forwarded!(inner: name -> &'static str, symmetry -> Symmetry, facts -> Facts);
 
     fn axes(&self) -> &[Axis] {
         &self.axes
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.inner.symmetry()
     }
 
     #[inline]
@@ -132,10 +127,6 @@ impl<P: Parametrization> Parametrization for Warped<P> {
         } else {
             names.join(";")
         }
-    }
-
-    fn facts(&self) -> Facts {
-        self.inner.facts()
     }
 
     fn plane_labels(&self) -> [&'static str; 2] {

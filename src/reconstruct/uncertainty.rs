@@ -20,6 +20,7 @@ use super::{Cover, Coverage, EPSILON, Interpolant, Predictive, Reconstruct, Reco
 use crate::brdf::{Brdf, Channels, EstimatedBrdf, Presence, SampleBrdf, of_wrapped};
 use crate::geometry::DirectionPair;
 use crate::measurement::{Details, Flags, Measurement, Outcome};
+use crate::registry::forwarded;
 use crate::sampling::Random;
 use crate::schedule::Schedule;
 use rand_distr::{Distribution, StandardNormal};
@@ -372,12 +373,9 @@ impl Brdf for Estimated {
         brdf, is_mirrored -> bool, remarks -> Vec<String>, as_sample -> Option<&dyn SampleBrdf>
     }
 
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        self.brdf.eval(pair, out)
-    }
-
-    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        self.brdf.eval_batch(pairs, out, presence);
+    forwarded! {
+        brdf: eval(pair: &DirectionPair, out: &mut [f64]) -> Presence,
+        eval_batch(pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) -> (),
     }
 
     fn as_estimated(&self) -> Option<&dyn EstimatedBrdf> {

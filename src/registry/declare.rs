@@ -179,4 +179,14 @@ macro_rules! only {
     }};
 }
 
-pub(crate) use {declare, family, keys, only};
+/// Methods of a wrapper that return what those of one of its fields do: `forwarded!(of: remarks -> Vec<String>)`, with their
+/// arguments `forwarded!(of: check(axes: &[Axis]) -> bool)`.
+macro_rules! forwarded {
+    ($field:tt: $($method:ident $(($($argument:ident: $T:ty),*))? -> $Value:ty),* $(,)?) => {
+        $(fn $method(&self $($(, $argument: $T)*)?) -> $Value {
+            self.$field.$method($($($argument),*)?)
+        })*
+    };
+}
+
+pub(crate) use {declare, family, forwarded, keys, only};
