@@ -12,7 +12,7 @@
 //! Poses beyond 80°, or that cannot be taken, are left out for others.
 
 use super::field::{MASK, MOST, Reach, admit, filled, is_inside, luminances};
-use super::{Planner, Task};
+use super::{Chosen, Planner, Task};
 use crate::error::{ParameterError, in_closed};
 use crate::geometry::{Direction, DirectionPair};
 use crate::measurement::Measurement;
@@ -21,7 +21,7 @@ use crate::parametrization::Axis;
 use crate::reconstruct::Transform;
 use crate::registry::declare;
 use crate::sampling::{Random, Sobol};
-use crate::schedule::{PlanError, Pose, SampleSet};
+use crate::schedule::{Pose, SampleSet};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -266,12 +266,7 @@ impl Planner for Retro {
         MOST
     }
 
-    fn next(
-        &self,
-        task: &Task<'_>,
-        so_far: &Measurement,
-        most: usize,
-    ) -> Result<Vec<Pose>, PlanError> {
+    fn next(&self, task: &Task<'_>, so_far: &Measurement, most: usize) -> Chosen {
         let before = so_far.schedule.poses.len();
         admit(KIND, before + most, MOST)?;
         let reach = Reach::new(task, so_far);

@@ -1,6 +1,6 @@
 //! Where errors count, and the poses that a planner chooses from.
 
-use super::Task;
+use super::{Chosen, Task};
 use crate::geometry::{Direction, DirectionPair, angle_between};
 use crate::instrument::Machine;
 use crate::measurement::{Measurement, Outcome};
@@ -278,7 +278,7 @@ pub(super) fn filled(
     so_far: &Measurement,
     n: usize,
     mut poses: Vec<Pose>,
-) -> Result<Vec<Pose>, PlanError> {
+) -> Chosen {
     let before = so_far.schedule.poses.iter();
     let before = before.filter_map(|pose| canonical(&*task.form, &pose.pair));
     let mut there: Vec<[DVec3; 2]> = before.map(|pose| pose.pair.vectors()).collect();

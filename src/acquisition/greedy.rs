@@ -8,7 +8,7 @@
 use super::choice::{Weights, a_optimal, least_certain};
 use super::field::{Field, MOST as MOST_COMPARED, admit, pairs, supposed};
 use super::moments::{self, MomentAim, MomentForecast, OfLogs};
-use super::{Forecast, Planner, Task, halves};
+use super::{Chosen, Forecast, Planner, Task, halves};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
 use crate::brdf::{Brdf, Channels, Roughness};
 use crate::error::{ParameterError, in_closed, in_left_open};
@@ -179,12 +179,7 @@ impl Greedy {
     }
 
     /// So many poses for any material, given where it was read but not what was.
-    fn beforehand(
-        &self,
-        task: &Task<'_>,
-        so_far: &Measurement,
-        n: usize,
-    ) -> Result<Vec<Pose>, PlanError> {
+    fn beforehand(&self, task: &Task<'_>, so_far: &Measurement, n: usize) -> Chosen {
         let asked = so_far.schedule.poses.len();
         let field = self.field(task, so_far, n, asked as u64)?;
         let process = Posterior::beforehand(&self.kriging(), task.form.symmetry())?;
@@ -243,12 +238,7 @@ impl Greedy {
     }
 
     /// So many poses by what is known of the material.
-    fn informed(
-        &self,
-        task: &Task<'_>,
-        so_far: &Measurement,
-        n: usize,
-    ) -> Result<Vec<Pose>, PlanError> {
+    fn informed(&self, task: &Task<'_>, so_far: &Measurement, n: usize) -> Chosen {
         let asked = so_far.schedule.poses.len();
         let process = self.process(so_far)?;
         let field = self.field(task, so_far, n, asked as u64)?;
@@ -436,12 +426,7 @@ impl Planner for Greedy {
         })
     }
 
-    fn next(
-        &self,
-        task: &Task<'_>,
-        so_far: &Measurement,
-        most: usize,
-    ) -> Result<Vec<Pose>, PlanError> {
+    fn next(&self, task: &Task<'_>, so_far: &Measurement, most: usize) -> Chosen {
         let asked = so_far.schedule.poses.len();
         admit(self.rule.name(), asked + most, self.most())?;
         let next = match (self.rule, so_far.readings()) {

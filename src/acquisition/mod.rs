@@ -41,7 +41,7 @@ macro_rules! plans_by_design {
             form: &std::sync::Arc<dyn crate::parametrization::Parametrization>,
             budget: usize,
             seed: u64,
-        ) -> Result<crate::schedule::Schedule, crate::schedule::PlanError> {
+        ) -> crate::schedule::Planned {
             self.design(&Task::plain(form, budget, seed))
         }
     };
@@ -71,7 +71,7 @@ use crate::metrics::Expected;
 use crate::parametrization::{Axis, Parametrization, usual_form};
 use crate::reconstruct::{PriorFile, Suspect};
 use crate::registry::{self, Entry, Joined, ReadError, Resolved, Table, Taken, forwarded};
-use crate::schedule::{self, PlanError, Pose, SampleSet, Schedule};
+use crate::schedule::{self, PlanError, Planned, Pose, SampleSet, Schedule};
 use std::sync::Arc;
 
 /// What is to be measured.
@@ -217,7 +217,7 @@ pub trait Planner: SampleSet {
     ///
     /// # Errors
     /// As [`SampleSet::plan`].
-    fn design(&self, task: &Task<'_>) -> Result<Schedule, PlanError> {
+    fn design(&self, task: &Task<'_>) -> Planned {
         let poses = self.next(task, &nothing(task), task.budget)?;
         Ok(scheduled(task, self, poses))
     }
@@ -227,13 +227,11 @@ pub trait Planner: SampleSet {
     ///
     /// # Errors
     /// As [`SampleSet::plan`].
-    fn next(
-        &self,
-        task: &Task<'_>,
-        so_far: &Measurement,
-        most: usize,
-    ) -> Result<Vec<Pose>, PlanError>;
+    fn next(&self, task: &Task<'_>, so_far: &Measurement, most: usize) -> Chosen;
 }
+
+/// Poses, or the reason why there are none.
+pub type Chosen = Result<Vec<Pose>, PlanError>;
 
 /// The readings of a BRDF by the instrument without flaws, batch after batch; it is the truth of the task.
 ///
@@ -357,21 +355,16 @@ impl SampleSet for Once {
         0: label -> String, is_grid -> bool, is_random -> bool, is_unguided -> bool,
         tuned(ratio: &[f64]) -> Option<Box<dyn SampleSet>>,
         check(axes: &[Axis]) -> Result<(), ParameterError>,
-        plan(form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Result<Schedule, PlanError>,
+        plan(form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Planned,
     }
 }
 
 impl Planner for Once {
-    fn design(&self, task: &Task<'_>) -> Result<Schedule, PlanError> {
+    fn design(&self, task: &Task<'_>) -> Planned {
         self.plan(&task.form, task.budget, task.seed)
     }
 
-    fn next(
-        &self,
-        task: &Task<'_>,
-        so_far: &Measurement,
-        most: usize,
-    ) -> Result<Vec<Pose>, PlanError> {
+    fn next(&self, task: &Task<'_>, so_far: &Measurement, most: usize) -> Chosen {
         let mut poses = self.design(task)?.poses;
         let asked = so_far.schedule.poses.len().min(poses.len());
         poses.drain(..asked);

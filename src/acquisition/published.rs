@@ -8,7 +8,7 @@ use super::choice::{Wanted, least_error};
 use super::field::{Field, MOST, Reach, admit, field, pairs};
 use super::greedy::{normalised, squared};
 use super::rows::Rows;
-use super::{Planner, Task};
+use super::{Chosen, Planner, Task};
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
@@ -16,7 +16,7 @@ use crate::numeric::hashed;
 use crate::parametrization::Axis;
 use crate::reconstruct::{COMPONENTS, Components, Posterior, PriorFile, RIDGE, Reconstruct};
 use crate::registry::{self, Entry, Keys, Resolved, named};
-use crate::schedule::{PlanError, Pose, SampleSet};
+use crate::schedule::SampleSet;
 use serde::{Deserialize, Serialize};
 
 named! {
@@ -167,12 +167,7 @@ impl Planner for Published {
         MOST
     }
 
-    fn next(
-        &self,
-        task: &Task<'_>,
-        so_far: &Measurement,
-        most: usize,
-    ) -> Result<Vec<Pose>, PlanError> {
+    fn next(&self, task: &Task<'_>, so_far: &Measurement, most: usize) -> Chosen {
         let before = so_far.schedule.poses.len();
         admit(self.criterion.name(), before + most, MOST)?;
         let reach = Reach::new(task, so_far);

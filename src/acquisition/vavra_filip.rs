@@ -9,7 +9,7 @@
 //! error is taken to fall with the square of the length until it is read.
 
 use super::field::{MASK, MOST, Reach, admit, filled, is_inside, luminances};
-use super::{Planner, Task, halves};
+use super::{Chosen, Planner, Task, halves};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::numeric::hashed;
@@ -17,7 +17,7 @@ use crate::parametrization::{Parametrization, usual_form};
 use crate::reconstruct::Values;
 use crate::registry::declare;
 use crate::sampling::Random;
-use crate::schedule::{PlanError, Pose, SampleSet};
+use crate::schedule::{Pose, SampleSet};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Difference angles of lines along θ_h.
@@ -220,12 +220,7 @@ impl Planner for Slices {
         MOST
     }
 
-    fn next(
-        &self,
-        task: &Task<'_>,
-        so_far: &Measurement,
-        most: usize,
-    ) -> Result<Vec<Pose>, PlanError> {
+    fn next(&self, task: &Task<'_>, so_far: &Measurement, most: usize) -> Chosen {
         admit(KIND, so_far.schedule.poses.len() + most, MOST)?;
         let reach = Reach::new(task, so_far);
         let lines = Line::all(task, &reach, so_far);

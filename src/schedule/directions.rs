@@ -1,8 +1,7 @@
 //! Directions of light and sensor that are uniform by themselves: a control that no parametrization is favoured by.
 
-use super::Schedule;
 use super::points::accept;
-use super::sample_set::{PlanError, SampleSet, place};
+use super::sample_set::{Planned, SampleSet, place};
 use crate::geometry::{Direction, DirectionPair};
 use crate::parametrization::Parametrization;
 use crate::registry::declare;
@@ -57,22 +56,17 @@ impl SampleSet for Directions {
         true
     }
 
-    fn plan(
-        &self,
-        parametrization: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError> {
+    fn plan(&self, form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Planned {
         let mut sobol = Sobol::new(seed);
-        let isotropic = parametrization.symmetry().isotropic;
+        let isotropic = form.symmetry().isotropic;
         let pose = |i: u64| {
             let [a, b, c, d]: [f64; 4] = sobol.point(i);
             // The azimuth of the sample changes nothing of an isotropic material: three dimensions are more even than four.
             let azimuth = if isotropic { 0.0 } else { d };
             let [light, sensor] = [[a, azimuth], [b, c]].map(|u| self.density.direction(u));
-            let coords = parametrization.forward(&DirectionPair::new(light, sensor));
-            place(&**parametrization, &coords)
+            let coords = form.forward(&DirectionPair::new(light, sensor));
+            place(&**form, &coords)
         };
-        accept(parametrization, budget, Self::KIND, pose)
+        accept(form, budget, Self::KIND, pose)
     }
 }

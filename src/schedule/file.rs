@@ -1,9 +1,9 @@
 //! Poses of a file: a schedule of this program, or a table of angles that others wrote.
 
 use super::points::first_of;
-use super::sample_set::{PlanError, SampleSet};
+use super::sample_set::{Planned, SampleSet};
 use super::table::as_text;
-use super::{AngleUnit, Assume, Azimuth, Conventions, Schedule, read_schedule};
+use super::{AngleUnit, Assume, Azimuth, Conventions, read_schedule};
 use crate::error::ParameterError;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Parametrization};
@@ -107,14 +107,9 @@ impl SampleSet for FileSet {
         true
     }
 
-    fn plan(
-        &self,
-        parametrization: &Arc<dyn Parametrization>,
-        budget: usize,
-        _seed: u64,
-    ) -> Result<Schedule, PlanError> {
+    fn plan(&self, form: &Arc<dyn Parametrization>, budget: usize, _seed: u64) -> Planned {
         let (_, pairs) = self.load()?;
         let pairs = pairs.iter().copied();
-        first_of(parametrization, budget, Self::KIND, pairs)
+        first_of(form, budget, Self::KIND, pairs)
     }
 }

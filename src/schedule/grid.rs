@@ -5,7 +5,7 @@
 //! has more configurations than the budget.
 
 use super::lattice::{Centring, Lattice, LatticeAxis, coords, each_node_while, node_at};
-use super::sample_set::{PlanError, SampleSet, from_unit, place};
+use super::sample_set::{Planned, SampleSet, from_unit, place};
 use super::shapes::{filled, in_numbers, largest};
 use super::{Pose, Schedule};
 use crate::error::{ParameterError, listed};
@@ -155,20 +155,15 @@ impl SampleSet for Grid {
         Ok(())
     }
 
-    fn plan(
-        &self,
-        parametrization: &Arc<dyn Parametrization>,
-        budget: usize,
-        _seed: u64,
-    ) -> Result<Schedule, PlanError> {
-        self.check(parametrization.axes())?;
+    fn plan(&self, form: &Arc<dyn Parametrization>, budget: usize, _seed: u64) -> Planned {
+        self.check(form.axes())?;
         if self.ratio == Some(Ratio::Tuned) {
             let allowed = "numbers, or an experiment with [tuning], which finds them";
             return Err(ParameterError::new("ratio", format!("{TUNED:?}"), allowed).into());
         }
-        let lay_out = |shape: &[usize]| self.lay_out(parametrization, shape, budget);
-        let ratio = in_numbers(self.numbers(), parametrization.axes());
-        let schedule = largest(parametrization, &ratio, budget, Self::KIND, lay_out)?;
+        let lay_out = |shape: &[usize]| self.lay_out(form, shape, budget);
+        let ratio = in_numbers(self.numbers(), form.axes());
+        let schedule = largest(form, &ratio, budget, Self::KIND, lay_out)?;
         Ok(match self.fill {
             true => filled(schedule, &ratio, budget, lay_out),
             false => schedule,
@@ -222,17 +217,12 @@ impl SampleSet for Stratified {
         check_ratio(self.ratio.as_deref(), axes)
     }
 
-    fn plan(
-        &self,
-        parametrization: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError> {
-        self.check(parametrization.axes())?;
+    fn plan(&self, form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Planned {
+        self.check(form.axes())?;
         let random = Random::new(seed);
-        let ratio = in_numbers(self.ratio.as_deref(), parametrization.axes());
-        largest(parametrization, &ratio, budget, Self::KIND, |shape| {
-            self.jitter(parametrization, shape, &random, budget)
+        let ratio = in_numbers(self.ratio.as_deref(), form.axes());
+        largest(form, &ratio, budget, Self::KIND, |shape| {
+            self.jitter(form, shape, &random, budget)
         })
     }
 }

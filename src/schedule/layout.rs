@@ -1,8 +1,7 @@
 //! Published layouts of poses: directions that laboratories and standards measure at.
 
-use super::Schedule;
 use super::points::first_of;
-use super::sample_set::{PlanError, SampleSet};
+use super::sample_set::{Planned, SampleSet};
 use crate::brdf::measured::merl::MerlGrid;
 use crate::geometry::{Direction, DirectionPair};
 use crate::parametrization::Parametrization;
@@ -124,12 +123,7 @@ impl SampleSet for LayoutSet {
         true
     }
 
-    fn plan(
-        &self,
-        parametrization: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError> {
+    fn plan(&self, form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Planned {
         let mut numbers: Vec<u32> = (0..self.of.len() as u32).collect();
         let mut random = Random::new(seed).stream(0);
         let all = numbers.len();
@@ -141,6 +135,6 @@ impl SampleSet for LayoutSet {
             }
             self.of.pose(numbers[next] as usize)
         });
-        first_of(parametrization, budget, Self::KIND, pairs)
+        first_of(form, budget, Self::KIND, pairs)
     }
 }

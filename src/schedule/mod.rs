@@ -31,7 +31,7 @@ pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};
 pub use layout::{Layout, LayoutSet};
 pub use points::{PointSet, RandomSet, SobolSet};
 pub use record::schedule_schema;
-pub use sample_set::{PlanError, SampleSet};
+pub use sample_set::{PlanError, Planned, SampleSet};
 pub use table::{FileError, ScheduleFormat};
 pub use visited::{Unvisited, unvisited};
 

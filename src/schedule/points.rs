@@ -1,7 +1,7 @@
 //! Sample sets of the physical points of a sequence in the unit cube.
 
 use super::grid::Distinct;
-use super::sample_set::{PlanError, SampleSet, from_unit, is_visible, place};
+use super::sample_set::{Planned, SampleSet, from_unit, is_visible, place};
 use super::{Pose, Schedule};
 use crate::geometry::DirectionPair;
 use crate::parametrization::Parametrization;
@@ -19,16 +19,11 @@ pub trait PointSet: Resolved + std::fmt::Debug + Send + Sync {
 }
 
 impl<S: PointSet> SampleSet for S {
-    fn plan(
-        &self,
-        parametrization: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError> {
-        let axes = parametrization.axes();
+    fn plan(&self, form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Planned {
+        let axes = form.axes();
         let mut point = Self::points(seed);
-        let pose = |i: u64| place(&**parametrization, &from_unit(axes, &point(i)));
-        accept(parametrization, budget, Self::KIND, pose)
+        let pose = |i: u64| place(&**form, &from_unit(axes, &point(i)));
+        accept(form, budget, Self::KIND, pose)
     }
 }
 
@@ -68,7 +63,7 @@ pub(super) fn accept(
     budget: usize,
     kind: &'static str,
     mut pose: impl FnMut(u64) -> Option<Pose>,
-) -> Result<Schedule, PlanError> {
+) -> Planned {
     // Every parametrization has more than half of its box above the horizon in 3-D and more than
     // a quarter in 4-D; a sequence that misses a thousand times in a row never hits.
     let patience = 1000 * (budget as u64 + 1);
@@ -89,7 +84,7 @@ pub(super) fn first_of(
     budget: usize,
     kind: &'static str,
     pairs: impl IntoIterator<Item = DirectionPair>,
-) -> Result<Schedule, PlanError> {
+) -> Planned {
     let mut distinct = Distinct::new(parametrization.axes());
     let mut poses = Vec::new();
     for pair in pairs {

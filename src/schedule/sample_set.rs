@@ -52,13 +52,11 @@ pub trait SampleSet: Resolved + std::fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// If the budget is too small for the set, or [`check`](Self::check) fails.
-    fn plan(
-        &self,
-        parametrization: &Arc<dyn Parametrization>,
-        budget: usize,
-        seed: u64,
-    ) -> Result<Schedule, PlanError>;
+    fn plan(&self, form: &Arc<dyn Parametrization>, budget: usize, seed: u64) -> Planned;
 }
+
+/// A schedule, or the reason why there is none.
+pub type Planned = Result<Schedule, PlanError>;
 
 /// Reason why a schedule could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

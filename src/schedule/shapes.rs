@@ -3,7 +3,7 @@
 
 use super::Schedule;
 use super::lattice::Lattice;
-use super::sample_set::PlanError;
+use super::sample_set::Planned;
 use crate::geometry::Symmetry;
 use crate::parametrization::{Axis, AxisKind, Parametrization};
 use std::f64::consts::PI;
@@ -22,7 +22,7 @@ pub(super) fn largest(
     budget: usize,
     kind: &'static str,
     lay_out: impl Fn(&[usize]) -> Option<Schedule>,
-) -> Result<Schedule, PlanError> {
+) -> Planned {
     let mut shapes = Shapes::new(parametrization.axes(), parametrization.symmetry(), ratio);
     let mut fits: Option<Schedule> = None;
     // Shapes by number: those below `low` fit, `high` does not. Shapes with no more nodes than the
