@@ -48,7 +48,7 @@ pub use shifted_gamma::{ShiftedGamma, ShiftedGammaSpec};
 pub(crate) use spectrum::Limited;
 pub use spectrum::{SampledSpectrum, Spectrum};
 pub use sum::{ComponentSpec, Sum, SumSpec};
-pub use test_functions::{TestFunction, TestFunctionSpec};
+pub use test_functions::TestFunctionSpec;
 pub use ward::{Ward, WardSpec};
 
 use crate::error::ParameterError;

@@ -70,9 +70,6 @@ impl BrdfSpec for TestFunctionSpec {
     }
 }
 
-/// A test function as a BRDF.
-pub type TestFunction = Shaped<TestFunctionSpec>;
-
 impl Shape for TestFunctionSpec {
     const IS_SAMPLED: bool = false;
 
