@@ -32,7 +32,7 @@ fn tour(bencher: Bencher, name: &str, symmetry: Symmetry, n: usize, order: Order
     assert_eq!(positions.len(), n);
     bencher
         .counter(ItemsCount::new(n))
-        .bench_local(|| order.tour(motion.travel(), motion.rest(), black_box(&positions)));
+        .bench_local(|| order.tour(motion.travel(), &motion.after(&[]), black_box(&positions)));
 }
 
 /// Cornell: three axes, isotropic.

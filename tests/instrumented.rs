@@ -88,6 +88,7 @@ fn a_machine_without_flaws_is_the_ideal_one_that_takes_time() {
                 key: ideal.key.clone(),
                 instrument: ideal.instrument.clone(),
                 instrument_seconds: None,
+                stops: None,
                 ..real.timeless()
             };
             assert_eq!(same, ideal.clone().timeless(), "{preset}");
@@ -208,7 +209,7 @@ fn mistakes_name_the_key_and_the_right_culprit() {
         2 |  | preset = "cornel" | instrument[0].preset = "cornel"; allowed: 
         2 |  | name = "a" | exactly one
         2 |  | preset = "utia"\nfile = "b.toml" | exactly one
-        2 |  | preset = "utia"\nordre = "sorted" | unknown key instrument[0].ordre; allowed: preset, file, spec, name, order
+        2 |  | preset = "utia"\nordre = "sorted" | unknown key instrument[0].ordre; allowed: preset, change, file, spec, name, order
         2 |  | preset = "utia"\norder = "random" | instrument[0].order = "random"; allowed: as-generated, sorted
         2 |  | preset = "utia"\n[[instrument]]\npreset = "utia" | instrument[1].name = "utia" is taken
         2 | minutes = [0]\n | preset = "utia" | c.toml:1: minutes[0] = 0: allowed is a number in (0, 525600]

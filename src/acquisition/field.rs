@@ -7,6 +7,7 @@ use crate::measurement::{Measurement, Outcome};
 use crate::numeric::{GRAZING_COS, hashed};
 use crate::parametrization::{Parametrization, usual_form};
 use crate::reconstruct::Posterior;
+use crate::sampling::GOLDEN_ANGLE;
 use crate::schedule::{PlanError, Pose, SampleSet, SobolSet};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -30,9 +31,6 @@ const PATIENCE: usize = 64;
 /// θ_h as a share of a right angle, its root, below which the density is what it is there: it vanishes at the
 /// peak, where one reading serves all around.
 const PEAK: f64 = 0.04;
-
-/// The part of a turn that is least near to any fraction of it, rad.
-const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 /// Candidates at θ_h = 0, where lobes peak.
 const ON_PEAK: u64 = 24;

@@ -7,6 +7,8 @@ use crate::error::{Error, count};
 use crate::geometry::Symmetry;
 use crate::parametrization::{Parametrization, ParametrizationSpec, WarpError};
 use crate::reconstruct::{self, Reconstruct};
+use serde::de::{self, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::sync::Arc;
 
@@ -99,13 +101,65 @@ pub struct PlannedSet {
     pub set: Box<dyn Planner>,
     /// What its ratio is tuned on, if it is.
     pub tuning: Option<Arc<Tuning>>,
+    /// The largest budget it is used at, also where that is found for a time; as a config writes it with the instruments.
+    pub reach: Reach,
+    /// The instruments it is used on, by position; empty: all.
+    pub on: Vec<usize>,
 }
 
 impl PlannedSet {
+    /// Poses of a schedule, at most.
+    pub(crate) fn most(&self) -> usize {
+        let given = self.reach.up_to;
+        let given = given.map_or(usize::MAX, |n| n.unsigned_abs() as usize);
+        self.set.most().min(given)
+    }
+
     /// True if its poses are chosen batch by batch, from the readings before: each material has its own.
     pub(crate) fn learns(&self) -> bool {
         self.set.batch(0, MAX_BUDGET).is_some()
     }
+}
+
+/// The keys of a `[[sample_set]]` or a `[[reconstruction]]` that limit where it is used.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Reach {
+    /// The largest budget it is used at.
+    pub up_to: Option<i64>,
+    /// The instruments a sample set, or the sample sets a reconstruction is used on, by name: one, or a list of them.
+    #[serde(
+        skip_serializing_if = "Vec::is_empty",
+        serialize_with = "one_or_list",
+        deserialize_with = "names"
+    )]
+    pub on: Vec<String>,
+}
+
+/// One name as it is, or a list of several.
+fn one_or_list<S: Serializer>(names: &[String], serializer: S) -> Result<S::Ok, S::Error> {
+    match names {
+        [name] => serializer.serialize_str(name),
+        names => names.serialize(serializer),
+    }
+}
+
+/// A list of names, or one of its own.
+fn names<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
+    struct V;
+    impl<'de> Visitor<'de> for V {
+        type Value = Vec<String>;
+        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+            f.write_str("a string or a list of strings")
+        }
+        fn visit_str<E: de::Error>(self, name: &str) -> Result<Vec<String>, E> {
+            Ok(vec![name.to_owned()])
+        }
+        fn visit_seq<A: de::SeqAccess<'de>>(self, list: A) -> Result<Vec<String>, A::Error> {
+            Vec::deserialize(de::value::SeqAccessDeserializer::new(list))
+        }
+    }
+    deserializer.deserialize_any(V)
 }
 
 /// A reconstruction in one kind of coordinates.

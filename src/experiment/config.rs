@@ -3,7 +3,7 @@
 //! sample set, reconstruction) is read by its own registry.
 
 use super::checks::{distinct, refuse_empty};
-use super::choices::MAX_BUDGET;
+use super::choices::{MAX_BUDGET, Reach};
 use super::instruments::{self, InstrumentTable};
 use super::kind::{Kind, QuantityGroup};
 use super::materials::{MaterialTable, material};
@@ -66,9 +66,9 @@ pub struct Config<'s> {
     pub materials: Vec<MaterialTable>,
     /// The parametrizations.
     pub parametrizations: Vec<ParametrizationSpec>,
-    /// The sample sets.
-    pub sample_sets: Vec<Named<dyn Planner>>,
-    /// The reconstructions, each with its budget limit and sample set.
+    /// The sample sets, each with its budget limit and instruments.
+    pub sample_sets: Vec<(Named<dyn Planner>, Reach)>,
+    /// The reconstructions, each with its budget limit and sample sets.
     pub reconstructions: Vec<(Named<dyn Reconstruct>, Reach)>,
     /// Coordinates that scattered readings are interpolated in; empty: those of their schedule.
     pub coordinates: Vec<Coordinates>,
@@ -88,47 +88,6 @@ pub struct Config<'s> {
     pub pictures: PictureSpec,
     /// Files that are written beside the results.
     pub output: Output,
-}
-
-/// The keys of a `[[reconstruction]]` that limit where it is used.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Reach {
-    /// The largest budget it is used at.
-    pub up_to: Option<i64>,
-    /// The sample sets it is used on, by name: one, or a list of them.
-    #[serde(
-        skip_serializing_if = "Vec::is_empty",
-        serialize_with = "one_or_list",
-        deserialize_with = "names"
-    )]
-    pub on: Vec<String>,
-}
-
-/// One name as it is, or a list of several.
-fn one_or_list<S: Serializer>(names: &[String], serializer: S) -> Result<S::Ok, S::Error> {
-    match names {
-        [name] => serializer.serialize_str(name),
-        names => names.serialize(serializer),
-    }
-}
-
-/// A list of names, or one of its own.
-fn names<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
-    struct V;
-    impl<'de> Visitor<'de> for V {
-        type Value = Vec<String>;
-        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-            f.write_str("a string or a list of strings")
-        }
-        fn visit_str<E: de::Error>(self, name: &str) -> Result<Vec<String>, E> {
-            Ok(vec![name.to_owned()])
-        }
-        fn visit_seq<A: de::SeqAccess<'de>>(self, list: A) -> Result<Vec<String>, A::Error> {
-            Vec::deserialize(de::value::SeqAccessDeserializer::new(list))
-        }
-    }
-    deserializer.deserialize_any(V)
 }
 
 keys! {
@@ -258,10 +217,12 @@ impl<'s> Config<'s> {
             materials: take_list(table, "material", material)?.unwrap_or_default(),
             parametrizations: take_list(table, "parametrization", parametrization)?
                 .unwrap_or_else(|| vec![usual()]),
-            sample_sets: take_list(table, "sample_set", |t| named(t, acquisition::read))?
-                .unwrap_or_else(|| vec![grid()]),
-            reconstructions: take_list(table, "reconstruction", reconstruction)?
-                .unwrap_or_else(|| vec![(multilinear(), Reach::default())]),
+            sample_sets: take_list(table, "sample_set", |t| reaching(t, acquisition::read))?
+                .unwrap_or_else(|| vec![(grid(), Reach::default())]),
+            reconstructions: take_list(table, "reconstruction", |t| {
+                reaching(t, reconstruct::read)
+            })?
+            .unwrap_or_else(|| vec![(multilinear(), Reach::default())]),
             instruments: take_list(table, "instrument", instruments::table)?.unwrap_or_default(),
             merl: registry::take_table(table, "merl")?,
             metrics: registry::take(table, "metrics", registry::parse)?.unwrap_or_default(),
@@ -284,9 +245,17 @@ impl<'s> Config<'s> {
         let source = self.source;
         in_closed("band", self.band, 1.0, 10.0).map_err(|e| source.place("band").error(e))?;
         self.pictures.check(source)?;
-        for (i, (_, reach)) in self.reconstructions.iter().enumerate() {
+        let of_sets = self.sample_sets.iter().map(|(_, reach)| reach).enumerate();
+        let of_methods = self
+            .reconstructions
+            .iter()
+            .map(|(_, reach)| reach)
+            .enumerate();
+        let all = of_sets.map(|(i, reach)| ("sample_set", i, reach));
+        for (key, i, reach) in all.chain(of_methods.map(|(i, reach)| ("reconstruction", i, reach)))
+        {
             if let Some(n) = reach.up_to {
-                let at = source.place("reconstruction").index(i);
+                let at = source.place(key).index(i);
                 at.key("up_to").whole(n, 1..=MAX_BUDGET as i64)?;
             }
         }
@@ -307,14 +276,17 @@ fn take_band(config: &mut Table<'_>) -> Result<f64, ReadError> {
     value.map_err(|e| ReadError::new(span, e.message()))
 }
 
-/// Reads a `[[reconstruction]]`, and the keys of it that say where it is used.
-fn reconstruction(mut table: Table<'_>) -> Result<(Named<dyn Reconstruct>, Reach), ReadError> {
+/// Reads a member of a family, and the keys of it that say where it is used.
+fn reaching<'s, T: ?Sized>(
+    mut table: Table<'s>,
+    read: impl Fn(Table<'s>) -> Result<Box<T>, ReadError>,
+) -> Result<(Named<T>, Reach), ReadError> {
     let mut own = DeTable::new();
     for key in ["up_to", "on"] {
         own.extend(table.get_mut().remove_entry(key));
     }
     let reach = registry::parse(toml::Spanned::new(table.span(), own))?;
-    Ok((named(table, reconstruct::read)?, reach))
+    Ok((named(table, read)?, reach))
 }
 
 /// Seeds, budgets and readings, each in range and each once.

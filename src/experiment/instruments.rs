@@ -50,8 +50,12 @@ keys! {
 
 impl Use {
     /// The keys of an `[[instrument]]` and what they mean; one of the first three is needed.
-    pub(crate) const KEYS: [(&str, &str); 10] = [
+    pub(crate) const KEYS: [(&str, &str); 11] = [
         ("preset", "one of those below"),
+        (
+            "change",
+            "keys of the preset that are others here, as in its file: { picture = { centre_px = 0 } }",
+        ),
         ("file", "an instrument file, relative to the working folder"),
         ("spec", "the keys of such a file, here"),
         ("name", "in results; that of the instrument if left out"),
@@ -88,8 +92,20 @@ pub(super) fn table(mut table: Table<'_>) -> Result<InstrumentTable, ReadError> 
     let preset = registry::take_string(&mut table, "preset")?;
     let file = registry::take_string(&mut table, "file")?;
     let spec = registry::take_table(&mut table, "spec")?;
+    let change = registry::take_table(&mut table, "change")?;
+    let changed = match (change, &preset) {
+        (None, _) => None,
+        (Some(change), Some(preset)) => changed(preset, change)?,
+        (Some(change), None) => {
+            let message = "change is of the keys of a preset; allowed: with preset, as a file and a spec have all keys themselves";
+            return Err(ReadError::new(change.span(), message));
+        }
+    };
     let from = match (preset, file, spec) {
-        (Some(preset), None, None) => From::Preset(preset),
+        (Some(preset), None, None) => match changed {
+            Some(spec) => From::Spec(Box::new(spec)),
+            None => From::Preset(preset),
+        },
         (None, Some(file), None) => From::File(file.into()),
         (None, None, Some(spec)) => From::Spec(Box::new(instrument::read_table(spec)?)),
         _ => {
@@ -102,6 +118,34 @@ pub(super) fn table(mut table: Table<'_>) -> Result<InstrumentTable, ReadError> 
         from,
         use_of: registry::parse(table)?,
     })
+}
+
+/// A preset with some of its keys changed; `None` if there is no such preset.
+fn changed(name: &str, change: Table<'_>) -> Result<Option<InstrumentSpec>, ReadError> {
+    let span = change.span();
+    let known = instrument::presets().into_iter().find(|p| p.name == name);
+    let Some(preset) = known else {
+        return Ok(None);
+    };
+    let of_change = |e: &dyn std::fmt::Display| ReadError::new(span.clone(), e.to_string());
+    let mut keys: toml::Table = toml::from_str(preset.text).map_err(|e| of_change(&e))?;
+    merge(&mut keys, registry::parse(change)?);
+    let text = toml::to_string(&keys).map_err(|e| of_change(&e))?;
+    instrument::read(&text)
+        .map(Some)
+        .map_err(|e| of_change(&format_args!("change: {}", e.message)))
+}
+
+/// Sets the values of a table to those of another, tables in them key by key.
+fn merge(keys: &mut toml::Table, change: toml::Table) {
+    for (key, value) in change {
+        match (keys.get_mut(&key), value) {
+            (Some(toml::Value::Table(keys)), toml::Value::Table(change)) => merge(keys, change),
+            (_, value) => {
+                keys.insert(key, value);
+            }
+        }
+    }
 }
 
 /// An instrument that measures.
@@ -286,7 +330,8 @@ mod tests {
 
     #[test]
     fn the_keys_are_those_that_are_read() {
-        let read = ["preset", "file", "spec", "name"].iter().chain(Use::NAMES);
+        let read = ["preset", "change", "file", "spec", "name"];
+        let read = read.iter().chain(Use::NAMES);
         assert!(Use::KEYS.iter().map(|(key, _)| key).eq(read));
     }
 }

@@ -95,11 +95,11 @@ pub(crate) use choices::POSES_A_MINUTE;
 pub(crate) use choices::are_named;
 pub use choices::{
     Allowance, Choice, Coordinates, DEFAULT, IDEAL, MAX_BUDGET, Material, Method, NONE, OWN,
-    PlannedSet, UsedIn,
+    PlannedSet, Reach, UsedIn,
 };
 #[cfg(feature = "cli")]
 pub(crate) use config::is_config_key;
-pub use config::{Config, MAX_MINUTES, Output, Reach, Scalars, Schedules};
+pub use config::{Config, MAX_MINUTES, Output, Scalars, Schedules};
 pub use counts::{Built, Counters, Counts, Seconds, Stage, Work};
 pub use findings::{
     Calibrated, Calibration, Cell, Duel, Duels, Explained, Findings, LevelLine, Levels, Line,

@@ -5,11 +5,10 @@
 
 use super::checks::{Place, distinct, each_once, name_all, refuse_empty};
 use super::choices::{
-    Allowance, Coordinates, DEFAULT, Material, Method, NONE, OWN, PlannedSet, UsedIn,
+    Allowance, Coordinates, DEFAULT, Material, Method, NONE, OWN, PlannedSet, Reach, UsedIn,
 };
 use super::config::{
-    Config, Output, Reach, check_metrics, check_output, check_quantities, checked_numbers,
-    of_instruments,
+    Config, Output, check_metrics, check_output, check_quantities, checked_numbers, of_instruments,
 };
 use super::instruments::{self, PlannedInstrument};
 use super::kind::{Kind, QuantityGroup};
@@ -29,8 +28,8 @@ use crate::parametrization::{self, ParametrizationSpec};
 use crate::reconstruct::{self, Reconstruct};
 use std::sync::Arc;
 
-/// Configurations of the smallest schedule that is tried out; if it works, every larger budget does.
-const PROBE_BUDGET: usize = 64;
+/// Configurations of a schedule that is tried out, and of one for sets whose least is more; if one works, every larger budget does.
+const PROBE_BUDGET: [usize; 2] = [64, 1_000_000];
 
 /// A reconstruction with its name, and where it is used.
 type Reconstruction = (String, Arc<dyn Reconstruct>, Reach);
@@ -137,12 +136,19 @@ impl Plan {
         )?;
         let instruments = instruments::gather(source, config.instruments, &materials)?;
         let of_sets = source.place("sample_set");
-        let sample_sets = name_all(&of_sets, config.sample_sets, |s| s.label())?;
-        let sample_sets = sample_sets.into_iter().map(|(name, set)| PlannedSet {
-            name,
-            set,
-            tuning: None,
-        });
+        let (sets, reach): (Vec<_>, Vec<Reach>) = config.sample_sets.into_iter().unzip();
+        let sets = name_all(&of_sets, sets, |s| s.label())?;
+        let mut sample_sets = Vec::with_capacity(sets.len());
+        for (i, ((name, set), reach)) in sets.into_iter().zip(reach).enumerate() {
+            let machines = instruments.iter().map(|i| &*i.name);
+            sample_sets.push(PlannedSet {
+                on: positions(&of_sets.index(i).key("on"), &reach, "instrument", machines)?,
+                name,
+                set,
+                tuning: None,
+                reach,
+            });
+        }
         let of_methods = source.place("reconstruction");
         let (reconstructions, reach): (Vec<_>, Vec<Reach>) =
             config.reconstructions.into_iter().unzip();
@@ -170,7 +176,7 @@ impl Plan {
             missing,
             unguided: parametrizations[0].unguided(),
             parametrizations,
-            sample_sets: sample_sets.collect(),
+            sample_sets,
             methods: Vec::new(),
             instruments,
             band: config.band,
@@ -219,8 +225,7 @@ impl Plan {
     /// Checks the keys of sample sets against the axes of every parametrization, and the smallest budget against both.
     fn check_sample_sets(&self, source: &Source) -> Result<(), Error> {
         let budgets = self.budgets.iter().copied().enumerate();
-        let (smallest, budget) = budgets.min_by_key(|b| b.1).unwrap_or((0, PROBE_BUDGET));
-        let probe = budget.min(PROBE_BUDGET);
+        let (smallest, budget) = budgets.min_by_key(|b| b.1).unwrap_or((0, PROBE_BUDGET[1]));
         for (i, planned) in self.sample_sets.iter().enumerate() {
             let at = source.place("sample_set").index(i);
             for (key, list) in [("budgets", &self.budgets), ("readings", &self.readings)] {
@@ -244,11 +249,16 @@ impl Plan {
                         continue;
                     }
                     let own: Vec<f64> = form.axes().iter().map(|a| a.density).collect();
-                    let probed = match planned.set.tuned(&own) {
+                    let probes = PROBE_BUDGET.map(|probe| probe.min(budget).min(planned.most()));
+                    let probed = |probe: usize| match planned.set.tuned(&own) {
                         Some(untuned) => untuned.plan(&form, probe, self.seeds[0]),
                         None => planned.set.plan(&form, probe, self.seeds[0]),
                     };
-                    probed.map_err(|e| source.place("budgets").index(smallest).error(e))?;
+                    let probed = probed(probes[0]).or_else(|_| probed(probes[1]));
+                    probed.map_err(|e| match self.budgets.is_empty() {
+                        true => at.error(e),
+                        false => source.place("budgets").index(smallest).error(e),
+                    })?;
                 }
             }
         }
@@ -323,7 +333,8 @@ impl Plan {
         coordinates: &[reconstruct::Coordinates],
     ) -> Result<Vec<Method>, Error> {
         method.check().map_err(|e| at.key(&e.key).error(e))?;
-        let on = self.on(&at.key("on"), reach)?;
+        let sets = self.sample_sets.iter().map(|s| &*s.name);
+        let on = positions(&at.key("on"), reach, "sample set", sets)?;
         let used = |used_in, coordinates: String, method: &Arc<dyn Reconstruct>| Method {
             name: name.clone(),
             coordinates,
@@ -390,21 +401,6 @@ impl Plan {
         own
     }
 
-    /// Positions of the sample sets that `on` names.
-    fn on(&self, at: &Place<'_>, reach: &Reach) -> Result<Vec<usize>, Error> {
-        let place = |name: &String| {
-            let found = self.sample_sets.iter().position(|s| s.name == *name);
-            found.ok_or_else(|| {
-                at.problem(format_args!(
-                    "= \"{}\" is no sample set of this config; allowed: {}",
-                    excerpt(name),
-                    one_of(name, self.sample_sets.iter().map(|s| &s.name))
-                ))
-            })
-        };
-        reach.on.iter().map(place).collect()
-    }
-
     /// Checks that every reconstruction has a schedule, and every schedule a reconstruction.
     fn check_use(&self, source: &Source) -> Result<(), Error> {
         let units = self.units();
@@ -423,6 +419,13 @@ impl Plan {
             let mut mine = units.iter().filter(|u| u.sample_set == i);
             if mine.all(|u| self.methods_on(u).is_empty()) {
                 let at = source.place("sample_set").index(i);
+                if !units.iter().any(|u| u.sample_set == i) {
+                    return Err(at.key("up_to").problem(format_args!(
+                        "= {}: \"{}\" is used at no budget; allowed: at least the least of them",
+                        set.most(),
+                        set.name
+                    )));
+                }
                 return Err(at.problem(format_args!(
                     "\"{}\" has no reconstruction; allowed: one that works on it",
                     set.name
@@ -444,7 +447,11 @@ impl Plan {
         let parametrizations = self.parametrizations.iter().map(|c| c.spec.resolved());
         insert_list(&mut table, "parametrization", parametrizations);
         let sets = self.sample_sets.iter();
-        let sets = sets.map(|s| with_name(s.set.resolved(), &s.name));
+        let sets = sets.map(|s| {
+            let mut keys = with_name(s.set.resolved(), &s.name);
+            keys.extend(section(&s.reach));
+            keys
+        });
         insert_list(&mut table, "sample_set", sets);
         let methods = reconstructions.iter().map(|(name, method, reach)| {
             let mut keys = with_name(method.resolved(), name);
@@ -522,4 +529,24 @@ fn parametrizations(
         list.push(coordinates);
     }
     Ok(list)
+}
+
+/// Positions, among all names, of those that `on` has.
+fn positions<'a>(
+    at: &Place<'_>,
+    reach: &Reach,
+    what: &str,
+    names: impl Iterator<Item = &'a str> + Clone,
+) -> Result<Vec<usize>, Error> {
+    let place = |name: &String| {
+        let found = names.clone().position(|n| n == name);
+        found.ok_or_else(|| {
+            at.problem(format_args!(
+                "= \"{}\" is no {what} of this config; allowed: {}",
+                excerpt(name),
+                one_of(name, names.clone())
+            ))
+        })
+    };
+    reach.on.iter().map(place).collect()
 }

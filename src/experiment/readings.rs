@@ -72,6 +72,7 @@ fn facts(measured: &Measurement, route: &Route) -> Row {
         unreachable: itinerary.map_or(String::new(), Itinerary::reasons_text),
         saturated: count(Flags::SATURATED),
         below_noise: count(Flags::BELOW_NOISE),
+        stops: itinerary.map(Itinerary::stops),
         instrument_seconds: itinerary.map(Itinerary::seconds),
         unphysical_share: measured.schedule.unphysical_share,
         plan_seconds: Some(route.spent.seconds),

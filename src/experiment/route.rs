@@ -214,7 +214,7 @@ impl Router {
         let mut refusal = None;
         let found = largest_within(most, |budget| {
             go_on()?;
-            if budget > key.sample_set.set.most() {
+            if budget > key.sample_set.most() {
                 return Ok(f64::INFINITY);
             }
             let schedule = match self.schedule(key, budget, false, go_on) {

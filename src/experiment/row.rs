@@ -99,6 +99,9 @@ row! {
     saturated: usize,
     /// readings below their noise (k = 2)
     below_noise: usize,
+    /// stops of the instrument at which these readings are taken: as many as poses it reaches, or fewer of one that takes
+    /// pictures; the ideal one has none
+    stops: Option<usize>,
     /// time the instrument takes for the schedule: moves, settling, exposures, overhead,
     /// calibrations; the ideal one takes none
     instrument_seconds: Option<f64>,

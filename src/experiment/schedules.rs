@@ -9,6 +9,7 @@ use super::plan::Plan;
 use super::record::Shard;
 use super::tables::section;
 use crate::geometry::Symmetry;
+use crate::instrument::InstrumentSpec;
 
 /// Values of a reconstruction that the moments of a view are integrated from, about.
 const VIEW_VALUES: f64 = 4.5e4;
@@ -41,9 +42,12 @@ impl Plan {
         for coordinates in std::iter::once(None).chain(guided) {
             let sets = self.sample_sets.iter().enumerate();
             let sets = sets.filter(|(_, s)| s.set.is_unguided() == coordinates.is_none());
-            for (sample_set, _) in sets {
-                for &instrument in &instruments {
-                    for allowance in self.allowances() {
+            for (sample_set, planned) in sets {
+                let is_on = |i: usize| planned.on.is_empty() || planned.on.contains(&i);
+                for &instrument in instruments.iter().filter(|i| i.is_none_or(is_on)) {
+                    let most = planned.most();
+                    let fits = |a: &Allowance| a.count().is_none_or(|n| n <= most);
+                    for allowance in self.allowances().into_iter().filter(fits) {
                         units.extend(self.seeds.iter().map(|&seed| Unit {
                             coordinates,
                             sample_set,
@@ -66,8 +70,11 @@ impl Plan {
     /// Positions of the methods that are used on a schedule.
     pub fn methods_on(&self, unit: &Unit) -> Vec<usize> {
         let size = unit.allowance.count();
+        let instrument = unit.instrument.map(|i| &self.instruments[i].spec);
+        let moves = instrument.is_some_and(InstrumentSpec::is_near);
         let suits = |m: &Method| {
             self.suits(m, unit.sample_set, unit.coordinates)
+                && !(moves && m.method.needs_grid())
                 && size.is_none_or(|n| m.up_to.is_none_or(|most| n <= most))
         };
         // In coordinates that are the schedule's own it would be made twice.

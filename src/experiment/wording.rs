@@ -59,12 +59,16 @@ const TAKEN_KEYS: [(&str, bool, &[&str]); 9] = [
     ("moments", false, &["estimator"]),
     ("pictures", false, &["lighting"]),
     ("tuning", false, &["materials"]),
-    ("instrument", true, &["preset", "file", "spec", "name"]),
+    (
+        "instrument",
+        true,
+        &["preset", "change", "file", "spec", "name"],
+    ),
     ("lighting", true, &["kind", "name"]),
     ("material", true, &["kind", "name", "symmetry"]),
     ("parametrization", true, &["kind"]),
-    ("sample_set", true, &["kind", "name"]),
     ("reconstruction", true, &["kind", "name", "up_to", "on"]),
+    ("sample_set", true, &["kind", "name", "up_to", "on"]),
 ];
 
 /// Keys of a table at the top level, or of an element of a list there, that its reader does not see.

@@ -1,6 +1,7 @@
 //! A realised machine: one instrument of its kind, with the offsets and errors that it happens to
 //! have.
 
+mod pixels;
 mod plan;
 mod session;
 
@@ -10,6 +11,7 @@ use super::detector::Detector;
 use super::machine::Machine;
 use super::motion::Motion;
 use super::optics::{Optics, Tolerance};
+use super::picture::Camera;
 use super::spec::InstrumentSpec;
 use crate::error::ParameterError;
 use crate::sampling::{Random, RandomStream};
@@ -62,6 +64,8 @@ pub struct Bench {
     machine: Machine,
     motion: Motion,
     optics: Optics,
+    /// `None` if it reads one pair at a stop.
+    camera: Option<Camera>,
     /// Specification, for spots on the sample and for uncertainties.
     spec: InstrumentSpec,
     parts: Parts,
@@ -78,6 +82,8 @@ struct Errors {
     drift: f64,
     /// Offset of every axis, rad.
     offsets: Positions,
+    /// Numbers of the distortion of all its pictures, pixels.
+    distortion: [f64; 6],
     /// Apertures for derivatives by position, with a looser tolerance than for values.
     rough: Optics,
 }
@@ -88,8 +94,21 @@ const TILE: u64 = 1 << 48;
 const DRIFT: u64 = TILE + 1;
 const AXES: u64 = TILE + 2;
 
+/// Streams of the distortion of pictures.
+const PIXELS: u64 = TILE + 64;
+
 /// Streams of the noise of a session, one per pose.
 const NOISE: u64 = 2 << 48;
+
+/// Streams of the errors of a picture, by the number of its first pose.
+const PICTURE: u64 = 3 << 48;
+
+/// Tolerance of the averages of a picture. A reading is the mean of 7 to 28 of them, at directions that are known less well.
+const OF_PIXELS: Tolerance = Tolerance {
+    relative: 2e-2,
+    absolute: 1e-12,
+    refinement: 500,
+};
 
 /// Tolerance of the averages in a derivative: eight of them go into the uncertainty of one reading,
 /// which needs no third digit.
@@ -121,6 +140,7 @@ impl Bench {
         let motion = Motion::new(spec, &machine);
         let [source, detector] = parts.half_angles_deg(spec).map(f64::to_radians);
         let optics = |tolerance| Optics::new(source, detector, tolerance);
+        let camera = Camera::new(spec);
         let errors = parts.noise.then(|| {
             let random = Random::new(realisation);
             let draw = |index: u64| normal(&mut random.stream(index));
@@ -133,11 +153,18 @@ impl Bench {
                 tile: 1.0 + spec.calibration.uncertainty * draw(TILE),
                 drift: spec.source.drift_per_hour * draw(DRIFT),
                 offsets,
-                rough: optics(ROUGH),
+                distortion: camera
+                    .as_ref()
+                    .map_or([0.0; 6], |camera| camera.distortion(|k| draw(PIXELS + k))),
+                rough: optics(if camera.is_some() { OF_PIXELS } else { ROUGH }),
             }
         });
         Ok(Self {
-            optics: optics(Tolerance::default()),
+            optics: optics(match camera {
+                Some(_) => OF_PIXELS,
+                None => Tolerance::default(),
+            }),
+            camera,
             machine,
             motion,
             spec: spec.clone(),

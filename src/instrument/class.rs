@@ -51,10 +51,20 @@ pub struct Class {
     /// True if the class cannot turn the sample about its normal: it measures a pair up to that
     /// turn, and so isotropic materials only.
     pub isotropic_only: bool,
+    /// The axes, if any, that one picture can cover: both of the sample (a sphere of the material before a camera), or both
+    /// of the sensor (a mirror around the sample).
+    pub imaged: &'static [usize],
     /// Every solution for a pair, the preferred one first, angles in (−π, π]; where there is a
     /// whole family (light or sensor on an axis), members of it. If it may turn freely the pair may be
     /// turned about the normal (the material is isotropic), and an axis that would do so stays at 0.
     pub inverse: fn(pair: &DirectionPair, turn_freely: bool, visit: &mut dyn FnMut(Positions)),
+}
+
+impl Class {
+    /// True if the sample hangs from the last axis that a picture can cover: then the picture is of a sphere.
+    pub(super) fn is_sphere(&self) -> bool {
+        !self.imaged.is_empty() && self.imaged.last().copied() == self.ends.sample
+    }
 }
 
 /// The axes that light, sensor and sample hang from; `None` is the base.
@@ -90,6 +100,7 @@ const FIXED_DETECTOR: Class = Class {
         sample: Some(2),
     },
     isotropic_only: true,
+    imaged: &[1, 2],
     inverse: |pair, _, visit| {
         for Aligned { angle, sample } in align(pair.omega_o, pair.omega_i) {
             for [yaw, tilt] in yaw_and_pitch(sample.z_axis) {
@@ -116,6 +127,7 @@ const FIXED_SOURCE: Class = Class {
         sample: Some(1),
     },
     isotropic_only: false,
+    imaged: &[2, 3],
     inverse: |pair, turn_freely, visit| {
         let theta_i = pair.omega_i.theta();
         // A sample tilted by theta > 0 and not turned sees the fixed light at azimuth π. Light at
@@ -152,6 +164,7 @@ const DUAL_ARM: Class = Class {
         sample: Some(0),
     },
     isotropic_only: false,
+    imaged: &[],
     inverse: |pair, turn_freely, visit| {
         let (theta_i, phi_i) = (pair.omega_i.theta(), pair.omega_i.phi());
         for (light, own) in [(theta_i, 0.0), (-theta_i, PI)] {
@@ -183,6 +196,7 @@ const ROBOT_SAMPLE: Class = Class {
         sample: Some(3),
     },
     isotropic_only: false,
+    imaged: &[],
     inverse: |pair, turn_freely, visit| {
         for Aligned { angle, sample } in align(pair.omega_i, pair.omega_o) {
             for [yaw, pitch] in yaw_and_pitch(sample.z_axis) {

@@ -67,21 +67,23 @@ impl Detector {
         }
     }
 
-    /// Electrons counted in one exposure of this mean: with noise, rounded, at most full scale.
-    fn count(&self, mean: f64, noise: &mut RandomStream) -> f64 {
+    /// Electrons counted in one exposure of this mean, on average over so many pixels: with noise, rounded, at most full scale.
+    fn count(&self, mean: f64, pixels: f64, noise: &mut RandomStream) -> f64 {
         // Far beyond full scale every mean gives the same count.
         let mean = mean.clamp(0.0, 4.0 * self.spec.full_scale + 1000.0);
         let mut electrons = mean;
         if self.spec.shot_noise
-            && let Ok(poisson) = Poisson::new(mean)
+            && let Ok(poisson) = Poisson::new(mean * pixels)
         {
-            electrons = poisson.sample(noise);
+            electrons = poisson.sample(noise) / pixels;
         }
         if self.spec.read_noise > 0.0 {
             let z: f64 = StandardNormal.sample(noise);
-            electrons += self.spec.read_noise * z;
+            electrons += self.spec.read_noise / pixels.sqrt() * z;
         }
-        ((electrons / self.step).round() * self.step).min(self.spec.full_scale)
+        // Each pixel is rounded, and noise makes their mean as fine as their number.
+        let step = self.step / pixels;
+        ((electrons / step).round() * step).min(self.spec.full_scale)
     }
 
     /// What a fault multiplies the next reading by, 1 if there is none; of a sensor without faults no random number is taken.
@@ -98,14 +100,19 @@ impl Detector {
         }
     }
 
-    pub(super) fn read(&self, signal: f64, noise: &mut RandomStream) -> Signal {
+    /// The estimate of a signal by the mean of so many pixels.
+    pub(super) fn read(&self, signal: f64, pixels: f64, noise: &mut RandomStream) -> Signal {
+        // Without noise all pixels are rounded alike, and their mean is no finer than one.
+        let noisy = self.spec.shot_noise || self.spec.read_noise > 0.0;
+        let pixels = if noisy { pixels } else { 1.0 };
         let rate = self.gain * signal + self.spec.dark_rate;
+        // Variances are those of one pixel, which the number of pixels divides at last.
         let constant = self.spec.read_noise * self.spec.read_noise + self.step * self.step / 12.0;
         // Times and electrons of the exposures that are used.
         let mut counts = SmallVec::<[(f64, f64); 8]>::new();
         for (k, &t) in self.exposures.iter().enumerate() {
             // Every exposure is made: the numbers of the stream do not depend on the others.
-            let e = self.count(rate * t, noise);
+            let e = self.count(rate * t, pixels, noise);
             let most = if k == 0 { 1.0 } else { HEADROOM };
             if counts.len() == k && e < most * self.spec.full_scale {
                 counts.push((t, e));
@@ -115,7 +122,7 @@ impl Detector {
         if counts.is_empty() {
             let rate = self.spec.full_scale / shortest - self.spec.dark_rate;
             let variance = (self.spec.full_scale * f64::from(self.spec.shot_noise) + constant)
-                / (shortest * shortest * self.gain * self.gain);
+                / (shortest * shortest * self.gain * self.gain * pixels);
             return Signal {
                 value: rate / self.gain,
                 variance,
@@ -138,7 +145,7 @@ impl Detector {
         }
         Signal {
             value: (sum / weights - self.spec.dark_rate) / self.gain,
-            variance: 1.0 / (weights * self.gain * self.gain),
+            variance: 1.0 / (weights * self.gain * self.gain * pixels),
             saturated: false,
         }
     }

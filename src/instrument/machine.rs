@@ -28,6 +28,18 @@ pub struct Axis {
     pub repeatability: f64,
     /// Standard deviation of the offset that all positions of one instrument share, rad.
     pub bias: f64,
+    /// True if a picture covers it.
+    pub imaged: bool,
+}
+
+/// Directions in the lab.
+pub(super) struct Lab {
+    /// From the sample to the light.
+    pub(super) light: DVec3,
+    /// From the sample to the sensor.
+    pub(super) sensor: DVec3,
+    /// From the sample's frame to the lab: tangent, bitangent, normal.
+    pub(super) sample: DMat3,
 }
 
 impl Axis {
@@ -93,6 +105,7 @@ impl Machine {
             resolution: axis.resolution_deg.to_radians(),
             repeatability: axis.repeatability_deg.to_radians(),
             bias: axis.bias_deg.to_radians(),
+            imaged: axis.imaged,
         });
         let ends = class.ends;
         let part = |name: &String| match name.as_str() {
@@ -146,13 +159,35 @@ impl Machine {
     /// The pair that the axes make, whether they can stand there or not: every axis turns its
     /// children about its own vector in the frame of its parent.
     pub fn forward(&self, positions: &Positions) -> DirectionPair {
-        let rotations = self.rotations(positions);
-        let light = mounted(&rotations, self.class.ends.light).z_axis;
-        let sensor = mounted(&rotations, self.class.ends.sensor).z_axis;
-        let to_sample = mounted(&rotations, self.class.ends.sample).transpose();
+        let Lab {
+            light,
+            sensor,
+            sample,
+        } = self.lab(positions);
+        let to_sample = sample.transpose();
         // A product of rotations is good to a few ulp; a direction is unit to one.
         let local = |v: DVec3| Direction::from_unit((to_sample * v).normalize());
         DirectionPair::new(local(light), local(sensor))
+    }
+
+    /// Where light, sensor and sample are in the lab.
+    pub(super) fn lab(&self, positions: &Positions) -> Lab {
+        let rotations = self.rotations(positions);
+        Lab {
+            light: mounted(&rotations, self.class.ends.light).z_axis,
+            sensor: mounted(&rotations, self.class.ends.sensor).z_axis,
+            sample: mounted(&rotations, self.class.ends.sample),
+        }
+    }
+
+    /// True if a picture covers an axis.
+    pub(super) fn is_imaged(&self, axis: usize) -> bool {
+        self.axes.get(axis).is_some_and(|axis| axis.imaged)
+    }
+
+    /// Positions of the axes that a picture does not cover; 0 of the others.
+    pub(super) fn stop(&self, positions: &Positions) -> Positions {
+        std::array::from_fn(|i| if self.is_imaged(i) { 0.0 } else { positions[i] })
     }
 
     /// The first solution within all limits.

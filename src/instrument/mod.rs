@@ -14,6 +14,7 @@ mod detector;
 mod machine;
 mod motion;
 mod optics;
+mod picture;
 #[cfg(feature = "experiments")]
 mod presets;
 mod spec;
@@ -28,7 +29,7 @@ pub use optics::{Average, Filling, Footprint, Optics, Tolerance, Workspace, coll
 pub use presets::{Preset, axis_names, presets, read, read_table};
 pub use spec::{
     AxisSpec, BodySpec, CalibrationSpec, CollisionSpec, DetectorSpec, InstrumentSpec, LimitsSpec,
-    Provenance, Scan, SourceSpec, Tag, TimingSpec,
+    PictureSpec, Provenance, Scan, SourceSpec, Tag, TimingSpec,
 };
 pub use tour::Order;
 

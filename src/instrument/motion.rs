@@ -32,7 +32,7 @@ use crate::schedule::{MAX_AXES, Positions, Schedule, Visit};
 use glam::DVec3;
 
 /// Differences below this are no motion, rad: below the resolution of any encoder.
-const STILL: f64 = 1e-9;
+pub(super) const STILL: f64 = 1e-9;
 
 /// Length of the difference of two light directions that are one, i.e. nearly its angle in rad.
 const SAME_LIGHT: f64 = 1e-9;
@@ -48,6 +48,7 @@ const SWEEP: usize = 3;
 pub struct Motion {
     travel: Travel,
     rest: Positions,
+    imaged: [bool; MAX_AXES],
     settle: f64,
     overhead: f64,
     exposure: f64,
@@ -69,6 +70,7 @@ impl Motion {
         Self {
             travel: Travel::new(&axes),
             rest: std::array::from_fn(rest),
+            imaged: std::array::from_fn(|i| machine.is_imaged(i)),
             settle: timing.settle_s,
             overhead: timing.overhead_s,
             exposure: exposures(&spec.detector).sum(),
@@ -86,15 +88,16 @@ impl Motion {
         &self.travel
     }
 
-    /// Positions of the axes at the start, rad.
-    pub fn rest(&self) -> &Positions {
-        &self.rest
+    /// Positions of the axes after some visits, rad; 0 of axes that are imaged.
+    pub fn after(&self, visits: &[Visit]) -> Positions {
+        let last = visits.last().map_or(self.rest, |last| last.positions);
+        std::array::from_fn(|i| if self.imaged[i] { 0.0 } else { last[i] })
     }
 
     /// The visits of a path in its order, with their times, after those before, where axes and clock go on. Its
     /// numbers are those of poses.
     pub fn timed(&self, schedule: &Schedule, before: Vec<Visit>, path: &[Stop]) -> Vec<Visit> {
-        let start = before.last().map_or(self.rest, |last| last.positions);
+        let start = self.after(&before);
         let mut log = Log::new(self, schedule, before);
         let mut here = &start;
         let mut next = 0;
@@ -262,6 +265,7 @@ impl<'a> Log<'a> {
             self.light = light;
         }
         let calibration = std::mem::take(&mut self.calibration);
+        let stop = self.visits.last().map_or(0, |last| last.stop + 1);
         let exposure = self.motion.exposure;
         let at_seconds = self.now + calibration + moving + 0.5 * exposure;
         let seconds = calibration + moving + exposure + overhead;
@@ -269,6 +273,7 @@ impl<'a> Log<'a> {
         self.visits.push(Visit {
             pose,
             block,
+            stop,
             positions,
             move_seconds: moving,
             exposure_seconds: exposure,

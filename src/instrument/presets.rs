@@ -14,7 +14,7 @@ pub struct Preset {
     pub text: &'static str,
 }
 
-/// Every instrument that comes with the program: one of each kinematic class.
+/// Every instrument that comes with the program: one of each kinematic class that reads a pair at a stop, and both that take pictures.
 pub fn presets() -> Vec<Preset> {
     let files = [
         (
@@ -24,6 +24,14 @@ pub fn presets() -> Vec<Preset> {
         ("pgii", include_str!("../../configs/instruments/pgii.toml")),
         ("utia", include_str!("../../configs/instruments/utia.toml")),
         ("rosi", include_str!("../../configs/instruments/rosi.toml")),
+        (
+            "sphere-camera",
+            include_str!("../../configs/instruments/sphere-camera.toml"),
+        ),
+        (
+            "mirror-camera",
+            include_str!("../../configs/instruments/mirror-camera.toml"),
+        ),
     ];
     files.map(|(name, text)| Preset { name, text }).into()
 }

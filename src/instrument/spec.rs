@@ -75,6 +75,9 @@ pub struct InstrumentSpec {
     pub timing: TimingSpec,
     /// Reference tile and its readings.
     pub calibration: CalibrationSpec,
+    /// What it reads at a stop, if axes are imaged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub picture: Option<PictureSpec>,
     /// Sources of the numbers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub provenance: Vec<Provenance>,
@@ -110,6 +113,9 @@ part! {
         /// full turn or more.
         #[serde(default)]
         wraps: bool;
+        /// True if a picture covers the axis: poses that differ in it alone share a stop.
+        #[serde(default, skip_serializing_if = "is_false")]
+        imaged: bool;
     }
 }
 
@@ -195,8 +201,51 @@ part! {
     }
 }
 
+impl InstrumentSpec {
+    /// True if camera or lamp are so near that directions vary over a picture: readings then lie on no lattice.
+    pub(crate) fn is_near(&self) -> bool {
+        let near = |p: &PictureSpec| p.camera_radii > 0.0 || p.lamp_radii > 0.0;
+        self.picture.as_ref().is_some_and(near)
+    }
+}
+
 fn is_zero(share: &f64) -> bool {
     *share == 0.0
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
+part! {
+    /// The picture that an instrument with imaged axes takes at a stop. Exposures, full scale and bits are those of the
+    /// detector, which is one pixel.
+    pub struct PictureSpec {
+        /// Radius of the picture of the sphere, or of the hemisphere in a mirror, pixels.
+        radius_px: f64, radius();
+        /// Distance of the camera from the centre of the sphere, radii of the sphere; 0: far.
+        #[serde(default)]
+        camera_radii: f64, distance();
+        /// The same of the lamp.
+        #[serde(default)]
+        lamp_radii: f64, distance();
+        /// Largest radius of the disk of pixels that a reading is the mean of, pixels.
+        patch_px: f64, above();
+        /// Standard deviation of the centre of all pictures of one instrument, pixels, in either direction.
+        #[serde(default)]
+        centre_px: f64, at_least_0();
+        /// Standard deviation of the linear distortion of all pictures of one instrument, pixels at `radius_px`, in either direction.
+        #[serde(default)]
+        map_px: f64, at_least_0();
+        /// Standard deviation of the direction of the light of one picture, degrees, in either direction.
+        #[serde(default)]
+        lamp_deg: f64, in_closed(0.0, WIDEST_DEG);
+        /// Relative standard deviation of the scale of one picture.
+        #[serde(default)]
+        scale: f64, below(1.0);
+        /// Positions of each axis that is not imaged that differ by no more are one stop, degrees.
+        same_stop_deg: f64, in_closed(0.0, 1.0);
+    }
 }
 
 part! {

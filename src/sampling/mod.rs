@@ -13,3 +13,6 @@ pub use hemisphere::{
 pub use points::{Random, RandomStream, Sobol};
 pub use quadrature::{GAUSS_KRONROD, gauss_legendre};
 pub(crate) use quadrature::{cut, halve_worst, mirrored};
+
+/// The part of a turn that is least near to any fraction of it, rad.
+pub(crate) const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;

@@ -3,7 +3,7 @@
 //! One row per pose: `index`, the coordinates the set is uniform in (angles in degrees, column ends
 //! in `_deg`), then `theta_i_deg, phi_i_deg, theta_o_deg, phi_o_deg` of the two arms; no column
 //! comes twice, so spherical coordinates have none of their own beside the arms'. With an itinerary
-//! rows come in the order of time and go on with `block`, one column per axis (`<name>_deg`), and
+//! rows come in the order of time and go on with `block`, with `stop` of an instrument that takes pictures, one column per axis (`<name>_deg`), and
 //! `move_seconds, exposure_seconds, seconds, at_seconds`; poses that the instrument cannot take are
 //! listed in the header with their reasons.
 //!
@@ -13,7 +13,7 @@
 //! BLAKE3 hash of the rows.
 
 use super::table::{Column, Part, ScheduleFormat, Sheet};
-use super::{Itinerary, LayoutSet, Schedule, Visit};
+use super::{Directions, Itinerary, LayoutSet, Pictures, Schedule, Visit};
 use crate::error::count;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, Unit};
@@ -87,13 +87,19 @@ pub(crate) fn description(schedule: &Schedule, what: &str) -> Vec<String> {
             format!("of a published layout; coordinates are {} (warp: {}), each once under the symmetries {symmetries}", p.name(), p.warp_name())
         } else if schedule.is_of_others() {
             format!("from a table; coordinates are {} (warp: {}), symmetries {symmetries}", p.name(), p.warp_name())
-        } else if !super::all().iter().any(|set| set.kind == schedule.sample_set) {
+        } else if !is_uniform(&schedule.sample_set) {
             format!("chosen by {}; coordinates are {} (warp: {}), symmetries {symmetries}", schedule.sample_set, p.name(), p.warp_name())
         } else {
             format!("{} points, uniform in {} coordinates (warp: {}), each once under the symmetries {symmetries}; {:.4} of the box is below the horizon and left out", schedule.sample_set, p.name(), p.warp_name(), schedule.unphysical_share)
         },
         "frame: right-handed, z = sample normal, azimuths from x (tangent) towards y; all directions point away from the sample".to_owned(),
     ]
+}
+
+/// True if the poses of a sample set of this name are uniform in the coordinates that they are planned in.
+fn is_uniform(name: &str) -> bool {
+    let unguided = [Directions::KIND, LayoutSet::KIND, Pictures::KIND];
+    !unguided.contains(&name) && super::all().iter().any(|set| set.kind == name)
 }
 
 pub(crate) const ARMS: [&str; 4] = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"];
@@ -161,6 +167,12 @@ impl<'a> PoseRows<'a> {
         columns.push(Column::new("block", block, move |row| {
             Some(f64::from(visit(row)?.block))
         }));
+        if itinerary.takes_pictures() {
+            let stop = "number of the stop: rows that share one are read in one picture";
+            columns.push(Column::new("stop", stop, move |row| {
+                Some(f64::from(visit(row)?.stop))
+            }));
+        }
         for (k, name) in itinerary.axes.iter().enumerate() {
             let meaning = format!("position of the axis {name}, degrees");
             let position = move |row| Some(visit(row)?.positions[k].to_degrees());

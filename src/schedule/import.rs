@@ -122,7 +122,7 @@ pub(crate) fn known_columns(
     axes: &[String],
     further: &[&str],
 ) -> Result<Vec<String>, FileError> {
-    let plain = [&["index"], &ARMS[..], further, &["block"], &TIMES].concat();
+    let plain = [&["index"], &ARMS[..], further, &["block", "stop"], &TIMES].concat();
     let mut columns: Vec<String> = plain.into_iter().map(String::from).collect();
     let named: Option<Vec<String>> = table.fact("axes")?;
     let axes = named.unwrap_or_else(|| axes.to_vec());

@@ -75,13 +75,15 @@ impl Unreachable {
 pub struct Visit {
     /// Number of the pose in its schedule.
     pub pose: u32,
-    /// Number of the run of visits that share a light direction, from 0.
+    /// Number of the run of visits that share a light direction, from 0; of a picture that of its first pose.
     pub block: u32,
+    /// Number of the stop, from 0. An instrument that takes pictures reads several poses at one.
+    pub stop: u32,
     /// Positions of the axes, rad.
     pub positions: Positions,
     /// Travel from the visit before (or from rest at 0) and settling, s.
     pub move_seconds: f64,
-    /// All exposures of this pose, s.
+    /// All exposures of this stop, s; 0 of a further pose of a picture, as all times are.
     pub exposure_seconds: f64,
     /// Total: moving, exposures, overhead, and a calibration if one comes before this pose, s.
     pub seconds: f64,
@@ -111,6 +113,26 @@ impl Itinerary {
     pub fn seconds(&self) -> f64 {
         // A sum of nothing would be −0.
         self.visits.iter().fold(0.0, |sum, v| sum + v.seconds)
+    }
+
+    /// Number of stops: visits, unless an instrument takes pictures.
+    pub fn stops(&self) -> usize {
+        self.visits.last().map_or(0, |last| last.stop as usize + 1)
+    }
+
+    /// True if several poses share a stop.
+    pub fn takes_pictures(&self) -> bool {
+        self.stops() < self.visits.len()
+    }
+
+    /// The lowest number of a pose at each stop.
+    pub(crate) fn first_poses(&self) -> Vec<u32> {
+        let mut firsts = vec![u32::MAX; self.stops()];
+        for visit in &self.visits {
+            let first = &mut firsts[visit.stop as usize];
+            *first = visit.pose.min(*first);
+        }
+        firsts
     }
 
     /// Share of the poses that can be measured, in [0, 1]; 1 if there are none.

@@ -11,6 +11,7 @@ mod itinerary;
 mod lattice;
 mod layout;
 pub(crate) mod names;
+mod pictures;
 mod points;
 pub(crate) mod record;
 mod sample_set;
@@ -29,6 +30,7 @@ pub use import::{Assume, ScheduleFile, read_schedule};
 pub use itinerary::{Itinerary, MAX_AXES, Positions, Unreachable, Visit};
 pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};
 pub use layout::{Layout, LayoutSet};
+pub use pictures::{Pictures, Spread, StopAngle};
 pub use points::{PointSet, RandomSet, SobolSet};
 pub use record::schedule_schema;
 pub use sample_set::{PlanError, Planned, SampleSet};
@@ -129,6 +131,7 @@ family! {
         RandomSet::ENTRY,
         Directions::ENTRY,
         LayoutSet::ENTRY,
+        Pictures::ENTRY,
         FileSet::ENTRY,
     ]
 }

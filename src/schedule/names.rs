@@ -140,7 +140,7 @@ fn channel(end: &str) -> Option<String> {
 
 /// Columns of ours beside angles, wavelengths and values.
 fn is_further(name: &str) -> bool {
-    let all = [&["index", "block", "flags", "attempt"], &COUNTS[..]].concat();
+    let all = [&["index", "block", "stop", "flags", "attempt"], &COUNTS[..]].concat();
     all.contains(&name) || VECTORS.concat().contains(&name)
 }
 

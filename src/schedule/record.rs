@@ -19,13 +19,14 @@ const AZIMUTH: Bounds = &[("minimum", -360.0), ("maximum", 360.0)];
 
 /// The columns of a schedule, without those of coordinates and axes, which a file names itself.
 #[rustfmt::skip]
-pub(crate) const COLUMNS: [Column<'static>; 10] = [
+pub(crate) const COLUMNS: [Column<'static>; 11] = [
     (WHOLE[0], POSITIVE, "Number of the pose in its schedule, from 0."),
     (ARMS[0], ELEVATION, "Angle of the light from the normal, degrees."),
     (ARMS[1], AZIMUTH, "Azimuth of the light, degrees."),
     (ARMS[2], ELEVATION, "Angle of the sensor from the normal, degrees."),
     (ARMS[3], AZIMUTH, "Azimuth of the sensor, degrees."),
     (WHOLE[1], POSITIVE, "Number of the run of rows that share a light direction, from 0."),
+    (WHOLE[3], POSITIVE, "Number of the stop, from 0: rows that share one are read in one picture."),
     (TIMES[0], POSITIVE, "Travel from the row before, and settling, s."),
     (TIMES[1], POSITIVE, "All exposures of this pose, s."),
     (TIMES[2], POSITIVE, "Moving, exposures, overhead and a calibration before it, s."),

@@ -67,7 +67,7 @@ impl ScheduleFormat {
 }
 
 /// Columns that hold whole numbers.
-pub(crate) const WHOLE: [&str; 3] = ["index", "block", "attempt"];
+pub(crate) const WHOLE: [&str; 4] = ["index", "block", "attempt", "stop"];
 
 /// The column that holds words.
 pub(crate) const WORDS: &str = "flags";

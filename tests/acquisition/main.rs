@@ -514,7 +514,8 @@ fn a_machine_goes_on_where_it_stands() {
         let whole = bench.plan(&schedule, Order::AsGenerated);
         let part = bench.plan_of(&schedule, &numbers[..25], Order::AsGenerated);
         let parts = bench.plan_further(&schedule, part.clone(), &numbers[25..], Order::AsGenerated);
-        if spec.timing.scan == gonio::instrument::Scan::Stop {
+        let stops = spec.timing.scan == gonio::instrument::Scan::Stop;
+        if stops && spec.picture.is_none() {
             assert_eq!(parts.visits, whole.visits, "{}", preset.name);
         }
         // In the best order of each batch, time goes on and readings of one part are those of the whole.

@@ -166,6 +166,7 @@ fn backwards(schedule: &Schedule) -> Itinerary {
         itinerary.visits.push(Visit {
             pose,
             block: pose / 7,
+            stop: pose,
             positions,
             move_seconds: 0.1 + x,
             exposure_seconds: 0.3,

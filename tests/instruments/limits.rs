@@ -1,6 +1,6 @@
 //! What machines cannot reach, and why.
 
-use super::{distance, specs, turned_onto};
+use super::{arms, distance, specs, turned_onto};
 use crate::common::{cosine_pairs, near, product};
 use gonio::geometry::DirectionPair;
 use gonio::instrument::{BodySpec, CollisionSpec, InstrumentSpec, Machine};
@@ -132,7 +132,7 @@ fn positions_are_taken_modulo_a_turn() {
 #[test]
 fn a_range_of_one_turn_loses_nothing() {
     // Wherever it starts: [0, 360], [-300, 60], [17, 377].
-    for mut spec in specs() {
+    for mut spec in arms() {
         spec.limits.separation_min_deg = 0.0;
         spec.limits.theta_i_max_deg = 90.0;
         spec.limits.theta_o_max_deg = 90.0;
@@ -155,7 +155,7 @@ fn a_range_of_one_turn_loses_nothing() {
 #[test]
 fn a_collision_of_light_and_sensor_is_their_separation() {
     // Two ways to say the same, one through the chain and one from the pair.
-    for mut spec in specs() {
+    for mut spec in arms() {
         spec.limits.collision.clear();
         spec.limits.separation_min_deg = 25.0;
         let apart = machine(&spec);

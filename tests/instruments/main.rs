@@ -9,13 +9,21 @@ mod kinematics;
 mod limits;
 mod noise;
 mod optics;
+mod pictures;
 mod presets;
 
 use glam::DVec3;
 use gonio::geometry::{Direction, DirectionPair, angle_between};
 use gonio::instrument::{self, InstrumentSpec, Machine};
 
-/// The presets, one of each class.
+/// The presets that read a pair at a stop, one of each class.
+fn arms() -> Vec<InstrumentSpec> {
+    let mut specs = specs();
+    specs.retain(|spec| spec.picture.is_none());
+    specs
+}
+
+/// The presets.
 fn specs() -> Vec<InstrumentSpec> {
     let read = |preset: instrument::Preset| instrument::read(preset.text).unwrap();
     instrument::presets().into_iter().map(read).collect()

@@ -1,6 +1,6 @@
 //! What the instrument files say.
 
-use super::specs;
+use super::{arms, specs};
 use gonio::instrument::{self, Tag};
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use std::path::Path;
 fn there_is_one_preset_a_class_and_every_file_is_one() {
     let presets = instrument::presets();
     let classes = instrument::classes();
-    let used: Vec<_> = specs().into_iter().map(|spec| spec.class).collect();
+    let used: Vec<_> = arms().into_iter().map(|spec| spec.class).collect();
     let names: Vec<_> = classes.iter().map(|class| class.name).collect();
     assert_eq!(used, names);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/instruments");
@@ -109,7 +109,7 @@ fn a_field_is_about_the_keys_it_names() {
 /// The middle exposure of three is the geometric mean of the ends.
 #[test]
 fn exposures_suit_a_diffuse_sample_and_its_lobes() {
-    for spec in specs() {
+    for spec in arms() {
         let d = &spec.detector;
         assert_eq!(d.exposures, 3);
         let middle = (d.exposure_min_s * d.exposure_max_s).sqrt();

@@ -45,7 +45,11 @@ pub(super) fn described(spec: &InstrumentSpec, seed: u64) -> Result<(String, Jso
             axis.resolution_deg,
             axis.repeatability_deg,
             axis.bias_deg,
-            if axis.wraps { "wraps" } else { "" },
+            match (axis.wraps, axis.imaged) {
+                (true, _) => "wraps",
+                (_, true) => "imaged",
+                _ => "",
+            },
         ));
     }
     out += &axes.to_string();
@@ -59,6 +63,23 @@ pub(super) fn described(spec: &InstrumentSpec, seed: u64) -> Result<(String, Jso
         detector.exposure_max_s,
         detector.bits,
     );
+    if let Some(picture) = &spec.picture {
+        let distance = |of: &str, radii: f64| match radii > 0.0 {
+            true => format!("{of} at {radii} radii"),
+            false => format!("{of} far away"),
+        };
+        out += &format!(
+            "pictures: radius {} px, {}, {}; readings of up to {} px; errors: centre {} px, map {} px, light {}°, scale {} %\n",
+            picture.radius_px,
+            distance("camera", picture.camera_radii),
+            distance("lamp", picture.lamp_radii),
+            picture.patch_px,
+            picture.centre_px,
+            picture.map_px,
+            picture.lamp_deg,
+            100.0 * picture.scale,
+        );
+    }
     out += "\nspots on the sample, long axes\n";
     let mut spots = Vec::new();
     for [theta_i, theta_o] in SPOTS_DEG {

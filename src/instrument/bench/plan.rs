@@ -1,9 +1,9 @@
 //! Planning: from a schedule to an itinerary.
 
 use super::Bench;
-use crate::instrument::motion::Stop;
+use crate::instrument::motion::{STILL, Stop};
 use crate::instrument::tour::Order;
-use crate::schedule::{Itinerary, Positions, Schedule, Unreachable};
+use crate::schedule::{Itinerary, MAX_AXES, Positions, Schedule, Unreachable, Visit};
 use rayon::prelude::*;
 
 impl Bench {
@@ -28,15 +28,20 @@ impl Bench {
         poses: &[u32],
         order: Order,
     ) -> Itinerary {
-        let (stops, mut unreachable) = self.placed(schedule, poses);
+        let (placed, mut unreachable) = self.placed(schedule, poses);
+        let (stops, pictures) = self.stops(placed);
         let positions: Vec<Positions> = stops.iter().map(|s| s.1).collect();
-        let here = before.visits.last().map(|last| last.positions);
-        let here = here.unwrap_or(*self.motion.rest());
+        let here = self.motion.after(&before.visits);
         let tour = order.tour(self.motion.travel(), &here, &positions);
-        let stops: Vec<Stop> = tour.into_iter().map(|i| stops[i as usize]).collect();
+        let path: Vec<Stop> = tour.iter().map(|&i| stops[i as usize]).collect();
         unreachable.splice(0..0, before.unreachable);
+        let seen = before.visits.len();
+        let visits = self.motion.timed(schedule, before.visits, &path);
+        let pictures = pictures
+            .as_ref()
+            .map(|all| tour.iter().map(|&i| &all[i as usize]).collect());
         Itinerary {
-            visits: self.motion.timed(schedule, before.visits, &stops),
+            visits: with_pictures(visits, seen, pictures),
             unreachable,
             ..before
         }
@@ -44,12 +49,49 @@ impl Bench {
 
     /// [`plan`](Self::plan) for the poses with these numbers, in this order.
     pub fn plan_given(&self, schedule: &Schedule, poses: &[u32]) -> Itinerary {
-        let (stops, unreachable) = self.placed(schedule, poses);
+        let (placed, unreachable) = self.placed(schedule, poses);
+        let (stops, pictures) = self.stops(placed);
+        let visits = self.motion.timed(schedule, Vec::new(), &stops);
+        let pictures = pictures.as_ref().map(|all| all.iter().collect());
         Itinerary {
-            visits: self.motion.timed(schedule, Vec::new(), &stops),
+            visits: with_pictures(visits, 0, pictures),
             unreachable,
             ..self.unvisited("given")
         }
+    }
+
+    /// The stops of placed poses, in the order of their first poses: of an instrument that takes pictures each with all poses
+    /// of its picture, else the poses themselves.
+    fn stops(&self, placed: Vec<Stop>) -> (Vec<Stop>, Option<Vec<Vec<Stop>>>) {
+        let Some(camera) = &self.camera else {
+            return (placed, None);
+        };
+        let mut groups: Vec<Vec<usize>> = vec![(0..placed.len()).collect()];
+        for axis in (0..MAX_AXES).filter(|&axis| !self.machine.is_imaged(axis)) {
+            let at = |i: usize| placed[i].1[axis];
+            let cut = |group| runs(group, at, camera.same_stop + STILL);
+            groups = groups.into_iter().flat_map(cut).collect();
+        }
+        groups.iter_mut().for_each(|group| group.sort_unstable());
+        groups.sort_unstable();
+        let first = |group: &Vec<usize>| {
+            let (pose, positions) = placed[group[0]];
+            (pose, self.machine.stop(&positions))
+        };
+        let stops: Vec<Stop> = groups.iter().map(first).collect();
+        let pictures = groups.iter().zip(&stops).map(|(group, (_, stop))| {
+            let pose = |&i: &usize| {
+                let (pose, own) = placed[i];
+                let imaged = |axis| match self.machine.is_imaged(axis) {
+                    true => own[axis],
+                    false => stop[axis],
+                };
+                (pose, std::array::from_fn(imaged))
+            };
+            group.iter().map(pose).collect()
+        });
+        let pictures = pictures.collect();
+        (stops, Some(pictures))
     }
 
     /// An itinerary to no pose, by the name of an order.
@@ -69,7 +111,13 @@ impl Bench {
         let turn_freely = schedule.parametrization.symmetry().isotropic;
         let place = |&n: &u32| {
             let pair = &schedule.poses[n as usize].pair;
-            self.machine.place(pair, turn_freely)
+            let positions = self.machine.place(pair, turn_freely)?;
+            match &self.camera {
+                Some(camera) => camera
+                    .sees(&self.machine.lab(&positions))
+                    .map(|()| positions),
+                None => Ok(positions),
+            }
         };
         let placed: Vec<Result<Positions, Unreachable>> = poses.par_iter().map(place).collect();
         let (mut stops, mut unreachable) = (Vec::new(), Vec::new());
@@ -81,4 +129,48 @@ impl Bench {
         }
         (stops, unreachable)
     }
+}
+
+/// Cuts a group into runs whose places differ by no more than `width`, in ascending order.
+fn runs(mut group: Vec<usize>, at: impl Fn(usize) -> f64, width: f64) -> Vec<Vec<usize>> {
+    group.sort_unstable_by(|&a, &b| at(a).total_cmp(&at(b)).then(a.cmp(&b)));
+    let mut runs: Vec<Vec<usize>> = Vec::new();
+    for i in group {
+        match runs.last_mut() {
+            Some(run) if at(i) - at(run[0]) <= width => run.push(i),
+            _ => runs.push(vec![i]),
+        }
+    }
+    runs
+}
+
+/// The visits to stops, those from `seen` on with all poses of their pictures: the first of them takes the time.
+fn with_pictures(
+    mut visits: Vec<Visit>,
+    seen: usize,
+    pictures: Option<Vec<&Vec<Stop>>>,
+) -> Vec<Visit> {
+    let Some(pictures) = pictures else {
+        return visits;
+    };
+    let stops = visits.split_off(seen);
+    for (stop, picture) in stops.into_iter().zip(pictures) {
+        let further = Visit {
+            move_seconds: 0.0,
+            exposure_seconds: 0.0,
+            seconds: 0.0,
+            ..stop
+        };
+        visits.extend(
+            picture
+                .iter()
+                .enumerate()
+                .map(|(i, &(pose, positions))| Visit {
+                    pose,
+                    positions,
+                    ..if i == 0 { stop } else { further }
+                }),
+        );
+    }
+    visits
 }

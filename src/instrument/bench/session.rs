@@ -20,8 +20,9 @@
 
 use super::{Bench, Errors, NOISE, normal};
 use crate::brdf::{Brdf, ChannelValues};
-use crate::geometry::DirectionPair;
+use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::Instrument;
+use crate::instrument::detector::Detector;
 use crate::instrument::optics::{Workspace, collected};
 use crate::measurement::{Details, Flags, Measurement, Outcome};
 use crate::sampling::{Random, RandomStream};
@@ -44,26 +45,68 @@ const TASK: usize = 32;
 const SLAB: usize = 16 * TASK;
 
 /// √3: a bound divided by it is a standard uncertainty.
-const BOUND: f64 = 1.732_050_807_568_877_2;
+pub(super) const BOUND: f64 = 1.732_050_807_568_877_2;
 
 #[derive(Clone, Debug, Default)]
-struct Reading {
-    value: ChannelValues,
-    type_a: ChannelValues,
-    type_b: ChannelValues,
-    flags: Flags,
+pub(super) struct Reading {
+    pub(super) value: ChannelValues,
+    pub(super) type_a: ChannelValues,
+    pub(super) type_b: ChannelValues,
+    pub(super) flags: Flags,
+}
+
+impl Reading {
+    /// What the sensor reads of light, the mean of so many pixels, with the relative and absolute uncertainties that all readings share,
+    /// and the variances of type A and B that positions cause; 1 sr⁻¹ is a signal of `of_one`.
+    pub(super) fn sensed(
+        detector: &Detector,
+        light: impl Iterator<Item = f64>,
+        (of_one, pixels): (f64, f64),
+        shared: impl Fn(usize, f64) -> f64,
+        positioning: &[ChannelValues; 2],
+        noise: &mut RandomStream,
+    ) -> Self {
+        let mut reading = Reading::default();
+        let mut buried = true;
+        for (c, light) in light.enumerate() {
+            let signal = detector.read(light, pixels, noise);
+            let value = signal.value / of_one;
+            let scatter = (signal.variance / (of_one * of_one) + positioning[0][c]).sqrt();
+            reading.value.push(value);
+            reading.type_a.push(scatter);
+            reading
+                .type_b
+                .push((shared(c, value) + positioning[1][c]).sqrt());
+            buried &= value < 2.0 * scatter;
+            if signal.saturated {
+                reading.flags = reading.flags.with(Flags::SATURATED);
+            }
+        }
+        // Of all channels alike, and after all noise: the other readings are those without it.
+        let fault = detector.fault(noise);
+        for of in [&mut reading.value, &mut reading.type_a, &mut reading.type_b] {
+            of.iter_mut().for_each(|x| *x *= fault);
+        }
+        if buried {
+            reading.flags = reading.flags.with(Flags::BELOW_NOISE);
+        }
+        reading
+    }
 }
 
 impl Session<'_> {
-    /// The reading of one visit; `None` if the material has no data there.
+    /// The reading of one visit, at a stop whose first pose has this number; `None` if the material has no data there.
     fn read(
         &self,
         brdf: &dyn Brdf,
-        pair: &DirectionPair,
-        visit: &Visit,
+        (pair, symmetry): (&DirectionPair, Symmetry),
+        (visit, first): (&Visit, u32),
         random: &Random,
         work: &mut Workspace,
     ) -> Option<Reading> {
+        if let Some(camera) = &self.bench.camera {
+            return self.read_pixels(camera, brdf, (pair, symmetry), (visit, first), random, work);
+        }
         let Some(errors) = &self.bench.errors else {
             let average = self.bench.optics.average(brdf, pair, work)?;
             return Some(Reading {
@@ -78,7 +121,7 @@ impl Session<'_> {
     }
 }
 
-fn clipped(yes: bool) -> Flags {
+pub(super) fn clipped(yes: bool) -> Flags {
     if yes { Flags::CLIPPED } else { Flags::NONE }
 }
 
@@ -119,42 +162,20 @@ impl Errors {
         let cosine = optics.cosine(&actual);
         let hours = visit.since_calibration_seconds / 3600.0;
         let gain = (1.0 + self.drift * hours) / self.tile;
-        let mut reading = Reading {
-            flags: clipped(average.clipped),
-            ..Reading::default()
-        };
         // Of sample and tile alike: it decides how many electrons there are, and nothing else.
         let seen = collected(&bench.spec, pair);
         let positioning = self.positioning(bench, brdf, &visit.positions, asked, work);
-        let mut buried = true;
-        for (c, mean) in average.value.iter().enumerate() {
-            let light = mean * cosine * gain * seen;
-            let signal = self.detector.read(light, noise);
-            let value = signal.value / (asked * seen);
-            let shared = [
-                value * bench.spec.calibration.uncertainty,
-                value * bench.spec.source.drift_per_hour * hours,
-                average.error[c] / BOUND,
-            ];
-            let square: f64 = shared.iter().map(|u| u * u).sum();
-            let scatter =
-                (signal.variance / (asked * asked * seen * seen) + positioning[0][c]).sqrt();
-            reading.value.push(value);
-            reading.type_a.push(scatter);
-            reading.type_b.push((square + positioning[1][c]).sqrt());
-            buried &= value < 2.0 * scatter;
-            if signal.saturated {
-                reading.flags = reading.flags.with(Flags::SATURATED);
-            }
-        }
-        // Of all channels alike, and after all noise: the other readings are those without it.
-        let fault = self.detector.fault(noise);
-        for of in [&mut reading.value, &mut reading.type_a, &mut reading.type_b] {
-            of.iter_mut().for_each(|x| *x *= fault);
-        }
-        if buried {
-            reading.flags = reading.flags.with(Flags::BELOW_NOISE);
-        }
+        let light = average.value.iter().map(|mean| mean * cosine * gain * seen);
+        let drift = bench.spec.source.drift_per_hour * hours;
+        let shared = |c: usize, value: f64| {
+            let tile = value * bench.spec.calibration.uncertainty;
+            let shared = [tile, value * drift, average.error[c] / BOUND];
+            shared.iter().map(|u| u * u).sum()
+        };
+        let of_one = (asked * seen, 1.0);
+        let mut reading =
+            Reading::sensed(&self.detector, light, of_one, shared, &positioning, noise);
+        reading.flags = reading.flags.with(clipped(average.clipped));
         Some(reading)
     }
 
@@ -167,20 +188,13 @@ impl Errors {
         asked: f64,
         work: &mut Workspace,
     ) -> [ChannelValues; 2] {
-        let zero = ChannelValues::from_elem(0.0, brdf.channels().count());
-        let mut variances = [zero.clone(), zero.clone()];
         let mut look = |at: &Positions| {
             let pair = bench.machine.forward(at);
             let cosine = self.rough.cosine(&pair);
             let values = self.rough.average(brdf, &pair, work)?.value.into_iter();
-            Some(
-                values
-                    .map(|v| v * cosine / asked)
-                    .collect::<ChannelValues>(),
-            )
+            Some(values.map(|v| v * cosine / asked).collect())
         };
-        let mut centre = None;
-        let mut shift = zero;
+        let mut spread = None;
         for (i, axis) in bench.machine.axes().iter().enumerate().take(MAX_AXES) {
             let shared = axis.bias * axis.bias + axis.resolution * axis.resolution / 12.0;
             let scatter = axis.repeatability * axis.repeatability;
@@ -188,34 +202,64 @@ impl Errors {
             if sigma == 0.0 {
                 continue;
             }
-            let [above, below] = [sigma, -sigma].map(|by| {
+            let ends = [sigma, -sigma].map(|by| {
                 let mut at = *positions;
                 at[i] += by;
                 look(&at)
             });
-            if centre.is_none() {
-                centre = look(positions);
+            if spread.is_none() {
+                spread = look(positions).map(Spread::around);
             }
-            // At the edge of the data there is nothing to differ from.
-            let (Some(above), Some(below), Some(centre)) = (above, below, &centre) else {
-                continue;
-            };
-            let [of_scatter, of_shared] = [scatter, shared].map(|v| v / (sigma * sigma));
-            for c in 0..centre.len() {
-                // f(q + σz) ≈ f + z slope + z² bend/2 with z normal: the variance is slope² +
-                // bend²/2, and the mean moves by bend/2, by the sum of them for all axes.
-                let slope = 0.5 * (above[c] - below[c]);
-                let bend = above[c] + below[c] - 2.0 * centre[c];
-                let part = |share: f64| slope * slope * share + 0.5 * (bend * share).powi(2);
-                variances[0][c] += part(of_scatter);
-                variances[1][c] += part(of_shared);
-                shift[c] += 0.5 * bend;
+            if let Some(spread) = &mut spread {
+                spread.add(scatter / (sigma * sigma), ends);
             }
         }
-        for (variance, shift) in variances[1].iter_mut().zip(shift) {
+        let zero = || ChannelValues::from_elem(0.0, brdf.channels().count());
+        spread.map_or_else(|| [zero(), zero()], Spread::variances)
+    }
+}
+
+/// Variances of what moves a reading, from its values one standard deviation either way.
+pub(super) struct Spread {
+    centre: ChannelValues,
+    variances: [ChannelValues; 2],
+    shift: ChannelValues,
+}
+
+impl Spread {
+    /// Of a reading of these values.
+    pub(super) fn around(centre: ChannelValues) -> Self {
+        let zero = ChannelValues::from_elem(0.0, centre.len());
+        Self {
+            centre,
+            variances: [zero.clone(), zero.clone()],
+            shift: zero,
+        }
+    }
+
+    /// Adds what moves it to these ends, with its share of type A. At the edge of the data there is nothing to differ from.
+    pub(super) fn add(&mut self, share: f64, ends: [Option<ChannelValues>; 2]) {
+        let [Some(above), Some(below)] = ends else {
+            return;
+        };
+        for (c, centre) in self.centre.iter().enumerate() {
+            // f(q + σz) ≈ f + z slope + z² bend/2 with z normal: the variance is slope² +
+            // bend²/2, and the mean moves by bend/2, by the sum of them for all that moves.
+            let slope = 0.5 * (above[c] - below[c]);
+            let bend = above[c] + below[c] - 2.0 * centre;
+            let part = |share: f64| slope * slope * share + 0.5 * (bend * share).powi(2);
+            self.variances[0][c] += part(share);
+            self.variances[1][c] += part(1.0 - share);
+            self.shift[c] += 0.5 * bend;
+        }
+    }
+
+    /// The variances of type A and of type B.
+    pub(super) fn variances(mut self) -> [ChannelValues; 2] {
+        for (variance, shift) in self.variances[1].iter_mut().zip(self.shift) {
             *variance += shift * shift;
         }
-        variances
+        self.variances
     }
 }
 
@@ -228,7 +272,13 @@ impl Session<'_> {
         schedule: &Arc<Schedule>,
         go_on: &mut dyn FnMut() -> bool,
     ) -> Option<Measurement> {
-        let poses = &schedule.poses;
+        let seen = match &self.bench.camera {
+            Some(camera) => self.as_seen(camera, schedule),
+            None => Arc::clone(schedule),
+        };
+        let (schedule, poses) = (&seen, &seen.poses);
+        let symmetry = schedule.parametrization.symmetry();
+        let firsts = self.itinerary.first_poses();
         let random = Random::new(self.seed);
         let mut measured = self.unread(brdf, schedule);
         for slab in self.itinerary.visits.chunks(SLAB) {
@@ -239,6 +289,8 @@ impl Session<'_> {
                 let mut work = Workspace::default();
                 let read = |visit: &Visit| {
                     let pair = &poses[visit.pose as usize].pair;
+                    let first = firsts[visit.stop as usize];
+                    let (pair, visit) = ((pair, symmetry), (visit, first));
                     self.read(brdf, pair, visit, &random, &mut work)
                 };
                 visits.iter().map(read).collect::<Vec<_>>()

@@ -30,6 +30,7 @@ impl InstrumentSpec {
         }
         self.check_bodies()?;
         self.check_limits()?;
+        self.check_picture(class)?;
         self.source.check("source")?;
         self.detector.check("detector")?;
         self.timing.check("timing")?;
@@ -93,6 +94,82 @@ impl InstrumentSpec {
             let allowed = format!("{vector:?} for this axis of {class}, its {role}");
             let found = format!("{:?}", axis.vector);
             require(axis.vector == vector, &key, found, allowed)?;
+        }
+        Ok(())
+    }
+
+    /// Checks which axes a picture covers, and that there is one where axes are imaged.
+    fn check_picture(&self, class: &Class) -> Checked {
+        let imaged: Vec<usize> = (0..self.axis.len())
+            .filter(|&i| self.axis[i].imaged)
+            .collect();
+        let path = |i: usize, key: &str| format!("axis[{i}].{key}");
+        if let Some(&other) = imaged.iter().find(|i| !class.imaged.contains(i)) {
+            let could = classes().iter().filter(|class| !class.imaged.is_empty());
+            let could = could.map(|class| {
+                let roles = class.imaged.iter().map(|&i| class.axes[i].role);
+                let roles = roles.collect::<Vec<_>>().join(" and ");
+                format!("{roles} of {}", class.name)
+            });
+            let could = could.collect::<Vec<_>>().join(", or ");
+            let allowed = format!("false; a picture covers {could}");
+            return require(false, &path(other, "imaged"), true, allowed);
+        }
+        let Some(&first) = imaged.first() else {
+            let allowed = "no table, as no axis is imaged";
+            return require(self.picture.is_none(), "picture", "a table", allowed);
+        };
+        let left_out = class.imaged.iter().find(|i| !imaged.contains(i));
+        if let Some(&left_out) = left_out {
+            let allowed = format!("true, as {}: a picture covers both", path(first, "imaged"));
+            return require(false, &path(left_out, "imaged"), false, allowed);
+        }
+        for i in imaged {
+            let AxisSpec {
+                resolution_deg,
+                repeatability_deg,
+                bias_deg,
+                ..
+            } = self.axis[i];
+            let errors = [
+                ("resolution_deg", resolution_deg),
+                ("repeatability_deg", repeatability_deg),
+                ("bias_deg", bias_deg),
+            ];
+            for (key, error) in errors {
+                let allowed = "0 of an imaged axis; the errors of a picture are keys of [picture]";
+                require(error == 0.0, &path(i, key), error, allowed)?;
+            }
+        }
+        let allowed = "\"stop\", as a picture is taken at a stop";
+        require(
+            self.timing.scan == Scan::Stop,
+            "timing.scan",
+            "\"fly\"",
+            allowed,
+        )?;
+        let Some(picture) = &self.picture else {
+            let allowed = format!("a table, as {} = true", path(first, "imaged"));
+            return require(false, "picture", "nothing", allowed);
+        };
+        picture.check("picture")?;
+        let (lamp, camera) = (self.source.half_angle_deg, self.detector.half_angle_deg);
+        let least = self.limits.separation_min_deg;
+        let allowed = format!(
+            "at least {}, the half-angles of light and sensor: closer, the lamp is in front of the camera",
+            lamp + camera
+        );
+        let apart = least >= lamp + camera;
+        require(apart, "limits.separation_min_deg", least, allowed)?;
+        if !class.is_sphere() {
+            let distances = [
+                ("camera", picture.camera_radii),
+                ("lamp", picture.lamp_radii),
+            ];
+            for (of, radii) in distances {
+                let allowed = "0: there is no sphere that it could be so far from";
+                require(radii == 0.0, &format!("picture.{of}_radii"), radii, allowed)?;
+            }
         }
         Ok(())
     }
@@ -252,6 +329,23 @@ pub(super) fn below(key: &str, value: f64, end: f64) -> Checked {
         format!("a number in [0, {end})")
     };
     require(value >= 0.0 && value < end, key, value, allowed)
+}
+
+/// Checks the radius of a picture, pixels: in a smaller one a pixel is wider than the lobes of most materials.
+pub(super) fn radius(key: &str, value: f64) -> Checked {
+    in_closed(key, value, 8.0, 1e5)?;
+    Ok(())
+}
+
+/// Checks a distance from a sphere, radii.
+pub(super) fn distance(key: &str, value: f64) -> Checked {
+    let allowed = "0 for a large distance, or a number in [1.5, 1e6]";
+    require(
+        value == 0.0 || (1.5..=1e6).contains(&value),
+        key,
+        value,
+        allowed,
+    )
 }
 
 pub(super) fn counted<N: From<u8> + PartialOrd + Display>(

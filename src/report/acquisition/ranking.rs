@@ -82,6 +82,10 @@ pub fn instruments(rows: &[&Row]) -> String {
             move |v: Option<f64>, _| v.map_or("- ".into(), |v| format!("{v:.digits$} "))
         };
         out += &layout.table(&format!("readings at {label}"), &once, readings, shown(0));
+        if once.iter().any(|r| r.stops.is_some_and(|n| n < r.readings)) {
+            let stops = |r: &Row| Some(r.stops? as f64);
+            out += &layout.table(&format!("stops at {label}"), &once, stops, shown(0));
+        }
         out += &layout.table(&format!("minutes at {label}"), &once, minutes, shown(1));
         for instrument in &layout.instruments {
             out += &layout.reach(instrument, label, &once);
