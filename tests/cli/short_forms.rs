@@ -19,7 +19,7 @@ const MATERIAL: &str = "--set material=[{name=\"m\",kind=\"micro-surface\",surfa
      facets={kind=\"mirror\"},surfaces=1,paths=16}]";
 
 /// Each config, and what makes it short.
-const SHORT: [(&str, &[&str]); 17] = [
+const SHORT: [(&str, &[&str]); 18] = [
     ("barla2015", &[ACQUISITION, "--shard 1/340"]),
     (
         "bounces",
@@ -46,6 +46,12 @@ const SHORT: [(&str, &[&str]); 17] = [
     (
         "moments-study",
         &["--set budgets=[64] --set moments.views=2 --shard 1/40"],
+    ),
+    (
+        "pictures",
+        &[
+            "--set budgets=[200] --set minutes=[2] --set metrics.pairs=512 --set metrics.max_pairs=512 --shard 1/8",
+        ],
     ),
     ("planning", &[ACQUISITION, "--shard 1/4"]),
     ("published", &[ACQUISITION, "--shard 1/8"]),
