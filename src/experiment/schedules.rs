@@ -9,7 +9,7 @@ use super::plan::Plan;
 use super::record::Shard;
 use super::tables::section;
 use crate::geometry::Symmetry;
-use crate::instrument::InstrumentSpec;
+use crate::instrument::PictureSpec;
 
 /// Values of a reconstruction that the moments of a view are integrated from, about.
 const VIEW_VALUES: f64 = 4.5e4;
@@ -70,8 +70,10 @@ impl Plan {
     /// Positions of the methods that are used on a schedule.
     pub fn methods_on(&self, unit: &Unit) -> Vec<usize> {
         let size = unit.allowance.count();
-        let instrument = unit.instrument.map(|i| &self.instruments[i].spec);
-        let moves = instrument.is_some_and(InstrumentSpec::is_near);
+        let picture = unit
+            .instrument
+            .and_then(|i| self.instruments[i].spec.picture.as_ref());
+        let moves = picture.is_some_and(PictureSpec::is_near);
         let suits = |m: &Method| {
             self.suits(m, unit.sample_set, unit.coordinates)
                 && !(moves && m.method.needs_grid())

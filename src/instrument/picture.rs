@@ -66,9 +66,9 @@ impl Camera {
         })
     }
 
-    /// True if camera or lamp is at a finite distance: directions then vary over the sphere.
+    /// As [`PictureSpec::is_near`].
     pub(super) fn is_near(&self) -> bool {
-        self.spec.camera_radii > 0.0 || self.spec.lamp_radii > 0.0
+        self.spec.is_near()
     }
 
     /// How far a place is within the outline of the sphere, less what an error of the centre may move it, pixels; without end in a mirror.

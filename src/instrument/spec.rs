@@ -201,11 +201,10 @@ part! {
     }
 }
 
-impl InstrumentSpec {
+impl PictureSpec {
     /// True if camera or lamp are so near that directions vary over a picture: readings then lie on no lattice.
     pub(crate) fn is_near(&self) -> bool {
-        let near = |p: &PictureSpec| p.camera_radii > 0.0 || p.lamp_radii > 0.0;
-        self.picture.as_ref().is_some_and(near)
+        self.camera_radii > 0.0 || self.lamp_radii > 0.0
     }
 }
 

@@ -234,14 +234,7 @@ impl Session<'_> {
         };
         let mut stream = random.stream(PICTURE + u64::from(first));
         let exposure = camera.exposure(&mut stream, normal);
-        let axes = self.bench.machine.axes();
-        let mut positions = visit.positions;
-        for (i, axis) in axes.iter().enumerate().filter(|(_, axis)| !axis.imaged) {
-            if axis.resolution > 0.0 {
-                positions[i] = (positions[i] / axis.resolution).round() * axis.resolution;
-            }
-            positions[i] += errors.offsets[i] + axis.repeatability * normal(&mut stream);
-        }
+        let positions = errors.stand(&self.bench.machine, &visit.positions, &mut stream);
         (exposure, positions)
     }
 

@@ -23,6 +23,7 @@ use crate::brdf::{Brdf, ChannelValues};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::instrument::Instrument;
 use crate::instrument::detector::Detector;
+use crate::instrument::machine::Machine;
 use crate::instrument::optics::{Workspace, collected};
 use crate::measurement::{Details, Flags, Measurement, Outcome};
 use crate::sampling::{Random, RandomStream};
@@ -126,6 +127,27 @@ pub(super) fn clipped(yes: bool) -> Flags {
 }
 
 impl Errors {
+    /// Where axes stand that are sent to positions: rounded to their resolution, with the offsets of the instrument and what this
+    /// approach adds. Axes that a picture covers do not move.
+    pub(super) fn stand(
+        &self,
+        machine: &Machine,
+        asked: &Positions,
+        noise: &mut RandomStream,
+    ) -> Positions {
+        let mut positions = *asked;
+        for (i, axis) in machine.axes().iter().enumerate().filter(|(_, a)| !a.imaged) {
+            if axis.resolution > 0.0 {
+                positions[i] = (positions[i] / axis.resolution).round() * axis.resolution;
+            }
+            positions[i] += self.offsets[i];
+            if axis.repeatability > 0.0 {
+                positions[i] += axis.repeatability * normal(noise);
+            }
+        }
+        positions
+    }
+
     fn read(
         &self,
         bench: &Bench,
@@ -142,19 +164,8 @@ impl Errors {
         }
         // A machine may turn the pair about the normal; what is asked for stays what it is unless
         // an axis is wrong.
-        let mut positions = visit.positions;
-        let mut moved = false;
-        for (i, axis) in machine.axes().iter().enumerate() {
-            if axis.resolution > 0.0 {
-                positions[i] = (positions[i] / axis.resolution).round() * axis.resolution;
-            }
-            positions[i] += self.offsets[i];
-            if axis.repeatability > 0.0 {
-                positions[i] += axis.repeatability * normal(noise);
-            }
-            moved |= positions[i] != visit.positions[i];
-        }
-        let actual = match moved {
+        let positions = self.stand(machine, &visit.positions, noise);
+        let actual = match positions != visit.positions {
             true => machine.forward(&positions),
             false => *pair,
         };
