@@ -11,7 +11,6 @@ use super::detector::Detector;
 use super::machine::Machine;
 use super::motion::Motion;
 use super::optics::{Optics, Tolerance};
-use super::picture::Camera;
 use super::spec::InstrumentSpec;
 use crate::error::ParameterError;
 use crate::sampling::{Random, RandomStream};
@@ -64,8 +63,6 @@ pub struct Bench {
     machine: Machine,
     motion: Motion,
     optics: Optics,
-    /// `None` if it reads one pair at a stop.
-    camera: Option<Camera>,
     /// Specification, for spots on the sample and for uncertainties.
     spec: InstrumentSpec,
     parts: Parts,
@@ -140,7 +137,7 @@ impl Bench {
         let motion = Motion::new(spec, &machine);
         let [source, detector] = parts.half_angles_deg(spec).map(f64::to_radians);
         let optics = |tolerance| Optics::new(source, detector, tolerance);
-        let camera = Camera::new(spec);
+        let camera = machine.camera();
         let errors = parts.noise.then(|| {
             let random = Random::new(realisation);
             let draw = |index: u64| normal(&mut random.stream(index));
@@ -154,7 +151,6 @@ impl Bench {
                 drift: spec.source.drift_per_hour * draw(DRIFT),
                 offsets,
                 distortion: camera
-                    .as_ref()
                     .map_or([0.0; 6], |camera| camera.distortion(|k| draw(PIXELS + k))),
                 rough: optics(if camera.is_some() { OF_PIXELS } else { ROUGH }),
             }
@@ -164,7 +160,6 @@ impl Bench {
                 Some(_) => OF_PIXELS,
                 None => Tolerance::default(),
             }),
-            camera,
             machine,
             motion,
             spec: spec.clone(),

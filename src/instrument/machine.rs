@@ -2,6 +2,7 @@
 
 use super::class::Class;
 use super::motion::AxisMotion;
+use super::picture::{Camera, Lab};
 use super::spec::{InstrumentSpec, LIGHT, SENSOR};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, angle_between};
@@ -30,16 +31,6 @@ pub struct Axis {
     pub bias: f64,
     /// True if a picture covers it.
     pub imaged: bool,
-}
-
-/// Directions in the lab.
-pub(super) struct Lab {
-    /// From the sample to the light.
-    pub(super) light: DVec3,
-    /// From the sample to the sensor.
-    pub(super) sensor: DVec3,
-    /// From the sample's frame to the lab: tangent, bitangent, normal.
-    pub(super) sample: DMat3,
 }
 
 impl Axis {
@@ -82,7 +73,9 @@ struct Limits {
 pub struct Machine {
     axes: Vec<Axis>,
     class: &'static Class,
-    /// `None`: everything can be reached.
+    /// `None` if it reads one pair at a stop.
+    camera: Option<Camera>,
+    /// `None`: everything that a camera can see can be reached.
     limits: Option<Limits>,
 }
 
@@ -132,6 +125,7 @@ impl Machine {
                 separation_min: spec.limits.separation_min_deg.to_radians(),
                 collisions: collisions.collect(),
             }),
+            camera: Camera::new(spec),
             class,
         })
     }
@@ -168,6 +162,11 @@ impl Machine {
         // A product of rotations is good to a few ulp; a direction is unit to one.
         let local = |v: DVec3| Direction::from_unit((to_sample * v).normalize());
         DirectionPair::new(local(light), local(sensor))
+    }
+
+    /// What takes its pictures; `None` if it reads one pair at a stop.
+    pub(super) fn camera(&self) -> Option<&Camera> {
+        self.camera.as_ref()
     }
 
     /// Where light, sensor and sample are in the lab.
@@ -215,6 +214,9 @@ impl Machine {
 
     /// The solution with its positions in their ranges, or the reason that forbids it.
     fn admit(&self, solution: &Positions) -> Result<Positions, Unreachable> {
+        if let Some(camera) = &self.camera {
+            camera.sees(&self.lab(solution))?;
+        }
         let Some(limits) = &self.limits else {
             return Ok(*solution);
         };
@@ -222,6 +224,11 @@ impl Machine {
         for (i, axis) in self.axes.iter().enumerate() {
             let position = axis.within_range(solution[i]);
             positions[i] = position.ok_or(Unreachable::AxisRange(i as u8))?;
+        }
+        if let Some(camera) = &self.camera
+            && camera.clearance(camera.pixel(&self.lab(&positions))) <= 0.0
+        {
+            return Err(Unreachable::SensorElevation);
         }
         if limits.collisions.is_empty() {
             return Ok(positions);

@@ -13,7 +13,6 @@
 //! *Mirror and camera* (Ward 1992, Dana 2001). The place is that of ω_o in a paraboloid of which the sample is the focus,
 //! R tan(θ_o/2) (cos φ_o, sin φ_o), in the frame of the sample: it spans 2 cos²(θ_o/2)/R.
 
-use super::machine::Lab;
 use super::spec::{InstrumentSpec, PictureSpec};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::sampling::RandomStream;
@@ -26,6 +25,16 @@ const CLEAR: f64 = 0.125;
 
 /// Distance from the outline of the sphere within which nothing is read, in standard deviations of the centre.
 const OUTLINE: f64 = 3.0;
+
+/// Directions in the lab.
+pub(super) struct Lab {
+    /// From the sample to the light.
+    pub(super) light: DVec3,
+    /// From the sample to the sensor.
+    pub(super) sensor: DVec3,
+    /// From the sample's frame to the lab: tangent, bitangent, normal.
+    pub(super) sample: DMat3,
+}
 
 /// A camera that reads the pairs of a stop by pixels.
 #[derive(Clone, Debug)]
@@ -80,14 +89,14 @@ impl Camera {
         self.spec.radius_px - at.length() - margin
     }
 
-    /// Refuses a pose at or behind the outline of the sphere that the camera sees, or in the shadow of a near lamp.
+    /// Refuses a pose behind the outline of the sphere that a near camera sees, or in the shadow of a near lamp.
     pub(super) fn sees(&self, lab: &Lab) -> Result<(), Unreachable> {
         let n = lab.sample.z_axis;
         let hides = |from: DVec3, radii: f64| radii > 0.0 && n.dot(from) * radii <= 1.0;
         if hides(lab.light, self.spec.lamp_radii) {
             return Err(Unreachable::LightElevation);
         }
-        if hides(lab.sensor, self.spec.camera_radii) || self.clearance(self.pixel(lab)) <= 0.0 {
+        if hides(lab.sensor, self.spec.camera_radii) {
             return Err(Unreachable::SensorElevation);
         }
         Ok(())

@@ -63,7 +63,7 @@ impl Bench {
     /// The stops of placed poses, in the order of their first poses: of an instrument that takes pictures each with all poses
     /// of its picture, else the poses themselves.
     fn stops(&self, placed: Vec<Stop>) -> (Vec<Stop>, Option<Vec<Vec<Stop>>>) {
-        let Some(camera) = &self.camera else {
+        let Some(camera) = self.machine.camera() else {
             return (placed, None);
         };
         let mut groups: Vec<Vec<usize>> = vec![(0..placed.len()).collect()];
@@ -111,13 +111,7 @@ impl Bench {
         let turn_freely = schedule.parametrization.symmetry().isotropic;
         let place = |&n: &u32| {
             let pair = &schedule.poses[n as usize].pair;
-            let positions = self.machine.place(pair, turn_freely)?;
-            match &self.camera {
-                Some(camera) => camera
-                    .sees(&self.machine.lab(&positions))
-                    .map(|()| positions),
-                None => Ok(positions),
-            }
+            self.machine.place(pair, turn_freely)
         };
         let placed: Vec<Result<Positions, Unreachable>> = poses.par_iter().map(place).collect();
         let (mut stops, mut unreachable) = (Vec::new(), Vec::new());

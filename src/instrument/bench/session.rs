@@ -105,7 +105,7 @@ impl Session<'_> {
         random: &Random,
         work: &mut Workspace,
     ) -> Option<Reading> {
-        if let Some(camera) = &self.bench.camera {
+        if let Some(camera) = self.bench.machine.camera() {
             return self.read_pixels(camera, brdf, (pair, symmetry), (visit, first), random, work);
         }
         let Some(errors) = &self.bench.errors else {
@@ -283,7 +283,7 @@ impl Session<'_> {
         schedule: &Arc<Schedule>,
         go_on: &mut dyn FnMut() -> bool,
     ) -> Option<Measurement> {
-        let seen = match &self.bench.camera {
+        let seen = match self.bench.machine.camera() {
             Some(camera) => self.as_seen(camera, schedule),
             None => Arc::clone(schedule),
         };
