@@ -5,11 +5,14 @@ use crate::reconstruct::{Places, Posterior};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// How many poses are to be chosen, and what is asked before each: false ends the choice.
+/// How many poses are to be chosen.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     pub n: usize,
+    /// Asked before each: false ends the choice.
     pub go_on: &'a dyn Fn() -> bool,
+    /// The stop of each candidate: those of a stop are chosen together, by the sum of their scores. Empty: each by itself.
+    pub stops: &'a [u32],
 }
 
 impl Wanted<'_> {
@@ -117,7 +120,7 @@ pub(super) fn most_informative(
         mut covariances,
         mut variances,
     } = targets;
-    let mut left = Left::new(process, candidates, wanted.n);
+    let mut left = Left::new(process, candidates, wanted.stops, wanted.n);
     let (mut worths, mut scaled) = (vec![0.0; variances.len()], vec![0.0; variances.len()]);
     let mut with = DVector::zeros(covariances.ncols());
     let mut gains = vec![0.0; covariances.ncols()];
@@ -178,7 +181,7 @@ pub(super) fn least_certain(
     weights: &[f64],
     wanted: Wanted<'_>,
 ) -> Vec<usize> {
-    let mut left = Left::new(process, candidates, wanted.n);
+    let mut left = Left::new(process, candidates, wanted.stops, wanted.n);
     wanted.after(Vec::new(), |_| {
         let scores = left.variances.iter().zip(weights).map(|(v, w)| v * w);
         let best = left.best(scores)?;
@@ -202,7 +205,7 @@ pub(super) fn least_error(
     // Σ_m r_m(place) r_m(candidate), which is all that errors depend on.
     let mut products = of_places.tr_mul(&of_candidates);
     let count = of_candidates.ncols();
-    let mut left = Left::new(process, candidates, given + wanted.n);
+    let mut left = Left::new(process, candidates, wanted.stops, given + wanted.n);
     left.is_left[count - given..].fill(false);
     let mut chosen = Vec::new();
     for step in 0..given + wanted.n {
@@ -248,6 +251,10 @@ struct Left<'a> {
     /// How likely there is a reading to be had.
     readable: Vec<f64>,
     is_left: Vec<bool>,
+    /// As those of [`Wanted`].
+    stops: &'a [u32],
+    /// The stop of the last choice.
+    stop: Option<u32>,
     /// A column per choice: covariances with it, given all before, over the root of its variance.
     scaled: DMatrix<f64>,
     choices: usize,
@@ -255,7 +262,7 @@ struct Left<'a> {
 
 impl<'a> Left<'a> {
     /// For `n` choices.
-    fn new(process: &'a Posterior, candidates: &'a Places, n: usize) -> Self {
+    fn new(process: &'a Posterior, candidates: &'a Places, stops: &'a [u32], n: usize) -> Self {
         let variances = process.variances(candidates);
         Self {
             process,
@@ -263,6 +270,8 @@ impl<'a> Left<'a> {
             noise: process.noise(candidates),
             readable: process.readable(candidates),
             is_left: vec![true; variances.len()],
+            stops,
+            stop: None,
             scaled: DMatrix::zeros(variances.len(), n),
             variances,
             choices: 0,
@@ -274,14 +283,32 @@ impl<'a> Left<'a> {
         self.variances[c] + self.noise[c]
     }
 
-    /// The candidate of the highest score, times how likely it is to be had; of equal ones the first.
+    /// The candidate of the highest score, times how likely it is to be had; of equal ones the first. Of stops the next candidate
+    /// of the one that was begun, or the first of the one whose scores have the highest sum.
     fn best(&self, scores: impl Iterator<Item = f64>) -> Option<usize> {
+        let of_stop = |stop: u32| {
+            let mut all = self.stops.iter().zip(&self.is_left);
+            all.position(|(of, is_left)| *of == stop && *is_left)
+        };
+        if let Some(next) = self.stop.and_then(of_stop) {
+            return Some(next);
+        }
         let likely = scores
             .zip(&self.readable)
             .map(|(score, likely)| score * likely);
         let left = likely.enumerate().filter(|(c, _)| self.is_left[*c]);
         let better = |a: (usize, f64), b: (usize, f64)| if b.1 > a.1 { b } else { a };
-        left.reduce(better).map(|(c, _)| c)
+        if self.stops.is_empty() {
+            return left.reduce(better).map(|(c, _)| c);
+        }
+        let mut sums: Vec<(usize, f64)> = Vec::new();
+        for (c, score) in left {
+            match sums.last_mut() {
+                Some((first, sum)) if self.stops[*first] == self.stops[c] => *sum += score,
+                _ => sums.push((c, score)),
+            }
+        }
+        sums.into_iter().reduce(better).map(|(c, _)| c)
     }
 
     /// Takes a candidate, and returns its covariances with all, over the root of its variance.
@@ -302,6 +329,7 @@ impl<'a> Left<'a> {
         self.scaled.set_column(self.choices, &with);
         self.choices += 1;
         self.is_left[best] = false;
+        self.stop = self.stops.get(best).copied();
         with
     }
 }
@@ -326,7 +354,11 @@ mod tests {
     }
 
     fn wanted(n: usize) -> Wanted<'static> {
-        Wanted { n, go_on: &|| true }
+        Wanted {
+            n,
+            go_on: &|| true,
+            stops: &[],
+        }
     }
 
     #[test]

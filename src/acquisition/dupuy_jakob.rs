@@ -254,7 +254,7 @@ impl SampleSet for Retro {
 }
 
 impl Planner for Retro {
-    fn batch(&self, asked: usize, budget: usize) -> Option<usize> {
+    fn batch(&self, asked: usize, budget: usize, _: bool) -> Option<usize> {
         let (least, most, of) = SCAN;
         Some(match asked {
             0 => (budget / of).clamp(least, most).min(budget),
@@ -271,7 +271,10 @@ impl Planner for Retro {
         admit(KIND, before + most, MOST)?;
         let reach = Reach::new(task, so_far);
         let mut poses = match before {
-            0 => self.scan(&reach, self.batch(0, task.budget).unwrap_or(most).min(most)),
+            0 => self.scan(
+                &reach,
+                self.batch(0, task.budget, false).unwrap_or(most).min(most),
+            ),
             _ => Vec::new(),
         };
         if poses.len() < most {

@@ -1,5 +1,7 @@
 //! Where errors count, and the poses that a planner chooses from.
 
+use super::choice::Wanted;
+use super::greedy::PICTURE;
 use super::{Chosen, Task};
 use crate::geometry::{Direction, DirectionPair, angle_between};
 use crate::instrument::Machine;
@@ -8,7 +10,7 @@ use crate::numeric::{GRAZING_COS, hashed};
 use crate::parametrization::{Parametrization, usual_form};
 use crate::reconstruct::Posterior;
 use crate::sampling::GOLDEN_ANGLE;
-use crate::schedule::{PlanError, Pose, SampleSet, SobolSet};
+use crate::schedule::{Draws, Pictures, PlanError, Pose, SampleSet, SobolSet, StopAngle, azimuth};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -55,7 +57,28 @@ pub(super) struct Field {
     pub density: Vec<f64>,
     /// Poses that the instrument can take.
     pub candidates: Vec<Pose>,
+    /// `None` where each pose is chosen by itself.
+    pictures: Option<CandidatePictures>,
 }
+
+/// Stops of which whole pictures are chosen.
+struct CandidatePictures {
+    /// The poses of the picture of each stop.
+    poses: Vec<Vec<Pose>>,
+    /// The stop of each candidate: some poses of a picture stand for it.
+    stops: Vec<u32>,
+    /// Pictures to be chosen.
+    n: usize,
+}
+
+/// Stops that pictures are chosen of.
+const STOPS: usize = 48;
+
+/// Candidates of each stop, at most.
+const OF_PICTURE: usize = 40;
+
+/// Largest angle that a stop of a candidate is at, rad.
+const LAST_STOP: f64 = 85.0 * std::f64::consts::PI / 180.0;
 
 /// The density of cos θ_i cos θ_o inside the mask, at a pair with these coordinates.
 fn density(own: &dyn Parametrization, cos_mask: f64, Pose { pair, coords }: &Pose) -> f64 {
@@ -177,12 +200,8 @@ impl Field {
         so_far: &Measurement,
         round: u64,
     ) -> Result<Self, PlanError> {
-        let (own, cos_mask) = (usual_form(task.form.symmetry()), mask.cos());
-        let [for_places, for_candidates] = [0, 1].map(|role| hashed([task.seed, round, role]));
-        let at = SobolSet {}.plan(&own, PLACES, for_places)?.poses;
-        let at = at.iter();
-        let inside = at.map(|pose| (pose.pair, density(&*own, cos_mask, pose)));
-        let (places, density): (Vec<_>, Vec<_>) = inside.filter(|p| p.1 > 0.0).unzip();
+        let mut field = Self::without_candidates(task, mask, round)?;
+        let for_candidates = hashed([task.seed, round, 1]);
         let reach = Reach::new(task, so_far);
         let wanted = CANDIDATES.max(OF_EACH * poses);
         let mut candidates = Vec::new();
@@ -203,13 +222,79 @@ impl Field {
             reach.pose(&DirectionPair::from_spherical(theta, phi, theta, phi + PI))
         });
         candidates.extend(on_peak);
+        field.candidates = candidates;
+        Ok(field)
+    }
+
+    /// [`new`](Self::new) for about `poses` poses in whole pictures, of stops at such angles.
+    pub(crate) fn of_pictures(
+        task: &Task<'_>,
+        stop: StopAngle,
+        mask: f64,
+        poses: usize,
+        so_far: &Measurement,
+        round: u64,
+    ) -> Result<Self, PlanError> {
+        let mut field = Self::without_candidates(task, mask, round)?;
+        let n = ((poses as f64 / PICTURE as f64).round() as usize).max(1);
+        let nodes = (poses / n).max(1);
+        let for_candidates = hashed([task.seed, round, 1]);
+        let shift = (hashed([for_candidates, 3]) >> 11) as f64 / (1_u64 << 53) as f64;
+        let set = Pictures {
+            stop,
+            ..Pictures::default()
+        };
+        let (reach, mut draws) = (
+            Reach::new(task, so_far),
+            Draws::new(for_candidates, &*task.form),
+        );
+        let first = hashed([for_candidates, 4]) as usize % STOPS;
+        let pictures = (0..STOPS.max(2 * n)).map(|k| {
+            let angle = (k as f64 + shift) / STOPS.max(2 * n) as f64 * LAST_STOP;
+            let at = [angle, azimuth(first + k, task.form.symmetry())];
+            let mut poses = draws.picture(&set, &*task.form, at, nodes);
+            poses.retain(|pose| reach.takes(pose));
+            poses
+        });
+        let poses: Vec<Vec<Pose>> = pictures.collect();
+        let mut stops = Vec::new();
+        for (stop, poses) in poses.iter().enumerate() {
+            let some = poses.iter().take(OF_PICTURE);
+            stops.extend(some.clone().map(|_| stop as u32));
+            field.candidates.extend(some);
+        }
+        field.pictures = Some(CandidatePictures { poses, stops, n });
+        Ok(field)
+    }
+
+    fn without_candidates(task: &Task<'_>, mask: f64, round: u64) -> Result<Self, PlanError> {
+        let (own, cos_mask) = (usual_form(task.form.symmetry()), mask.cos());
+        let at = SobolSet {}
+            .plan(&own, PLACES, hashed([task.seed, round, 0]))?
+            .poses;
+        let inside = at
+            .iter()
+            .map(|pose| (pose.pair, density(&*own, cos_mask, pose)));
+        let (places, density) = inside.filter(|p| p.1 > 0.0).unzip();
         Ok(Self {
             own,
             cos_mask,
             places,
             density,
-            candidates,
+            candidates: Vec::new(),
+            pictures: None,
         })
+    }
+
+    /// Choices among the candidates that make so many poses.
+    pub(crate) fn wanted<'a>(&'a self, task: &'a Task<'_>, poses: usize) -> Wanted<'a> {
+        match &self.pictures {
+            None => task.wanted(poses),
+            Some(pictures) => Wanted {
+                stops: &pictures.stops,
+                ..task.wanted(pictures.n * OF_PICTURE)
+            },
+        }
     }
 
     /// The density of errors at the candidates; on the peak, where it vanishes, that around it.
@@ -227,9 +312,16 @@ impl Field {
         self.candidates.iter().map(|pose| pose.pair).collect()
     }
 
-    /// The candidates of these numbers.
+    /// The candidates of these numbers, or the pictures of their stops.
     pub(crate) fn poses(&self, numbers: &[usize]) -> Vec<Pose> {
-        numbers.iter().map(|&c| self.candidates[c]).collect()
+        let Some(pictures) = &self.pictures else {
+            return numbers.iter().map(|&c| self.candidates[c]).collect();
+        };
+        let mut stops: Vec<u32> = numbers.iter().map(|&c| pictures.stops[c]).collect();
+        stops.dedup();
+        let stops = stops.into_iter().take(pictures.n);
+        let poses = stops.flat_map(|stop| &pictures.poses[stop as usize]);
+        poses.copied().collect()
     }
 }
 

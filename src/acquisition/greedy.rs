@@ -29,6 +29,9 @@ use std::f64::consts::FRAC_1_PI;
 /// Poses of the first batch, which all materials share.
 const FIRST: usize = 8;
 
+/// Poses of a picture, and of a batch of pictures at least.
+pub(super) const PICTURE: usize = 150;
+
 /// Poses from which on the least certain ones are as informative as those that A-optimal design finds, for less time.
 const MANY: usize = 512;
 
@@ -169,7 +172,10 @@ impl Greedy {
         round: u64,
     ) -> Result<Field, PlanError> {
         let mask = self.aim.mask_deg.to_radians();
-        let field = Field::new(task, mask, n, so_far, round)?;
+        let field = match task.stop_angle() {
+            Some(stop) => Field::of_pictures(task, stop, mask, n, so_far, round)?,
+            None => Field::new(task, mask, n, so_far, round)?,
+        };
         match field.candidates.is_empty() {
             true => Err(PlanError::NoCandidate {
                 sample_set: self.rule.name(),
@@ -189,7 +195,7 @@ impl Greedy {
         let for_moment = self.chosen_for().filter(|_| n <= MOST_COMPARED);
         let for_moment = for_moment.and_then(|aim| {
             let sums = lobes().flat_map(|lobe| aim.sums(&lobe)).collect::<Vec<_>>();
-            moments::choose(&process, &sums, &candidates, task.wanted(n))
+            moments::choose(&process, &sums, &candidates, field.wanted(task, n))
         });
         let chosen = if let Some(chosen) = for_moment {
             chosen
@@ -206,11 +212,16 @@ impl Greedy {
                 share: self.aim.weight,
                 cap: 4.0,
             };
-            a_optimal(&process, [&places, &candidates], &weights, task.wanted(n))
+            a_optimal(
+                &process,
+                [&places, &candidates],
+                &weights,
+                field.wanted(task, n),
+            )
         } else {
             let weights = field.candidate_density().into_iter();
             let weights: Vec<f64> = weights.map(|w| w.powf(2.0 / 3.0)).collect();
-            least_certain(&process, &candidates, &weights, task.wanted(n))
+            least_certain(&process, &candidates, &weights, field.wanted(task, n))
         };
         Ok(field.poses(&chosen))
     }
@@ -260,7 +271,7 @@ impl Greedy {
                 logs,
             };
             let sums = aim.sums(truth.unwrap_or(&expected));
-            moments::choose(&process, &sums, &candidates, task.wanted(n))
+            moments::choose(&process, &sums, &candidates, field.wanted(task, n))
         });
         let chosen = if let Some(chosen) = for_moment {
             chosen
@@ -273,7 +284,12 @@ impl Greedy {
                 share,
                 cap: 1.0,
             };
-            a_optimal(&process, [&places, &candidates], &weights, task.wanted(n))
+            a_optimal(
+                &process,
+                [&places, &candidates],
+                &weights,
+                field.wanted(task, n),
+            )
         } else {
             // The density of the poses that leave the smallest error, up to what the kernel makes of them.
             let density = &field.candidate_density();
@@ -282,7 +298,7 @@ impl Greedy {
             let square = normalised(known.weights(|w, f, s| (w * f * s).sqrt()));
             let mixed = log.zip(square).map(|(l, q)| (1.0 - share) * l + share * q);
             let weights: Vec<f64> = mixed.collect();
-            least_certain(&process, &candidates, &weights, task.wanted(n))
+            least_certain(&process, &candidates, &weights, field.wanted(task, n))
         };
         Ok(field.poses(&chosen))
     }
@@ -364,8 +380,13 @@ impl Planner for Greedy {
         self.rule != Rule::AOptimal
     }
 
-    fn batch(&self, asked: usize, budget: usize) -> Option<usize> {
-        (self.rule != Rule::AOptimal).then(|| halves(FIRST, asked, budget))
+    fn batch(&self, asked: usize, budget: usize, in_pictures: bool) -> Option<usize> {
+        let batch = match in_pictures {
+            // None but the last is smaller than a picture.
+            true => halves(PICTURE, asked, budget).max(PICTURE.min(budget.saturating_sub(asked))),
+            false => halves(FIRST, asked, budget),
+        };
+        (self.rule != Rule::AOptimal).then_some(batch)
     }
 
     fn most(&self) -> usize {

@@ -71,7 +71,7 @@ use crate::metrics::Expected;
 use crate::parametrization::{Axis, Parametrization, usual_form};
 use crate::reconstruct::{PriorFile, Suspect};
 use crate::registry::{self, Entry, Joined, ReadError, Resolved, Table, Taken, forwarded};
-use crate::schedule::{self, PlanError, Planned, Pose, SampleSet, Schedule};
+use crate::schedule::{self, PlanError, Planned, Pose, SampleSet, Schedule, StopAngle};
 use std::sync::Arc;
 
 /// What is to be measured.
@@ -94,8 +94,11 @@ pub struct Task<'a> {
 impl Task<'_> {
     /// So many poses, while it goes on.
     fn wanted(&self, n: usize) -> choice::Wanted<'_> {
-        let go_on = self.go_on;
-        choice::Wanted { n, go_on }
+        choice::Wanted {
+            n,
+            go_on: self.go_on,
+            stops: &[],
+        }
     }
 
     /// The rest of the budget, chosen by a planner after the readings so far; `None`: after none.
@@ -122,6 +125,13 @@ impl Task<'_> {
             asked,
             readings: so_far.readings(),
         })
+    }
+}
+
+impl Task<'_> {
+    /// The angle that the poses of a stop share, if the machine takes pictures.
+    fn stop_angle(&self) -> Option<StopAngle> {
+        self.machine?.stop_angle()
     }
 }
 
@@ -165,9 +175,9 @@ pub struct Forecast {
 
 /// Chooses the poses of an acquisition. A config names one by `kind`, among the sample sets.
 pub trait Planner: SampleSet {
-    /// Number of poses to ask for, given that `asked` were asked for before; `None` if all poses are
-    /// known before the first reading, as [`design`](Self::design) gives them.
-    fn batch(&self, _asked: usize, _budget: usize) -> Option<usize> {
+    /// Number of poses to ask for, given that `asked` were asked for before, where poses are chosen one by one
+    /// or, `in_pictures`, stop by stop; `None` if all are known before the first reading, as [`design`](Self::design) gives them.
+    fn batch(&self, _asked: usize, _budget: usize, _in_pictures: bool) -> Option<usize> {
         None
     }
 
@@ -302,7 +312,9 @@ pub(crate) fn further(
 ) -> Result<Option<Vec<Pose>>, PlanError> {
     let mut poses = so_far.schedule.poses.clone();
     let left = task.budget.saturating_sub(poses.len());
-    let most = planner.batch(poses.len(), task.budget).unwrap_or(left);
+    let most = planner
+        .batch(poses.len(), task.budget, task.stop_angle().is_some())
+        .unwrap_or(left);
     if most.min(left) == 0 || planner.is_enough(task, so_far) {
         return Ok(None);
     }

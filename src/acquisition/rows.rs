@@ -263,7 +263,11 @@ pub(super) mod tests {
     }
 
     fn wanted(n: usize) -> Wanted<'static> {
-        Wanted { n, go_on: &|| true }
+        Wanted {
+            n,
+            go_on: &|| true,
+            stops: &[],
+        }
     }
 
     fn rows() -> Rows {

@@ -212,7 +212,7 @@ impl Planner for Slices {
         true
     }
 
-    fn batch(&self, asked: usize, budget: usize) -> Option<usize> {
+    fn batch(&self, asked: usize, budget: usize, _: bool) -> Option<usize> {
         Some(halves(FIRST, asked, budget))
     }
 

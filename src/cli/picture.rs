@@ -14,7 +14,7 @@ use crate::reconstruct;
 use crate::registry::{self, Entry};
 use crate::report::file_stem;
 use crate::report::pictures::{
-    BrdfSlices, Comparison, hemispheres_svg, render_sphere, test_functions_svg,
+    BrdfSlices, Comparison, hemispheres_svg, render_sphere, stops_svg, test_functions_svg,
 };
 use crate::schedule;
 use clap::Args;
@@ -35,6 +35,8 @@ commands! {
         Hemispheres(Hemispheres),
         /// The test functions S, G and F on the hemisphere and in slices: functions.svg
         Functions(Functions),
+        /// The pairs that a camera reads at a stop, in each parametrization: stops.svg
+        Stops(Stops),
         /// A material in slices of each parametrization, with isolines: NAME_slices.svg and .exr
         Slices(Slices),
         /// A sphere of a material under distant light: NAME_sphere.png and .exr
@@ -167,6 +169,31 @@ impl Functions {
         let phis = self.azimuths.checked()?;
         let [svg] = self.folder.free("functions", ["svg"])?;
         let text = test_functions_svg(&charts, views, phis);
+        make_folder(&self.folder.output)?;
+        write_text(&svg, &text)
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Stops {
+    /// A parametrization, a column; may be given several times
+    #[arg(long = "parametrization", value_name = "NAME",
+        default_values = ["spherical", "half-difference", "orthographic", "hybrid", "stark"])]
+    names: Vec<String>,
+    /// θ_d or θ_i of a stop in degrees, in [0, 85]; may be given several times
+    #[arg(long = "angle-deg", value_name = "DEG", default_values_t = [10.0, 30.0, 50.0, 70.0])]
+    angles: Vec<f64>,
+    #[command(flatten)]
+    folder: Folder,
+}
+
+impl Stops {
+    fn run(self) -> Result<(), Error> {
+        let charts = Charts { names: self.names }.entries()?;
+        let allowed = "angle of a stop; allowed: a number in [0, 85]";
+        let angles = checked("--angle-deg", &self.angles, 0.0..=85.0, allowed)?;
+        let [svg] = self.folder.free("stops", ["svg"])?;
+        let text = stops_svg(&charts, angles);
         make_folder(&self.folder.output)?;
         write_text(&svg, &text)
     }

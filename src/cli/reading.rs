@@ -1,6 +1,6 @@
 //! How files of readings by others are read.
 
-use super::{choice_of, detail, in_range, say};
+use super::{choice_of, detail, in_range, say, whole};
 use crate::error::{Error, ParameterError, count_are, left_open};
 use crate::formats::{Readings, load_all_readings};
 use crate::measurement::WIDEST_DEG;
@@ -8,6 +8,7 @@ use crate::schedule::{
     AngleUnit, Assume, Azimuth, Conventions, Polarisation, Quantity, UncertaintyUnit,
 };
 use clap::Args;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 /// What readings by others say in another way than ours; the page `docs::formats` has an example of
@@ -49,6 +50,9 @@ pub(super) struct ReadingArgs {
     /// A value that stands for no reading, beside texts, empty cells and numbers as -999
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
     pub(super) no_reading: Option<f64>,
+    /// Rows are pixels of pictures, with a column stop: the readings that those of each stop are averaged to
+    #[arg(long, value_name = "N", value_parser = whole::<1, 1_000_000>)]
+    pixels: Option<u64>,
     /// Refuse files in which texts, numbers as -999 or empty cells stand for readings
     #[arg(long)]
     strict: bool,
@@ -104,6 +108,7 @@ impl ReadingArgs {
                 partial: self.partial,
                 mixed: self.mixed,
                 no_reading: self.no_reading,
+                pixels: self.pixels.and_then(|n| NonZeroUsize::new(n as usize)),
             },
             ..assume.clone()
         };

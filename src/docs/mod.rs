@@ -30,7 +30,7 @@ pages! {
     parametrizations with "parametrizations.svg",
     moments with "moments.svg",
     light_paths with "light_paths.svg",
-    pictures,
+    pictures with "pictures.svg",
     planning,
     cluster,
     python,

@@ -4,12 +4,13 @@ mod choices;
 
 pub use choices::{Advice, AgainstFirst, Spread};
 
+use super::instruments::load;
 use super::moments::MomentsPlan;
 use super::{Allowance, Failure, Metric, Plan, Row, Source};
 use crate::acquisition::{self, MomentAim};
 use crate::error::Error;
 use crate::geometry::Symmetry;
-use crate::instrument;
+use crate::instrument::{self, Machine};
 use crate::reconstruct::{PriorFile, TRUSTED};
 use crate::registry;
 use std::path::{Path, PathBuf};
@@ -357,6 +358,17 @@ impl AdviceSpec {
             let preset = instrument::presets().iter().any(|p| p.name == name);
             let key = if preset { "preset" } else { "file" };
             config.insert("instrument".into(), vec![table_of(key, name)].into());
+            let machine = Machine::new(&load(name)?).map_err(Error::internal)?;
+            if let Some(stop) = machine.stop_angle() {
+                let mut pictures = table_of("kind", "pictures");
+                pictures.insert(
+                    "stop".into(),
+                    Value::try_from(stop).map_err(Error::internal)?,
+                );
+                if let Some(Value::Array(list)) = config.get_mut("sample_set") {
+                    list.push(pictures.into());
+                }
+            }
         }
         if self.moment.is_some() {
             config.insert("quantities".into(), vec!["moments"].into());

@@ -110,14 +110,12 @@ pub struct PlannedSet {
 impl PlannedSet {
     /// Poses of a schedule, at most.
     pub(crate) fn most(&self) -> usize {
-        let given = self.reach.up_to;
-        let given = given.map_or(usize::MAX, |n| n.unsigned_abs() as usize);
-        self.set.most().min(given)
+        self.set.most().min(self.reach.largest())
     }
 
     /// True if its poses are chosen batch by batch, from the readings before: each material has its own.
     pub(crate) fn learns(&self) -> bool {
-        self.set.batch(0, MAX_BUDGET).is_some()
+        self.set.batch(0, MAX_BUDGET, false).is_some()
     }
 }
 
@@ -134,6 +132,13 @@ pub struct Reach {
         deserialize_with = "names"
     )]
     pub on: Vec<String>,
+}
+
+impl Reach {
+    /// The largest budget, without end if none is given.
+    pub(crate) fn largest(&self) -> usize {
+        self.up_to.map_or(usize::MAX, |n| n.unsigned_abs() as usize)
+    }
 }
 
 /// One name as it is, or a list of several.

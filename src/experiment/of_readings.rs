@@ -17,6 +17,7 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -29,7 +30,7 @@ const BYTES_A_BYTE: usize = 4;
 pub(super) const ENTRY: Entry<dyn BrdfSpec> = Entry {
     kind: KIND,
     summary: "the readings at `file`, reconstructed; also reconstruction, parametrization, symmetries, \
-              and how a foreign file is read: columns, angles, elevation, azimuth, quantity, uncertainties, coverage_factor, polarisation, partial, mixed, no_reading",
+              and how a foreign file is read: columns, angles, elevation, azimuth, quantity, uncertainties, coverage_factor, polarisation, partial, mixed, no_reading, pixels",
     examples: &[],
     read: |table| Ok(Box::new(ReadingsSpec::read(table)?)),
 };
@@ -58,6 +59,7 @@ struct Keys {
     #[serde(default)]
     mixed: bool,
     no_reading: Option<f64>,
+    pixels: Option<NonZeroUsize>,
     #[serde(default, rename = "reconstruction", skip_serializing)]
     _reconstruction: Option<IgnoredAny>,
 }
@@ -172,6 +174,7 @@ impl ReadingsSpec {
                 partial: keys.partial,
                 mixed: keys.mixed,
                 no_reading: keys.no_reading,
+                pixels: keys.pixels,
             },
         }
     }
@@ -200,6 +203,7 @@ fn as_keys(sentence: &str) -> String {
         ("--partial", "partial"),
         ("--mixed", "mixed"),
         ("--no-reading", "no_reading ="),
+        ("--pixels", "pixels"),
         ("--polarisation", "polarisation ="),
     ];
     let replace =

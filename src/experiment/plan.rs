@@ -230,9 +230,13 @@ impl Plan {
             let at = source.place("sample_set").index(i);
             for (key, list) in [("budgets", &self.budgets), ("readings", &self.readings)] {
                 let most = planned.set.most();
-                if let Some(n) = list.iter().position(|n| *n > most) {
+                // Larger budgets than `up_to` are left out.
+                if let Some(n) = list
+                    .iter()
+                    .position(|n| *n > most && *n <= planned.reach.largest())
+                {
                     return Err(source.place(key).index(n).problem(format_args!(
-                        "= {}: {at} \"{}\" chooses at most {most} poses; allowed: fewer",
+                        "= {}: {at} \"{}\" chooses at most {most} poses; allowed: fewer, or up_to = {most} there",
                         list[n], planned.name
                     )));
                 }

@@ -6,7 +6,7 @@ use super::picture::{Camera, Lab};
 use super::spec::{InstrumentSpec, LIGHT, SENSOR};
 use crate::error::ParameterError;
 use crate::geometry::{Direction, DirectionPair, angle_between};
-use crate::schedule::{MAX_AXES, Positions, Unreachable};
+use crate::schedule::{MAX_AXES, Positions, StopAngle, Unreachable};
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
@@ -177,6 +177,15 @@ impl Machine {
             sensor: mounted(&rotations, self.class.ends.sensor).z_axis,
             sample: mounted(&rotations, self.class.ends.sample),
         }
+    }
+
+    /// The angle that the pairs of one picture share; `None` if it reads one pair at a stop.
+    pub fn stop_angle(&self) -> Option<StopAngle> {
+        self.camera.as_ref()?;
+        Some(match self.class.is_sphere() {
+            true => StopAngle::ThetaD,
+            false => StopAngle::ThetaI,
+        })
     }
 
     /// True if a picture covers an axis.

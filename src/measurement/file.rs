@@ -312,8 +312,14 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         is_bare: table.fact::<Value>("parametrization")?.is_none()
             && table.fact::<Value>("symmetry")?.is_none(),
     };
-    let (measurement, folded) = measurement.merged();
     let mut notes = std::mem::take(&mut table.notes);
+    if let Some(nodes) = conventions.pixels {
+        let stops = stops(&table, kept.iter().zip(&order), measurement.outcomes.len())?;
+        let thinned;
+        (measurement, thinned) = measurement.thinned(&stops, nodes.get());
+        notes.push(thinned.note());
+    }
+    let (measurement, folded) = measurement.merged();
     let mut ignored = table.passed_over();
     // Ours have coordinates that are called as an angle is.
     if !is_ours {
@@ -387,6 +393,27 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         unread: table.unread(),
         intact,
     })
+}
+
+/// The stop of each of so many poses, from the rows that stand for them.
+fn stops<'a>(
+    table: &Table,
+    rows: impl Iterator<Item = (&'a usize, &'a u32)>,
+    poses: usize,
+) -> Result<Vec<f64>, FileError> {
+    let Some(column) = table.column("stop") else {
+        let message = "--pixels: there is no column stop, which names the picture of each row; allowed: one, or \
+                       --columns stop=NAME";
+        return Err(FileError::on_line(&table.name, table.head, message));
+    };
+    let mut stops = vec![0.0; poses];
+    for (&row, &pose) in rows {
+        stops[pose as usize] = table.number(row, column).ok_or_else(|| {
+            let message = "stop = empty: allowed is the number of the picture";
+            table.row_error(row, message)
+        })?;
+    }
+    Ok(stops)
 }
 
 /// True of a table that counts tries or has a lattice, as ours do: none of its rows is to be missed.

@@ -188,6 +188,18 @@ impl Pool {
         self.means[pose * self.channels + channel].add(reading);
     }
 
+    /// Adds what was read at a pose of a measurement.
+    pub(crate) fn take(&mut self, pose: usize, from: &Measurement, i: usize) {
+        let (n, details) = (self.channels, from.details.as_ref());
+        let flags = details.map_or(Flags::NONE, |d| d.flags[i]);
+        self.see(pose, from.outcomes[i], flags);
+        for (c, &value) in from.value(i).into_iter().flatten().enumerate() {
+            let of = |types: &[f64]| types[i * n + c];
+            let [a, b] = details.map_or([0.0; 2], |d| [of(&d.type_a), of(&d.type_b)]);
+            self.add(pose, c, [value, a, b]);
+        }
+    }
+
     /// The first channel of a configuration that was read, but not in this channel.
     pub(crate) fn missing(&self, pose: usize) -> Option<usize> {
         let read = self.outcomes[pose] == Some(Outcome::Reading);
@@ -414,14 +426,7 @@ impl Measurement {
         let n = self.channels.count();
         let mut pool = Pool::new(poses.len(), n);
         for (i, at) in places.into_iter().enumerate() {
-            let details = self.details.as_ref();
-            let flags = details.map_or(Flags::NONE, |d| d.flags[i]);
-            pool.see(at, self.outcomes[i], flags);
-            for (c, &value) in self.value(i).into_iter().flatten().enumerate() {
-                let of = |types: &[f64]| types[i * n + c];
-                let [a, b] = details.map_or([0.0; 2], |d| [of(&d.type_a), of(&d.type_b)]);
-                pool.add(at, c, [value, a, b]);
-            }
+            pool.take(at, &self, i);
         }
         let schedule = Arc::new(Schedule {
             poses,

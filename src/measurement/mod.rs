@@ -9,6 +9,7 @@ mod file;
 pub(crate) mod fred;
 mod merge;
 pub mod pab;
+mod pixels;
 mod record;
 mod retro;
 mod scattered;

@@ -235,7 +235,7 @@ impl PyMeasurement {
 
     /// The readings of a file, or of several of one material: those that gonio wrote, any table of angles and values, or ALTA text.
     ///
-    /// `columns`, `angles`, `elevation`, `azimuth`, `quantity`, `uncertainties`, `coverage_factor`, `polarisation`, `partial`, `mixed` and `no_reading` say how a file by others is read, as the options of
+    /// `columns`, `angles`, `elevation`, `azimuth`, `quantity`, `uncertainties`, `coverage_factor`, `polarisation`, `partial`, `mixed`, `no_reading` and `pixels` say how a file by others is read, as the options of
     /// `gonio reconstruct` do, e.g. `angles="deg"`, `columns={"theta_i": "tilt"}`.
     #[classmethod]
     #[pyo3(signature = (paths, *, parametrization = None, symmetry = None, **keys))]

@@ -5,7 +5,7 @@ use gonio::schedule::{AngleUnit, Azimuth, Polarisation, Quantity, UncertaintyUni
 
 /// Keywords that say how a file by others is read, which the materials of a config have as keys.
 const CONVENTIONS: &str = "columns angles elevation azimuth quantity uncertainties \
-    coverage_factor polarisation partial mixed no_reading";
+    coverage_factor polarisation partial mixed no_reading pixels";
 
 /// Options that are true or left out.
 const SWITCHES: [&str; 4] = ["elevation", "partial", "mixed", "force"];

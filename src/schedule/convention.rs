@@ -8,6 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::num::NonZeroUsize;
 
 /// One of the values of an option.
 #[derive(Clone, Copy, Debug)]
@@ -200,6 +201,8 @@ pub struct Conventions {
     pub mixed: bool,
     /// A value that stands for no reading, beside the usual marks.
     pub no_reading: Option<f64>,
+    /// Readings of each stop that rows are averaged to, where rows are pixels of pictures with a column of the stop.
+    pub pixels: Option<NonZeroUsize>,
 }
 
 /// Columns from a table of their names.

@@ -30,6 +30,7 @@ pub use import::{Assume, ScheduleFile, read_schedule};
 pub use itinerary::{Itinerary, MAX_AXES, Positions, Unreachable, Visit};
 pub use lattice::{Centring, Lattice, LatticeAxis, for_each_node};
 pub use layout::{Layout, LayoutSet};
+pub(crate) use pictures::{Draws, azimuth};
 pub use pictures::{Pictures, Spread, StopAngle};
 pub use points::{PointSet, RandomSet, SobolSet};
 pub use record::schedule_schema;

@@ -118,6 +118,60 @@ impl Pictures {
     }
 }
 
+/// Draws of pictures, one after the other from one sequence of points.
+pub(crate) struct Draws {
+    sobol: Sobol,
+    point: u64,
+    hits: u32,
+    distinct: Distinct,
+}
+
+impl Draws {
+    /// Of a seed, in the coordinates of a form.
+    pub(crate) fn new(seed: u64, form: &dyn Parametrization) -> Self {
+        Self {
+            sobol: Sobol::new(seed),
+            point: 0,
+            hits: 0,
+            distinct: Distinct::new(form.axes()),
+        }
+    }
+
+    /// The poses of the next picture, at most `nodes`, at an angle and with azimuths that are turned by `phi`, rad.
+    pub(crate) fn picture(
+        &mut self,
+        of: &Pictures,
+        form: &dyn Parametrization,
+        [angle, phi]: [f64; 2],
+        nodes: usize,
+    ) -> Vec<Pose> {
+        let symmetry = form.symmetry();
+        let last = self.point + TRIES * nodes as u64;
+        let mut poses = Vec::with_capacity(nodes);
+        while poses.len() < nodes && self.point < last {
+            let [u, v, ..]: [f64; 4] = self.sobol.point(self.point);
+            self.point += 1;
+            let Some(pair) = of.pair([angle, phi], [u, v], symmetry) else {
+                continue;
+            };
+            let next = self.hits;
+            self.hits += 1;
+            let coords = form.canonical(&form.forward(&pair));
+            let new = coords.filter(|coords| self.distinct.first(coords, next) == next);
+            poses.extend(new.map(|coords| Pose { coords, pair }));
+        }
+        poses
+    }
+}
+
+/// The azimuth of a picture by its number, rad: each of a material that cannot be turned is of another one of the sample.
+pub(crate) fn azimuth(picture: usize, symmetry: Symmetry) -> f64 {
+    match symmetry.isotropic {
+        true => 0.0,
+        false => GOLDEN_ANGLE * picture as f64 % TAU,
+    }
+}
+
 impl SampleSet for Pictures {
     fn is_unguided(&self) -> bool {
         true
@@ -159,32 +213,13 @@ impl SampleSet for Pictures {
         let angles = self.angles((budget / self.nodes).min(self.most / fewest).max(1));
         let nodes = self.nodes.min(self.most / angles.len()).max(1);
         let symmetry = parametrization.symmetry();
-        let mut sobol = Sobol::new(seed);
-        let mut distinct = Distinct::new(parametrization.axes());
+        let mut draws = Draws::new(seed, &**parametrization);
         let mut poses = Vec::with_capacity(angles.len() * nodes);
-        let (mut point, mut hits) = (0, 0);
         for (picture, angle) in angles.into_iter().enumerate() {
-            // Each picture of a material that cannot be turned is of another azimuth of the sample.
-            let phi = if symmetry.isotropic {
-                0.0
-            } else {
-                GOLDEN_ANGLE * picture as f64 % TAU
-            };
-            let (first, last) = (poses.len(), point + TRIES * nodes as u64);
-            while poses.len() - first < nodes && point < last {
-                let [u, v, ..]: [f64; 4] = sobol.point(point);
-                point += 1;
-                let Some(pair) = self.pair([angle, phi], [u, v], symmetry) else {
-                    continue;
-                };
-                hits += 1;
-                let coords = parametrization.canonical(&parametrization.forward(&pair));
-                let next = poses.len() as u32;
-                let new = coords.filter(|coords| distinct.first(coords, next) == next);
-                poses.extend(new.map(|coords| Pose { coords, pair }));
-            }
+            let at = [angle, azimuth(picture, symmetry)];
+            poses.extend(draws.picture(self, &**parametrization, at, nodes));
         }
-        let missed = 1.0 - f64::from(hits) / point as f64;
+        let missed = 1.0 - f64::from(draws.hits) / draws.point as f64;
         Schedule::chosen(parametrization, Self::KIND, budget, poses, missed)
     }
 }

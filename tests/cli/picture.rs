@@ -23,6 +23,7 @@ fn each_picture_is_one_command() {
     let commands = [
         "hemispheres --view-deg 30 --parametrization hybrid",
         "functions --phi-deg 0 --parametrization stark",
+        "stops --angle-deg 20 --parametrization stark",
         "slices ggx --resolution 24",
         "sphere ggx --resolution 16 --samples 4",
         "compare ggx --budget 200 --reconstruction thin-plate --resolution 16 --samples 4 --lighting constant",
@@ -49,7 +50,7 @@ fn each_picture_is_one_command() {
     let compared = "thin-plate_half-difference_200";
     let expected = format!(
         "functions.svg ggx-0.3_slices.exr ggx-0.3_slices.svg ggx-0.3_sphere.exr ggx-0.3_sphere.png \
-         ggx-0.3_{compared}.exr ggx-0.3_{compared}.png ggx-0.3_{compared}.svg hemispheres.svg"
+         ggx-0.3_{compared}.exr ggx-0.3_{compared}.png ggx-0.3_{compared}.svg hemispheres.svg stops.svg"
     );
     assert_eq!(files.join(" "), expected);
     well_formed(&bench, &files);
@@ -65,6 +66,7 @@ fn what_cannot_be_pictured_is_refused() {
     bench.does(
         "2 | picture hemispheres -o out --parametrization polar | --parametrization … polar … hybrid
          2 | picture hemispheres -o out --view-deg 90 | --view-deg … [0, 90)
+         2 | picture stops -o out --angle-deg 86 | --angle-deg … 86 … [0, 85]
          2 | picture functions -o out --phi-deg 200 | --phi-deg … 200
          2 | picture sphere shiny -o out | shiny … ggx
          2 | picture sphere ggx -o out --lighting moon | --lighting … moon … sky

@@ -1,13 +1,17 @@
 //! Readings of others: a file of ours, written in each of their conventions, is the same readings.
 
-use super::common::{ISOTROPIC, near, planned, product, random_pairs, says, table};
-use super::{ALTA, ANGLES, bare, chain, chord, conventions, cuts, measurements, read, try_read};
+use super::common::{ISOTROPIC, form, material, near, planned, product, random_pairs, says, table};
+use super::{
+    ALTA, ANGLES, bare, chain, chord, conventions, cuts, measurements, read, refused, try_read,
+};
 use gonio::brdf::Channels;
 use gonio::error::count;
 use gonio::geometry::{Direction, DirectionPair, Symmetry, distance};
-use gonio::measurement::Measurement;
+use gonio::measurement::{Measurement, read_measurement};
 use gonio::sampling::Random;
-use gonio::schedule::{AngleUnit, Azimuth, Conventions, Quantity, Sequence};
+use gonio::schedule::{
+    AngleUnit, Assume, Azimuth, Conventions, Pictures, Pose, Quantity, SampleSet, Sequence,
+};
 use rand_distr::{Distribution, StandardNormal};
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -507,4 +511,66 @@ fn what_cannot_be_meant_is_refused_in_a_sentence() {
         let e = try_read(&text, conventions(options)).err().expect(part);
         says(&chain(&e), part);
     }
+}
+
+#[test]
+fn pixels_of_a_stop_become_few_readings() {
+    let (stops, of_each, nodes) = (3, 4000, 60);
+    let set = Pictures {
+        nodes: of_each,
+        most: stops * of_each,
+        ..Pictures::default()
+    };
+    let form = form("half-difference", Symmetry::FULL);
+    let poses = set.plan(&form, stops * of_each, 1).unwrap().poses;
+    assert_eq!(poses.len(), stops * of_each);
+    let truth = material("ggx", "alpha = 0.2", Channels::Luminance);
+    let row = |(i, pose): (usize, &Pose)| {
+        let of = |d: Direction| format!("{},{}", d.theta().to_degrees(), d.phi().to_degrees());
+        let angles = [pose.pair.omega_i, pose.pair.omega_o].map(of).join(",");
+        format!(
+            "{},{angles},{}\n",
+            i / of_each,
+            truth.luminance(&pose.pair).unwrap()
+        )
+    };
+    let head = "stop,theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg,value\n".to_owned();
+    let mut rows: Vec<String> = poses.iter().enumerate().map(row).collect();
+    let words = format!("pixels={nodes}");
+    let symmetric = |text: &str| {
+        let assume = Assume {
+            symmetry: Some(Symmetry::FULL),
+            conventions: conventions(&words),
+            ..Assume::default()
+        };
+        read_measurement(text, "m.csv", &assume).unwrap()
+    };
+    let all = symmetric(&(head.clone() + &rows.concat()));
+    let m = &all.measurement;
+    assert_eq!(m.readings(), stops * nodes);
+    says(
+        &all.notes.join(" "),
+        "12000 pixels of 3 stops averaged to 180 readings",
+    );
+    let off = |(i, pose): (usize, &Pose)| {
+        (m.value(i).unwrap()[0] / truth.luminance(&pose.pair).unwrap() - 1.0).abs()
+    };
+    let poses = m.schedule.poses.iter().enumerate();
+    let worst = poses.map(off).fold(0.0, f64::max);
+    assert!(worst < 0.01, "{worst}");
+    // Whatever the order of the rows.
+    rows.reverse();
+    let again = symmetric(&(head + &rows.concat())).measurement;
+    let sorted = |m: &Measurement| {
+        let mut all: Vec<u64> = m.values.iter().map(|f| f.to_bits()).collect();
+        all.sort_unstable();
+        all
+    };
+    assert!(sorted(&again) == sorted(m));
+    let without = "theta_i,theta_o,phi_o,value\n10,20,30,1\n";
+    refused(
+        try_read(without, conventions(&words)),
+        "1",
+        "--pixels … no column stop",
+    );
 }

@@ -51,6 +51,7 @@ fn conventions(words: &str) -> Conventions {
         match word.split_once('=').unwrap_or((word, "")) {
             ("elevation", _) => conventions.elevation = true,
             ("partial", _) => conventions.partial = true,
+            ("pixels", n) => conventions.pixels = n.parse().ok(),
             ("angles", name) => conventions.angles = choice(AngleUnit::ALL, name),
             ("azimuth", name) => conventions.azimuth = choice(Azimuth::ALL, name),
             ("polarisation", name) => conventions.polarisation = choice(Polarisation::ALL, name),

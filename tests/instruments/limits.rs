@@ -51,7 +51,11 @@ fn the_first_reason_is_told() {
 fn limits_are_sharp() {
     // A limit is reached and not passed: a pair on it to rounding is taken, one a billionth of a
     // degree beyond is not. At many azimuths, so that rounding falls on either side.
-    for spec in specs() {
+    for mut spec in specs() {
+        // Errors of its centre keep a picture away from the outline of a sphere.
+        if let Some(picture) = &mut spec.picture {
+            (picture.centre_px, picture.map_px) = (0.0, 0.0);
+        }
         let machine = machine(&spec);
         let limits = &spec.limits;
         let (i, o) = (limits.theta_i_max_deg, limits.theta_o_max_deg);

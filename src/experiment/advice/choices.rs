@@ -208,21 +208,37 @@ impl AdviceSpec {
                 )
             };
             let budget = self.poses().unwrap_or(set.set.most());
-            match set.set.batch(0, budget) {
+            let mut instruments = plans.iter().flat_map(|plan| &plan.instruments);
+            let in_pictures = instruments.any(|of| of.spec.picture.is_some());
+            match set.set.batch(0, budget, in_pictures) {
                 None => commands.push(next("", poses[1], "poses.csv")),
                 Some(first) => {
                     commands.push(next("", first, "poses1.csv"));
-                    let second = set.set.batch(first, budget).filter(|n| *n > 0);
+                    let second = set.set.batch(first, budget, in_pictures).filter(|n| *n > 0);
                     let known = format!("{number}-readings1.csv ");
                     commands.extend(second.map(|n| next(&known, n, "poses2.csv")));
                     let asked = first + second.unwrap_or(0);
-                    let third = set.set.batch(asked, budget).filter(|n| *n > 0);
+                    let third = set.set.batch(asked, budget, in_pictures).filter(|n| *n > 0);
                     then = third.map(|_| {
                         format!("then, with all readings so far, half as many poses each time, up to {}", self.allowed())
                     });
                 }
             }
         } else {
+            // Pictures are none of the sets of the config that is written.
+            let resolved = set.map(|set| set.set.resolved());
+            let stop = resolved
+                .as_ref()
+                .and_then(|keys| keys.get("stop")?.as_str());
+            let pictures = stop.map_or_else(String::new, |stop| {
+                format!(
+                    " --set 'sample_set=[{{kind=\"{kind}\",stop=\"{stop}\"}}]' --set budgets=[150]"
+                )
+            });
+            let coordinates = match choice.parametrization.as_str() {
+                "none" => String::new(),
+                name => format!(" --parametrization {name}"),
+            };
             let warp = match choice.warp.as_str() {
                 "none" => String::new(),
                 warp => format!(" --warp {}", quoted(warp)),
@@ -248,8 +264,8 @@ impl AdviceSpec {
                 .map_or("", |_| " --skip-unreachable");
             commands.push(format!("gonio init advise -o {number}-advise.toml"));
             commands.push(format!(
-                "gonio schedule {number}-advise.toml{folded} --parametrization {}{warp} --sample-set {} {allowed}{more}{skip} -o {number}-poses.csv",
-                choice.parametrization, choice.sample_set
+                "gonio schedule {number}-advise.toml{folded}{pictures}{coordinates}{warp} --sample-set {} {allowed}{more}{skip} -o {number}-poses.csv",
+                choice.sample_set
             ));
         }
         let mut methods = plans.iter().flat_map(|plan| &plan.methods);

@@ -145,7 +145,7 @@ impl Acquisition<'_> {
         let (mut asked, mut batches) = (0, Vec::new());
         let mut count_batch = |n: usize| {
             // Those of a course end whole batches.
-            let batch = self.planner.batch(asked, usize::MAX);
+            let batch = self.planner.batch(asked, usize::MAX, false);
             let whole = batch.map(|batch| asked + batch);
             if within.is_some() && asked == 0 || whole == Some(n) {
                 batches.push((n, before + start.elapsed().as_secs_f64()));

@@ -5,6 +5,7 @@ use crate::instrument::motion::{STILL, Stop};
 use crate::instrument::tour::Order;
 use crate::schedule::{Itinerary, MAX_AXES, Positions, Schedule, Unreachable, Visit};
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 
 impl Bench {
     /// Its visits to the poses of a schedule, with times in s, and the unreachable poses. A pose
@@ -69,7 +70,9 @@ impl Bench {
         let mut groups: Vec<Vec<usize>> = vec![(0..placed.len()).collect()];
         for axis in (0..MAX_AXES).filter(|&axis| !self.machine.is_imaged(axis)) {
             let at = |i: usize| placed[i].1[axis];
-            let cut = |group| runs(group, at, camera.same_stop + STILL);
+            let axis = self.machine.axes().get(axis);
+            let wraps = axis.is_some_and(|axis| axis.motion.wraps);
+            let cut = |group| runs(group, at, camera.same_stop + STILL, wraps);
             groups = groups.into_iter().flat_map(cut).collect();
         }
         groups.iter_mut().for_each(|group| group.sort_unstable());
@@ -125,8 +128,13 @@ impl Bench {
     }
 }
 
-/// Cuts a group into runs whose places differ by no more than `width`, in ascending order.
-fn runs(mut group: Vec<usize>, at: impl Fn(usize) -> f64, width: f64) -> Vec<Vec<usize>> {
+/// Cuts a group into runs whose places differ by no more than `width`, in ascending order; of an axis that `wraps` by whole turns too.
+fn runs(
+    mut group: Vec<usize>,
+    at: impl Fn(usize) -> f64,
+    width: f64,
+    wraps: bool,
+) -> Vec<Vec<usize>> {
     group.sort_unstable_by(|&a, &b| at(a).total_cmp(&at(b)).then(a.cmp(&b)));
     let mut runs: Vec<Vec<usize>> = Vec::new();
     for i in group {
@@ -134,6 +142,13 @@ fn runs(mut group: Vec<usize>, at: impl Fn(usize) -> f64, width: f64) -> Vec<Vec
             Some(run) if at(i) - at(run[0]) <= width => run.push(i),
             _ => runs.push(vec![i]),
         }
+    }
+    if let [first, .., last] = &runs[..]
+        && wraps
+        && at(first[first.len() - 1]) + TAU - at(last[0]) <= width
+    {
+        let last = runs.pop().unwrap_or_default();
+        runs[0].extend(last);
     }
     runs
 }

@@ -83,7 +83,7 @@ pub fn hemispheres_svg(
 }
 
 /// Places along the first two axes, in [0, 1].
-fn place(plane: &Plane, pair: &Option<DirectionPair>) -> Option<[f64; 2]> {
+pub(super) fn place(plane: &Plane, pair: &Option<DirectionPair>) -> Option<[f64; 2]> {
     let coords = plane.form.forward(pair.as_ref()?);
     let along = |axis: &Axis, v: f64| (v - axis.range[0]) / axis.length();
     Some([along(&plane.x, coords[0]), along(&plane.y, coords[1])])

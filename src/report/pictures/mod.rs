@@ -16,6 +16,7 @@ mod render;
 pub(super) mod slice;
 mod slices;
 pub(super) mod sphere;
+mod stops;
 mod uncertainty;
 
 pub use compare::Comparison;
@@ -27,4 +28,5 @@ pub use render::{SpherePair, render_sphere, render_spheres};
 pub use slice::{RESOLUTION, THETA_O_DEG, write_slice};
 pub use slices::BrdfSlices;
 pub use sphere::{FilterEllipse, SphereImage, sphere_svg};
+pub use stops::stops_svg;
 pub(crate) use uncertainty::{Relative, uncertainty_svg};
