@@ -1,7 +1,6 @@
 //! Where errors count, and the poses that a planner chooses from.
 
 use super::choice::Wanted;
-use super::greedy::PICTURE;
 use super::{Chosen, Task};
 use crate::geometry::{Direction, DirectionPair, angle_between};
 use crate::instrument::Machine;
@@ -70,6 +69,9 @@ struct CandidatePictures {
     /// Pictures to be chosen.
     n: usize,
 }
+
+/// Poses of a picture, and of a batch of pictures at least.
+pub(super) const PICTURE: usize = 150;
 
 /// Stops that pictures are chosen of.
 const STOPS: usize = 48;

@@ -6,7 +6,7 @@
 //! are from what the others predict of them.
 
 use super::choice::{Weights, a_optimal, least_certain};
-use super::field::{Field, MOST as MOST_COMPARED, admit, pairs, supposed};
+use super::field::{Field, MOST as MOST_COMPARED, PICTURE, admit, pairs, supposed};
 use super::moments::{self, MomentAim, MomentForecast, OfLogs};
 use super::{Chosen, Forecast, Planner, Task, halves};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
@@ -28,9 +28,6 @@ use std::f64::consts::FRAC_1_PI;
 
 /// Poses of the first batch, which all materials share.
 const FIRST: usize = 8;
-
-/// Poses of a picture, and of a batch of pictures at least.
-pub(super) const PICTURE: usize = 150;
 
 /// Poses from which on the least certain ones are as informative as those that A-optimal design finds, for less time.
 const MANY: usize = 512;
