@@ -118,6 +118,12 @@ pub trait Brdf: Send + Sync {
         }
     }
 
+    /// [`eval_batch`](Self::eval_batch) of pairs of one θ_h and θ_d, as a row of a table has them: f + 10⁻³ sr⁻¹ may be off by
+    /// 10⁻⁵ of it.
+    fn eval_row(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        self.eval_batch(pairs, out, presence);
+    }
+
     /// The values of each channel at pairs, pair-major, and one presence a pair, as [`eval_batch`](Self::eval_batch) has them.
     fn values(&self, pairs: &[DirectionPair]) -> (Vec<f64>, Vec<Presence>) {
         let mut values = vec![0.0; pairs.len() * self.channels().count()];

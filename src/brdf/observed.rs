@@ -87,6 +87,14 @@ impl<F: Fn(&[f64], &[Presence]) + Send + Sync> Brdf for ObservedBrdf<'_, F> {
         (self.seen)(out, presence);
     }
 
+    fn eval_row(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        if self.is_stopped() {
+            return self.eval_batch(pairs, out, presence);
+        }
+        self.brdf.eval_row(pairs, out, presence);
+        (self.seen)(out, presence);
+    }
+
     fn as_sample(&self) -> Option<&dyn SampleBrdf> {
         self.brdf.as_sample().is_some().then_some(self)
     }

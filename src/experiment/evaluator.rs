@@ -17,7 +17,7 @@ use crate::metrics::{
     WITHIN,
 };
 use crate::moments::{MomentErrors, Profile, VIEW_BANDS};
-use crate::reconstruct::{Cover, Coverage, ReconstructError, Replicated, Uncertain};
+use crate::reconstruct::{self, Cover, Coverage, ReconstructError, Replicated, Uncertain};
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -205,6 +205,7 @@ impl<'a> Evaluator<'a> {
         };
         let all: Vec<usize> = (0..members.len()).collect();
         let (made, reconstructed) = self.counters.repeated(Stage::Reconstruct, |counters| {
+            reconstruct::forget_searches();
             comparison.reconstructed(all.clone(), counters)
         });
         let mut made = made.map_err(Stop::failed)?;

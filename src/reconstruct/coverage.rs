@@ -179,6 +179,18 @@ impl Brdf for Covered<'_> {
 
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         self.brdf.eval_batch(pairs, out, presence);
+        self.fill(pairs, out, presence);
+    }
+
+    fn eval_row(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
+        self.brdf.eval_row(pairs, out, presence);
+        self.fill(pairs, out, presence);
+    }
+}
+
+impl Covered<'_> {
+    /// Puts in what a file is to have where readings do not surround a pair, and counts what was asked for.
+    fn fill(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         let width = self.channels().count();
         let (mut asked, mut found) = ([0; 3], Found::default());
         for ((pair, out), presence) in pairs.iter().zip(out.chunks_mut(width)).zip(presence) {

@@ -5,8 +5,8 @@
 //! poses) are interpolated together, for one search and one set of weights per pair.
 
 use super::transform::EPSILON;
-use crate::brdf::{Brdf, Channels, Presence};
-use crate::geometry::{DirectionPair, Symmetry};
+
+use crate::geometry::DirectionPair;
 use crate::measurement::{Measurement, Outcome};
 use crate::numeric::upper_median;
 use crate::schedule::Schedule;
@@ -126,6 +126,11 @@ pub trait Interpolant: Send + Sync {
     /// Writes the values at pairs, pair-major (`pairs × width`).
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]);
 
+    /// True if ln(f + ε) has no steps and no bends, so that polynomials converge.
+    fn is_smooth(&self) -> bool {
+        false
+    }
+
     /// Writes the values at a pair (length `width`).
     fn eval(&self, pair: &DirectionPair, out: &mut [f64]) {
         self.eval_batch(std::slice::from_ref(pair), out);
@@ -149,41 +154,6 @@ pub fn values_at(interpolant: &dyn Interpolant, pairs: &[DirectionPair]) -> Vec<
         .zip(values.par_chunks_mut(BATCH * width))
         .for_each(|(pairs, out)| interpolant.eval_batch(pairs, out));
     values
-}
-
-/// An interpolant whose values are the channels of one material.
-pub(super) struct Interpolated {
-    pub interpolant: Box<dyn Interpolant>,
-    pub channels: Channels,
-    pub symmetry: Symmetry,
-}
-
-impl Brdf for Interpolated {
-    fn channels(&self) -> &Channels {
-        &self.channels
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.symmetry
-    }
-
-    fn conserves_energy(&self) -> bool {
-        false
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        self.interpolant.remarks()
-    }
-
-    fn eval(&self, pair: &DirectionPair, out: &mut [f64]) -> Presence {
-        self.interpolant.eval(pair, out);
-        Presence::Present
-    }
-
-    fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
-        self.interpolant.eval_batch(pairs, out);
-        presence.fill(Presence::Present);
-    }
 }
 
 /// What is known of the luminance f at a pair: ln(f + ε) as a normal variable, ε = 10⁻³ sr⁻¹.

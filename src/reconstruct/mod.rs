@@ -28,10 +28,12 @@ mod cubic;
 mod fit;
 mod grid;
 mod interpolant;
+mod interpolated;
 mod kriging;
 mod lattice_method;
 mod local_spline;
 mod neighbours;
+mod row;
 mod scattered;
 mod sheets;
 mod spline_block;
@@ -51,7 +53,7 @@ pub use interpolant::{
 };
 pub use kriging::{
     FUNCTIONS, KernelTraining, Kernels, Kriging, NODES, Prior, PriorFile, TRUSTED, TrainError,
-    Trained, Training, suspects,
+    Trained, Training, forget_searches, suspects,
 };
 pub(crate) use kriging::{KIND as KRIGING, Mixture, Places, Posterior};
 pub use lattice_method::{LatticeMethod, LatticeRule, Multilinear, MultilinearRule};
@@ -60,10 +62,11 @@ pub use sheets::{IN_SHEETS, Sheets, incidences};
 pub(crate) use sheets::{Still, are_in_plane, still};
 pub use thin_plate::ThinPlate;
 pub use transform::{EPSILON, Transform, Values};
+pub(crate) use uncertainty::states_uncertainties;
 pub use uncertainty::{Estimated, MOST_PREDICTED, Replicated, Uncertain};
 
 use coordinates::ReconstructionCoordinates;
-use interpolant::Interpolated;
+use interpolated::Interpolated;
 
 use crate::brdf::Brdf;
 use crate::error::{ParameterError, count_are};
@@ -71,6 +74,22 @@ use crate::measurement::Measurement;
 use crate::registry::{Resolved, family};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
+
+/// Readings that are left out together.
+pub struct LeftOut {
+    /// One flag per pose: true of the readings that predict.
+    pub(crate) present: Vec<bool>,
+    /// The poses that are predicted.
+    pub(crate) poses: Vec<usize>,
+}
+
+/// What readings that were left out are predicted to be.
+pub struct Predicted {
+    /// The values of each pose, sr⁻¹.
+    pub(crate) values: Vec<f64>,
+    /// The variance of ln(f + ε) at each pose, without what all readings share.
+    pub(crate) variances: Vec<f64>,
+}
 
 /// Turns a measurement into a BRDF. A config names one by `kind`.
 pub trait Reconstruct: Resolved + std::fmt::Debug + Send + Sync {
@@ -134,6 +153,19 @@ pub trait Reconstruct: Resolved + std::fmt::Debug + Send + Sync {
         &self,
         readings: &Readings<'_>,
     ) -> Result<Box<dyn Interpolant>, ReconstructError>;
+
+    /// What is predicted of readings from others, set by set, where it follows from one system of all; `None`: where the others of each set
+    /// are to be reconstructed by themselves.
+    ///
+    /// # Errors
+    /// As [`interpolate`](Self::interpolate).
+    fn leave_out(
+        &self,
+        _readings: &Readings<'_>,
+        _sets: &[LeftOut],
+    ) -> Result<Option<Vec<Predicted>>, ReconstructError> {
+        Ok(None)
+    }
 
     /// The BRDF of a measurement: it has the symmetries of the schedule and the channels of the
     /// measurement; it is 0 below the horizon, and finite and ≥ 0 above it.

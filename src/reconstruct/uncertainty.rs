@@ -84,6 +84,21 @@ fn reach(measurement: &Measurement, present: &[bool]) -> f64 {
 /// towards the horizon. In sums all of these errors count to one side: which way they lean is as unknown.
 const BEYOND: f64 = 0.5;
 
+/// True if at least half of the readings have an uncertainty: a few poses that were repeated say nothing of the others.
+pub(crate) fn states_uncertainties(measurement: &Measurement) -> bool {
+    let n = measurement.channels.count();
+    let uncertain = |i: usize| {
+        let details = measurement.details.as_ref()?;
+        let of = [&details.type_a, &details.type_b].map(|u| &u[i * n..(i + 1) * n]);
+        let is_uncertain = of.into_iter().flatten().any(|u| *u > 0.0);
+        measurement.value(i).map(|_| is_uncertain)
+    };
+    let poses = 0..measurement.outcomes.len();
+    let stated: Vec<bool> = poses.filter_map(uncertain).collect();
+    let uncertain = stated.iter().filter(|is| **is).count();
+    uncertain > 0 && 2 * uncertain >= stated.len()
+}
+
 /// Readings up to which the errors of a method that is predictive are asked for: that takes as long as the BRDF.
 pub const MOST_PREDICTED: usize = 2000;
 
@@ -143,22 +158,13 @@ impl Replicated {
         method: &dyn Reconstruct,
     ) -> Result<Option<Self>, ReconstructError> {
         assert_eq!(present.len(), measurement.outcomes.len());
-        let n = measurement.channels.count();
-        let uncertain = |i: usize| {
-            let details = measurement.details.as_ref()?;
-            let of = [&details.type_a, &details.type_b].map(|u| &u[i * n..(i + 1) * n]);
-            let is_uncertain = of.into_iter().flatten().any(|u| *u > 0.0);
-            measurement.value(i).map(|_| is_uncertain)
-        };
-        let stated: Vec<bool> = (0..present.len()).filter_map(uncertain).collect();
-        let (readings, uncertain) = (stated.len(), stated.iter().filter(|is| **is).count());
-        // A few poses that were repeated say nothing of the others.
-        if uncertain == 0 || 2 * uncertain < readings {
+        if !states_uncertainties(measurement) {
             return Ok(None);
         }
         if let Some(predicted) = Self::predicted(measurement, present, method)? {
             return Ok(Some(predicted));
         }
+        let n = measurement.channels.count();
         // Every set is as noisy as the first.
         let type_a = noise(measurement).unwrap_or_default();
         let width = n * SETS;

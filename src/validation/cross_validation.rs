@@ -6,21 +6,14 @@ use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::metrics::Measure;
 use crate::reconstruct::{
-    Readings, Reconstruct, ReconstructError, Replicated, Suspect, noise, suspects, values_at,
+    EPSILON, LeftOut, Predicted, Readings, Reconstruct, ReconstructError, Replicated, Suspect,
+    noise, states_uncertainties, suspects, values_at,
 };
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Most readings that take part: of more, every k-th does.
 const MOST: usize = 20_000;
-
-/// Readings that are predicted together.
-struct Part {
-    /// One flag per pose: true of the readings that predict.
-    present: Vec<bool>,
-    /// Pairs of the readings that are predicted.
-    pairs: Vec<DirectionPair>,
-}
 
 /// Readings that are left out in turn.
 pub struct CrossValidation<'a> {
@@ -94,16 +87,29 @@ impl<'a> CrossValidation<'a> {
         methods: &[Arc<dyn Reconstruct>],
         done: impl Fn() + Sync,
     ) -> Vec<Result<Scores, ReconstructError>> {
-        let parts: Vec<Part> = (0..self.groups.count).map(|g| self.part(g)).collect();
+        let parts = self.parts();
+        let (noise, all) = (noise(self.measurement), self.taking_part());
+        let all = Readings::new(self.measurement, &all, noise.as_deref());
         let score = |method: &Arc<dyn Reconstruct>| {
-            let predict = |part: &Part| {
-                let predicted = self.predict(&**method, part);
+            let predict = |part: &LeftOut| {
+                let others = Readings::new(self.measurement, &part.present, noise.as_deref());
+                let interpolant = method.interpolate(&others);
                 done();
-                predicted
+                interpolant.map(|made| values_at(&*made, &self.pairs(part)))
             };
-            // Of several errors the first one counts.
-            let predicted: Vec<Result<_, _>> = parts.par_iter().map(predict).collect();
-            let predicted = predicted.into_iter().collect::<Result<Vec<_>, _>>()?;
+            let predicted = match method.leave_out(&all, &parts)? {
+                Some(predicted) => {
+                    parts.iter().for_each(|_| done());
+                    predicted.into_iter().map(|of| of.values).collect()
+                }
+                None => {
+                    // Of several errors the first one counts.
+                    let predicted: Vec<_> = parts.par_iter().map(predict).collect();
+                    predicted.into_iter().collect::<Result<_, _>>()?
+                }
+            };
+            let predicted: Vec<Vec<f64>> = predicted;
+            let predicted: Vec<_> = predicted.iter().map(|of| self.luminance(of)).collect();
             let predicted = self.in_order_of_judges(&predicted);
             Ok(self.jury.errors(&predicted.into()))
         };
@@ -120,11 +126,27 @@ impl<'a> CrossValidation<'a> {
         &self,
         method: &dyn Reconstruct,
     ) -> Result<Option<[Estimate; Measure::USUAL.len()]>, ReconstructError> {
+        if !states_uncertainties(self.measurement) {
+            return Ok(None);
+        }
+        let parts = self.parts();
+        let (noise, all) = (noise(self.measurement), self.taking_part());
+        let all = Readings::new(self.measurement, &all, noise.as_deref());
+        if let Some(predicted) = method.leave_out(&all, &parts)? {
+            let of = |of: &Predicted| {
+                let values = self.luminance(&of.values).into_iter().zip(&of.variances);
+                let each = values.map(|(f, v)| (f, (f + EPSILON) * v.sqrt()));
+                each.collect::<Vec<_>>()
+            };
+            let predicted: Vec<_> = predicted.iter().map(of).collect();
+            let predicted = self.in_order_of_judges(&predicted).into_iter();
+            let (values, uncertainty): (Vec<_>, Vec<_>) = predicted.unzip();
+            return Ok(Some(self.jury.within(&values.into(), &uncertainty)));
+        }
         let mut predicted = Vec::new();
-        for group in 0..self.groups.count {
-            let part = self.part(group);
+        for part in parts {
             match Replicated::of_some(self.measurement, &part.present, method)? {
-                Some(replicated) => predicted.push(replicated.luminance_at(&part.pairs)),
+                Some(replicated) => predicted.push(replicated.luminance_at(&self.pairs(&part))),
                 None => return Ok(None),
             }
         }
@@ -143,29 +165,41 @@ impl<'a> CrossValidation<'a> {
         judges.iter().filter_map(next).collect()
     }
 
-    /// A group of readings and what predicts it.
-    fn part(&self, group: usize) -> Part {
-        let poses = &self.measurement.schedule.poses;
-        let mut present = vec![false; poses.len()];
+    /// The luminance of values, pose after pose, sr⁻¹.
+    fn luminance(&self, values: &[f64]) -> Vec<f64> {
+        let channels = &self.measurement.channels;
+        let values = values.chunks_exact(channels.count());
+        values.map(|v| channels.luminance(v)).collect()
+    }
+
+    /// One flag per pose: true of those that take part.
+    fn taking_part(&self) -> Vec<bool> {
+        let mut all = vec![false; self.measurement.outcomes.len()];
+        self.poses.iter().for_each(|&pose| all[pose] = true);
+        all
+    }
+
+    /// All groups of readings, each with what predicts it.
+    fn parts(&self) -> Vec<LeftOut> {
+        (0..self.groups.count).map(|g| self.part(g)).collect()
+    }
+
+    fn part(&self, group: usize) -> LeftOut {
+        let mut present = vec![false; self.measurement.outcomes.len()];
         for (&pose, kept) in self.poses.iter().zip(self.groups.kept(group)) {
             present[pose] = kept;
         }
         let of = self.poses.iter().zip(&self.groups.of);
         let left = of.filter(|(_, of)| **of == Some(group));
-        Part {
+        LeftOut {
             present,
-            pairs: left.map(|(&pose, _)| poses[pose].pair).collect(),
+            poses: left.map(|(&pose, _)| pose).collect(),
         }
     }
 
-    /// What a method makes of the pairs of a part, in their order: luminance, sr⁻¹.
-    fn predict(&self, method: &dyn Reconstruct, part: &Part) -> Result<Vec<f64>, ReconstructError> {
-        let channels = &self.measurement.channels;
-        let noise = noise(self.measurement);
-        let readings = Readings::new(self.measurement, &part.present, noise.as_deref());
-        let interpolant = method.interpolate(&readings)?;
-        let values = values_at(&*interpolant, &part.pairs);
-        let luminance = values.chunks_exact(channels.count());
-        Ok(luminance.map(|v| channels.luminance(v)).collect())
+    /// The pairs that are predicted.
+    fn pairs(&self, part: &LeftOut) -> Vec<DirectionPair> {
+        let poses = &self.measurement.schedule.poses;
+        part.poses.iter().map(|&pose| poses[pose].pair).collect()
     }
 }

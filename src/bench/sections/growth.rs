@@ -103,6 +103,7 @@ fn rung(brdf: &Rc<dyn Brdf>, method: &Rc<dyn Reconstruct>, power: u32) -> Rung {
             let schedule = truths::planned(&*method, &form, budget)?;
             let measured = Ideal.measure(&*brdf, &schedule);
             let start = Instant::now();
+            reconstruct::forget_searches();
             let copy = method.reconstruct(&measured).map_err(text)?;
             let build = start.elapsed().as_secs_f64();
             let values = metrics::evaluate(&*copy, &pairs);

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::instrument::{Ideal, Instrument};
 use crate::parametrization::usual_form;
-use crate::reconstruct::{Kriging, Reconstruct};
+use crate::reconstruct::{self, Kriging, Reconstruct};
 use crate::registry::read_text;
 use crate::schedule;
 use std::rc::Rc;
@@ -68,6 +68,7 @@ fn rung(truth: &Rc<Truth>, planner: &Rc<dyn Planner>, budget: usize) -> Rung {
             ..Task::plain(&usual_form(Symmetry::FULL), budget, SEED)
         };
         let mut so_far = nothing(&task);
+        reconstruct::forget_searches();
         while let Some(poses) = further(&*planner, &task, &so_far).map_err(text)? {
             let schedule = Arc::new(scheduled(&task, &*planner, poses));
             so_far = watch.aside(|| Ideal.measure(&*brdf, &schedule));

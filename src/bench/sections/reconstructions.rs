@@ -99,6 +99,7 @@ fn rung(
     let pass = move |watch: &Watch| {
         let schedule = truths::planned(&*method, &form, budget)?;
         let measured = watch.aside(|| Ideal.measure(&*truth.brdf, &schedule));
+        reconstruct::forget_searches();
         let copy = method.reconstruct(&measured).map_err(text)?;
         Ok((truth.set.evaluate(&*copy), measured.readings()))
     };

@@ -67,11 +67,23 @@ fn open_regular(
 /// Values of a BRDF at some pairs, channels together; NaN without data, or where it breaks its promise to be finite and not
 /// negative.
 fn values_or_nan(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
-    let n = brdf.channels().count();
-    let (mut values, presence) = brdf.values(pairs);
-    for (values, presence) in values.chunks_exact_mut(n).zip(presence) {
+    let (values, presence) = brdf.values(pairs);
+    or_nan(values, &presence)
+}
+
+/// [`values_or_nan`] of the pairs of a row, see [`Brdf::eval_row`].
+fn row_or_nan(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Vec<f64> {
+    let mut values = vec![0.0; brdf.channels().count() * pairs.len()];
+    let mut presence = vec![Presence::Missing; pairs.len()];
+    brdf.eval_row(pairs, &mut values, &mut presence);
+    or_nan(values, &presence)
+}
+
+fn or_nan(mut values: Vec<f64>, presence: &[Presence]) -> Vec<f64> {
+    let n = values.len() / presence.len().max(1);
+    for (values, presence) in values.chunks_exact_mut(n.max(1)).zip(presence) {
         let is_kept = |v: &f64| (0.0..=f64::MAX).contains(v);
-        if presence == Presence::Missing || !values.iter().all(is_kept) {
+        if *presence == Presence::Missing || !values.iter().all(is_kept) {
             values.fill(f64::NAN);
         }
     }

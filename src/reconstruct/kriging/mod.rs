@@ -25,9 +25,11 @@
 //! (`tests/reconstruction/layouts.rs`).
 
 mod apertures;
+mod common;
 mod fit;
 mod kernel;
 mod kernel_training;
+mod left_out;
 mod line;
 mod outliers;
 mod posterior;
@@ -38,6 +40,7 @@ mod sparse;
 mod system;
 mod trained;
 
+pub use common::{forget_searches, suspects};
 pub use kernel_training::KernelTraining;
 pub(crate) use posterior::{Mixture, Places, Posterior};
 pub(super) use prior::Mean;
@@ -47,12 +50,15 @@ pub use trained::Kernels;
 use super::interpolant::{Interpolant, Readings};
 use super::sheets::are_in_plane;
 use super::transform::{EPSILON, Transform, Values};
-use super::{Coordinates, Predictive, Reconstruct, ReconstructError, Suspect, admit};
+use super::{
+    Coordinates, LeftOut, Predicted, Predictive, Reconstruct, ReconstructError, Suspect, admit,
+};
 use crate::error::ParameterError;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::registry::declare;
 use kernel::Kernel;
+use left_out::Missed;
 use nalgebra::DMatrix;
 use prior::Centre;
 use process::{Part, Process};
@@ -96,6 +102,9 @@ const LEFT_OUT: f64 = 0.01;
 
 /// Readings that are compared with what all others predict, at most: seconds of work.
 const MOST_COMPARED: usize = 2000;
+
+/// Variance of ln f of a reading that is to predict nothing.
+const WORTHLESS: f64 = 1e6;
 
 /// Readings of one system, at most: its matrix then has 800 MB. More are approximated ([`sparse`]).
 const MOST: usize = 10_000;
@@ -202,41 +211,6 @@ impl Solver<'_> {
         };
         let stated = (0..r.present.len()).filter(states).count();
         self.keys.noise && 2 * stated < r.count() && r.count() > TRUSTED
-    }
-
-    /// The kernel fitted to all readings but the outliers, and the outliers: readings that contradict all others under it.
-    fn common(&self, r: &Readings<'_>) -> (Kernel, Vec<outliers::Suspect>) {
-        if !self.keys.robust || !(TRUSTED + 1..=MOST_COMPARED).contains(&r.count()) {
-            return (self.fitted(r), Vec::new());
-        }
-        let all = self.data(r, MOST_COMPARED, r.width, None);
-        let rows = self.chosen(r, MOST_COMPARED);
-        let suspects = |kernel: &Kernel| {
-            let data = all.clone().noisier(kernel.unsaid);
-            let mut found = outliers::suspects(&data, kernel).unwrap_or_default();
-            found.iter_mut().for_each(|s| s.row = rows[s.row]);
-            found
-        };
-        let fitted = |suspects: &[outliers::Suspect]| {
-            let present = without(r, suspects);
-            self.fitted(&Readings {
-                present: &present,
-                ..*r
-            })
-        };
-        // A kernel that is fitted to faults explains them.
-        let published = Kernel {
-            unsaid: if self.unsaid(r) { fit::UNSAID } else { 0.0 },
-            ..self.space.kernel()
-        };
-        let first = suspects(&published);
-        let kernel = fitted(&first);
-        let found = suspects(&kernel);
-        let rows = |all: &[outliers::Suspect]| all.iter().map(|s| s.row).collect::<Vec<_>>();
-        match rows(&found) == rows(&first) {
-            true => (kernel, found),
-            false => (fitted(&found), found),
-        }
     }
 
     /// What kriging makes of readings before it reconstructs them.
@@ -379,15 +353,6 @@ fn in_values(r: &Readings<'_>, suspects: &[outliers::Suspect]) -> Vec<Suspect> {
     suspects.iter().map(in_value).collect()
 }
 
-/// The readings of a measurement that all others contradict, in the order of the schedule; none of fewer than 33 or more than 2000.
-pub fn suspects(measurement: &Measurement) -> Vec<Suspect> {
-    if !(TRUSTED + 1..=MOST_COMPARED).contains(&measurement.readings()) {
-        return Vec::new();
-    }
-    let known = Mixture::new(&Kriging::default(), measurement);
-    known.map_or(Vec::new(), |known| known.suspects().to_vec())
-}
-
 /// True if there are so few readings, of a material of such symmetries, that a prior is of use.
 fn applies(r: &Readings<'_>) -> bool {
     Prior::suits(symmetry(r)) && r.count() <= TRUSTED
@@ -493,6 +458,59 @@ impl Reconstruct for Kriging {
         measurement: &Measurement,
     ) -> Result<Option<Box<dyn Predictive>>, ReconstructError> {
         Ok(Some(Box::new(Mixture::new(self, measurement)?)))
+    }
+
+    fn leave_out(
+        &self,
+        r: &Readings<'_>,
+        sets: &[LeftOut],
+    ) -> Result<Option<Vec<Predicted>>, ReconstructError> {
+        if self.prior.is_some() || r.count() > MOST_COMPARED {
+            return Ok(None);
+        }
+        let solver = self.solver(symmetry(r))?;
+        let (kernel, suspects) = solver.common(r);
+        let prepared = solver.prepared(r, kernel, &suspects);
+        let values = prepared.values.as_deref().unwrap_or(r.values);
+        let r = &Readings { values, ..*r };
+        let mut data = solver.data(r, MOST_COMPARED, r.width, None);
+        data = data.noisier(prepared.kernel.unsaid);
+        let rows = solver.chosen(r, MOST_COMPARED);
+        let mut number = vec![usize::MAX; r.present.len()];
+        rows.iter()
+            .enumerate()
+            .for_each(|(k, &row)| number[row] = k);
+        // Suspects predict nothing, and are predicted.
+        suspects
+            .iter()
+            .for_each(|s| data.noise[number[s.row]] = WORTHLESS);
+        let left = |set: &LeftOut| {
+            let of = 0..rows.len();
+            of.filter(|&k| !set.present[rows[k]]).collect::<Vec<_>>()
+        };
+        let groups: Vec<Vec<usize>> = sets.iter().map(left).collect();
+        let missed = data.missed(&prepared.kernel, &groups);
+        let missed = missed.ok_or_else(|| singular(r))?;
+        let predicted = |((set, group), missed): ((&LeftOut, &Vec<usize>), &Missed)| {
+            let mut predicted = Predicted {
+                values: Vec::new(),
+                variances: Vec::new(),
+            };
+            for &pose in &set.poses {
+                let k = number[pose];
+                // Groups are in the order of rows.
+                let at = group.partition_point(|&row| row < k);
+                predicted.values.extend((0..r.width).map(|c| {
+                    let z = data.values[(k, c)] - missed.off[(at, c)];
+                    TRANSFORM.inverse(z + data.sites.mean[k])
+                }));
+                let variance = missed.variances[at] - missed.scale * data.noise[k];
+                predicted.variances.push(variance.max(0.0));
+            }
+            predicted
+        };
+        let all = sets.iter().zip(&groups).zip(&missed);
+        Ok(Some(all.map(predicted).collect()))
     }
 
     fn interpolate(&self, r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {

@@ -120,6 +120,10 @@ impl Interpolant for Process {
         self.parts[0].levels.len()
     }
 
+    fn is_smooth(&self) -> bool {
+        true
+    }
+
     fn remarks(&self) -> Vec<String> {
         let remark = "the readings contradict the prior, which is left out";
         let contradicts = self.contradicts.then(|| remark.into());

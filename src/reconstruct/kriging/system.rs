@@ -277,34 +277,6 @@ impl Data {
         Solved { weights, levels }
     }
 
-    /// −ln of the density of the values of each group, predicted from all others, summed over groups (Rasmussen & Williams 2006, eq.
-    /// 5.11, for groups); the scale of variances is known to as many readings as in [`likelihood`](Self::likelihood).
-    pub(crate) fn left_out(&self, kernel: &Kernel, groups: &[Vec<usize>]) -> Option<f64> {
-        let factor = Covariance::new(kernel).factor(self)?;
-        let n = self.sites.len();
-        let mut inverse = DMatrix::identity(n, n);
-        back(&factor, &mut inverse);
-        let weights = &inverse * &self.values;
-        let (mut loss, mut squares) = (0.0, 0.0);
-        for group in groups {
-            // The covariance of what the others miss of these is the inverse of this block.
-            let block = inverse
-                .select_rows(group)
-                .select_columns(group)
-                .cholesky()?;
-            let weights = weights.select_rows(group);
-            squares += weights.dot(&block.solve(&weights));
-            loss -= block
-                .l_dirty()
-                .diagonal()
-                .iter()
-                .map(|x| x.ln())
-                .sum::<f64>();
-        }
-        let freedom = FREEDOM + n as f64;
-        Some(loss + 0.5 * freedom * (squares / FREEDOM).ln_1p())
-    }
-
     /// These readings with `variance` added to the noise of each.
     pub(crate) fn noisier(mut self, variance: f64) -> Self {
         self.noise.iter_mut().for_each(|noise| *noise += variance);

@@ -163,6 +163,12 @@ impl MerlGrid {
         cell.map(|i| i as f64 + self.nodes.shift())
     }
 
+    /// True if a material of such symmetries has equal values in the cells phi and `dims()[2]` − 1 − phi of a row.
+    pub(super) fn is_mirrored(self, symmetry: Symmetry) -> bool {
+        let is_in_table = symmetry.reciprocal || !self.reciprocal;
+        self.nodes == Nodes::Centre && symmetry.isotropic && symmetry.bilateral && is_in_table
+    }
+
     /// The number of cells of which a part is above the horizon.
     pub(crate) fn pairs(self) -> u64 {
         let [n_h, n_d, n_phi] = self.dims();

@@ -7,7 +7,7 @@
 //!
 //! The cells of a MERL table of the same layout and nodes are copied.
 
-use super::super::{Planes, TableError, fill_gaps, gaps, values_or_nan};
+use super::super::{Planes, TableError, fill_gaps, gaps, row_or_nan};
 use super::MerlGrid;
 use super::file::{SCALE, WAVELENGTHS, is_data, no_access, no_data};
 use crate::brdf::Brdf;
@@ -123,13 +123,19 @@ fn fill_cells(grid: MerlGrid, n: usize, values: &mut [f64]) -> Result<usize, Tab
 fn fill_row(brdf: &dyn Brdf, grid: MerlGrid, [h, d]: [usize; 2], values: &mut [f64]) {
     let n = brdf.channels().count();
     let pair = |phi: usize| Some((phi, grid.pair([h, d, phi])?));
-    let above = (0..grid.dims()[2]).filter_map(pair);
+    let n_phi = grid.dims()[2];
+    // Cells that symmetries make equal are evaluated once.
+    let is_mirrored = grid.is_mirrored(brdf.symmetry());
+    let above = (0..if is_mirrored { n_phi / 2 } else { n_phi }).filter_map(pair);
     let (cells, pairs): (Vec<usize>, Vec<DirectionPair>) = above.unzip();
-    let found = values_or_nan(brdf, &pairs);
+    let found = row_or_nan(brdf, &pairs);
     for (phi, found) in cells.into_iter().zip(found.chunks_exact(n)) {
         // Of the scales the least: the others make smaller numbers of a value.
         if found.iter().all(|&v| is_data(v / SCALE[0])) {
             values[n * phi..][..n].copy_from_slice(found);
+            if is_mirrored {
+                values[n * (n_phi - 1 - phi)..][..n].copy_from_slice(found);
+            }
         }
     }
     if let Some(table) = brdf.as_merl().filter(|table| table.grid() == grid) {
