@@ -66,8 +66,9 @@ struct CandidatePictures {
     poses: Vec<Vec<Pose>>,
     /// The stop of each candidate: some poses of a picture stand for it.
     stops: Vec<u32>,
-    /// Pictures to be chosen.
+    /// Pictures to be chosen, and poses of all of them at most.
     n: usize,
+    most: usize,
 }
 
 /// Poses of a picture, and of a batch of pictures at least.
@@ -239,7 +240,6 @@ impl Field {
     ) -> Result<Self, PlanError> {
         let mut field = Self::without_candidates(task, mask, round)?;
         let n = ((poses as f64 / PICTURE as f64).round() as usize).max(1);
-        let nodes = (poses / n).max(1);
         let for_candidates = hashed([task.seed, round, 1]);
         let shift = (hashed([for_candidates, 3]) >> 11) as f64 / (1_u64 << 53) as f64;
         let set = Pictures {
@@ -254,18 +254,23 @@ impl Field {
         let pictures = (0..STOPS.max(2 * n)).map(|k| {
             let angle = (k as f64 + shift) / STOPS.max(2 * n) as f64 * LAST_STOP;
             let at = [angle, azimuth(first + k, task.form.symmetry())];
-            let mut poses = draws.picture(&set, &*task.form, at, nodes);
-            poses.retain(|pose| reach.takes(pose));
-            poses
+            draws.picture(&set, &*task.form, at, poses.div_ceil(n), |pose| {
+                reach.takes(pose)
+            })
         });
-        let poses: Vec<Vec<Pose>> = pictures.collect();
+        let pictures: Vec<Vec<Pose>> = pictures.collect();
         let mut stops = Vec::new();
-        for (stop, poses) in poses.iter().enumerate() {
-            let some = poses.iter().take(OF_PICTURE);
+        for (stop, picture) in pictures.iter().enumerate() {
+            let some = picture.iter().take(OF_PICTURE);
             stops.extend(some.clone().map(|_| stop as u32));
             field.candidates.extend(some);
         }
-        field.pictures = Some(CandidatePictures { poses, stops, n });
+        field.pictures = Some(CandidatePictures {
+            poses: pictures,
+            stops,
+            n,
+            most: poses,
+        });
         Ok(field)
     }
 
@@ -323,7 +328,7 @@ impl Field {
         stops.dedup();
         let stops = stops.into_iter().take(pictures.n);
         let poses = stops.flat_map(|stop| &pictures.poses[stop as usize]);
-        poses.copied().collect()
+        poses.copied().take(pictures.most).collect()
     }
 }
 

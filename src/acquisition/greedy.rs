@@ -379,8 +379,11 @@ impl Planner for Greedy {
 
     fn batch(&self, asked: usize, budget: usize, in_pictures: bool) -> Option<usize> {
         let batch = match in_pictures {
-            // None but the last is smaller than a picture.
-            true => halves(PICTURE, asked, budget).max(PICTURE.min(budget.saturating_sub(asked))),
+            // A stop is not worth a rest of less than half a picture.
+            true => match budget.saturating_sub(asked) {
+                rest if asked > 0 && 2 * rest < PICTURE => 0,
+                rest => halves(PICTURE, asked, budget).max(PICTURE.min(rest)),
+            },
             false => halves(FIRST, asked, budget),
         };
         (self.rule != Rule::AOptimal).then_some(batch)

@@ -9,6 +9,7 @@ use crate::brdf::{self, Brdf, BrdfSpec, Channels, laws};
 use crate::error::{Error, count};
 use crate::files;
 use crate::formats::{self, Format, Readings, WRITE, WRITE_SCHEDULE, WRITE_TABLE};
+use crate::geometry::Symmetry;
 use crate::measurement::{Flags, Measurement, Outcome};
 use crate::schedule::{ScheduleFile, Sequence};
 use clap::Args;
@@ -113,7 +114,11 @@ impl Convert {
 
     fn rows(&self, inputs: &[PathBuf], format: Format, output: &Path) -> Result<(), Error> {
         self.table.refuse_fill()?;
-        let assume = assumed();
+        let mut assume = assumed();
+        if self.reading.pixels.is_some() {
+            // As of `reconstruct`: patches are those of the coordinates that these leave.
+            assume.otherwise = Symmetry::FULL;
+        }
         match (self.reading.read_all(inputs, &assume), inputs) {
             (Ok(read), _) => {
                 for note in &read.notes {
@@ -121,7 +126,7 @@ impl Convert {
                 }
                 self.readings(&read, format, output)
             }
-            (Err(e), [one]) => match read_schedule(one, &assume) {
+            (Err(e), [one]) if self.reading.pixels.is_none() => match read_schedule(one, &assume) {
                 Ok(file) => self.schedule(&file, format, output),
                 Err(_) => Err(e),
             },

@@ -11,7 +11,7 @@ use crate::error::{Error, count};
 use crate::experiment::PlannedInstrument;
 use crate::formats::{Format, WRITE_SCHEDULE};
 use crate::geometry::Symmetry;
-use crate::instrument::Order;
+use crate::instrument::{Machine, Order};
 use crate::measurement::Measurement;
 use crate::metrics::Expected;
 use crate::schedule::{Assume, Itinerary, Sequence};
@@ -167,8 +167,12 @@ impl Next {
         ))?;
         if chosen < self.batch {
             note(&format!(
-                "gonio: fewer than {}: the instrument can take no more of those there are to choose from",
-                self.batch
+                "gonio: fewer than {}: {}",
+                self.batch,
+                match task.machine.and_then(Machine::stop_angle) {
+                    Some(_) => "the pictures of the stops that were chosen hold no more",
+                    None => "the instrument can take no more of those there are to choose from",
+                }
             ));
         }
         let Some(Forecast {

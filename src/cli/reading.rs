@@ -50,9 +50,9 @@ pub(super) struct ReadingArgs {
     /// A value that stands for no reading, beside texts, empty cells and numbers as -999
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
     pub(super) no_reading: Option<f64>,
-    /// Rows are pixels of pictures, with a column stop: the readings that those of each stop are averaged to
+    /// Rows are pixels of pictures, which a column stop numbers: make at most N readings of each picture, means over patches of pixels
     #[arg(long, value_name = "N", value_parser = whole::<1, 1_000_000>)]
-    pixels: Option<u64>,
+    pub(super) pixels: Option<u64>,
     /// Refuse files in which texts, numbers as -999 or empty cells stand for readings
     #[arg(long)]
     strict: bool,

@@ -31,6 +31,10 @@ const KRIGING: &str = "kriging";
 /// The planner whose poses are chosen for a moment, and the one whose are chosen for the BRDF, batch after batch.
 const ADAPTIVE: &str = "adaptive";
 
+/// Poses of a picture, and of one where there is hardly time for any.
+const PICTURE: usize = 150;
+const FEW: usize = 20;
+
 /// How moments are compared: the diffuse part of the truth taken off both.
 const OF_MOMENTS: &str = "\
     views = 10\nmax_view_deg = 81\nsplit = \"minimum\"\nestimator = { kind = \"peak-resolving\", tolerance = 2e-3 }\n";
@@ -365,6 +369,12 @@ impl AdviceSpec {
                     "stop".into(),
                     Value::try_from(stop).map_err(Error::internal)?,
                 );
+                // A picture that the budget holds, or a small one where there is hardly time for any.
+                let nodes = match self.allowance {
+                    Some(Allowance::Minutes(minutes)) if minutes < 2.0 => FEW,
+                    _ => self.poses().map_or(PICTURE, |poses| poses.min(PICTURE)),
+                };
+                pictures.insert("nodes".into(), (nodes as i64).into());
                 if let Some(Value::Array(list)) = config.get_mut("sample_set") {
                     list.push(pictures.into());
                 }

@@ -10,7 +10,7 @@ use crate::parametrization;
 use crate::reconstruct::{self, Estimated, Reconstruct, ReconstructError};
 use crate::registry::{self, Entry, ReadError, Table};
 use crate::schedule::{
-    AngleUnit, Assume, Azimuth, Conventions, Polarisation, Quantity, UncertaintyUnit,
+    AngleUnit, Assume, Azimuth, Conventions, Polarisation, Quantity, UncertaintyUnit, whole_pixels,
 };
 use crate::validation::{self, CrossValidation};
 use serde::de::IgnoredAny;
@@ -59,6 +59,7 @@ struct Keys {
     #[serde(default)]
     mixed: bool,
     no_reading: Option<f64>,
+    #[serde(default, deserialize_with = "whole_pixels")]
     pixels: Option<NonZeroUsize>,
     #[serde(default, rename = "reconstruction", skip_serializing)]
     _reconstruction: Option<IgnoredAny>,

@@ -220,7 +220,11 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     if !is_ours {
         marks.add(columns.clear_marks(&mut table, conventions.no_reading));
     }
-    let used = used(&table, &rows, &columns)?;
+    // Equal poses of different pictures are not averaged pixel by pixel.
+    let used = match conventions.pixels {
+        Some(_) => (0..table.lines.len()).map(|row| (row, row)).collect(),
+        None => used(&table, &rows, &columns)?,
+    };
     // The first row of each pose stands for it.
     let mut place = vec![usize::MAX; table.lines.len()];
     let mut kept = Vec::new();
@@ -302,7 +306,7 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
         measurement.places[pose as usize].line = table.lines[row];
     }
     measurement.half_angles_deg = half_angles(&table)?;
-    let about = About {
+    let mut about = About {
         material: table.fact("material")?,
         instrument: table.fact("instrument")?,
         realisation: table.fact("realisation")?,
@@ -314,10 +318,11 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     };
     let mut notes = std::mem::take(&mut table.notes);
     if let Some(nodes) = conventions.pixels {
-        let stops = stops(&table, kept.iter().zip(&order), measurement.outcomes.len())?;
+        let stops = stops(&table, kept.iter().zip(&order), &measurement.outcomes)?;
         let thinned;
         (measurement, thinned) = measurement.thinned(&stops, nodes.get());
         notes.push(thinned.note());
+        about.schedule_hash = None;
     }
     let (measurement, folded) = measurement.merged();
     let mut ignored = table.passed_over();
@@ -395,21 +400,26 @@ pub fn read_measurement(text: &str, name: &str, assume: &Assume) -> Result<Readi
     })
 }
 
-/// The stop of each of so many poses, from the rows that stand for them.
+/// The stop of each pose with a reading, from the rows that stand for them.
 fn stops<'a>(
     table: &Table,
     rows: impl Iterator<Item = (&'a usize, &'a u32)>,
-    poses: usize,
+    outcomes: &[Outcome],
 ) -> Result<Vec<f64>, FileError> {
     let Some(column) = table.column("stop") else {
         let message = "--pixels: there is no column stop, which names the picture of each row; allowed: one, or \
                        --columns stop=NAME";
         return Err(FileError::on_line(&table.name, table.head, message));
     };
-    let mut stops = vec![0.0; poses];
-    for (&row, &pose) in rows {
-        stops[pose as usize] = table.number(row, column).ok_or_else(|| {
-            let message = "stop = empty: allowed is the number of the picture";
+    let mut stops = vec![0.0; outcomes.len()];
+    for (&row, &pose) in rows.filter(|(_, pose)| outcomes[**pose as usize] == Outcome::Reading) {
+        let stop = table.number(row, column);
+        let is_number = |stop: &f64| *stop >= 0.0 && stop.fract() == 0.0;
+        stops[pose as usize] = stop.filter(is_number).ok_or_else(|| {
+            let stop = stop.map_or("empty".into(), |stop| stop.to_string());
+            let message = format!(
+                "stop = {stop}: allowed is the number of the picture, a whole number from 0"
+            );
             table.row_error(row, message)
         })?;
     }

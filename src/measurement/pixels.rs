@@ -4,8 +4,9 @@
 //! halved across its longest side, and again and again the part of the longest side, until there are so many parts as nodes
 //! are asked for, or each is one pixel. The reading of a part is the mean over a patch, at its mean coordinates: the pixel nearest to
 //! the mean of the part and those of the part within θ_h/16 of it, and within 2° times the lesser cosine, by
-//! √(Δθ_h² + Δθ_d² + sin²θ_h Δφ²). Type A and B are those
-//! of repeated readings, see [`Measurement::merged`]. Pixels with a direction beyond 85° are passed over.
+//! √(Δθ_h² + Δθ_d² + sin²θ_h Δφ²). Type A is the larger of the
+//! standard error of the mean and of the root mean square of what the pixels state, part of which they share; type B is the mean. Pixels
+//! between patches, and those with a direction beyond 85°, are left out.
 
 use super::merge::Pool;
 use super::{Measurement, Outcome};
@@ -13,7 +14,8 @@ use crate::error::count;
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Coords, Form, HalfDifference, Parametrization};
 use crate::schedule::{Pose, Schedule};
-use std::cmp::Ordering;
+use std::cmp::{Ordering, Reverse};
+use std::collections::BinaryHeap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -32,6 +34,8 @@ pub(super) struct Thinned {
     pub pixels: usize,
     pub stops: usize,
     pub nodes: usize,
+    /// Pixels that a reading is a mean of.
+    pub used: usize,
     /// Pixels beyond the largest angle.
     pub grazing: usize,
 }
@@ -42,15 +46,16 @@ impl Thinned {
         let pixels = count(self.pixels, "pixel");
         let [stops, nodes] =
             [(self.stops, "stop"), (self.nodes, "reading")].map(|(n, of)| count(n, of));
-        let grazing = match self.grazing {
-            0 => String::new(),
-            n => format!("; {} beyond 85° passed over", count(n, "pixel")),
-        };
-        format!("{pixels} of {stops} averaged to {nodes}{grazing}")
+        let (used, grazing) = (self.used, self.grazing);
+        let between = self.pixels - used - grazing;
+        format!(
+            "{pixels} of {stops}: {nodes}, means over patches of {used} of them; {between} between patches and {grazing} beyond 85° are left out"
+        )
     }
 }
 
 /// A part of a stop.
+#[derive(Default)]
 struct Part {
     pixels: Vec<usize>,
     axis: usize,
@@ -161,14 +166,20 @@ impl Part {
 /// Parts of a stop, at most so many.
 fn parts(pixels: Vec<usize>, at: &Places<'_>, most: usize) -> Vec<Part> {
     let mut parts = vec![Part::new(pixels, at)];
+    // Sides are not negative, so that their bits are in their order.
+    let mut longest = BinaryHeap::from([(parts[0].side.to_bits(), Reverse(0))]);
     while parts.len() < most {
-        let all = parts.iter().enumerate();
-        let longest = all.max_by(|a, b| a.1.side.total_cmp(&b.1.side).then(b.0.cmp(&a.0)));
-        let Some((k, _)) = longest.filter(|(_, part)| part.side > 0.0) else {
+        let Some((1.., Reverse(k))) = longest.pop() else {
             break;
         };
-        let part = parts.swap_remove(k);
-        parts.extend(part.halves(at));
+        let [low, high] = std::mem::take(&mut parts[k]).halves(at);
+        for (number, part) in [(k, low), (parts.len(), high)] {
+            longest.push((part.side.to_bits(), Reverse(number)));
+            match parts.get_mut(number) {
+                Some(place) => *place = part,
+                None => parts.push(part),
+            }
+        }
     }
     parts
 }
@@ -198,6 +209,7 @@ impl Measurement {
             patches.extend(parts.map(|part| part.patch(&at)));
         }
         thinned.nodes = patches.len();
+        thinned.used = patches.iter().map(Vec::len).sum();
         let n = self.channels.count();
         let mut pool = Pool::new(patches.len(), n);
         for (reading, patch) in patches.iter().enumerate() {
@@ -217,6 +229,17 @@ impl Measurement {
             ..Schedule::clone(&self.schedule)
         });
         let mut made = pool.measurement(schedule, self.channels.clone(), self.details.is_some());
+        // Part of what pixels of one picture err by is that of the picture: means do not lower it.
+        if let (Some(all), Some(made)) = (&self.details, &mut made.details) {
+            for (reading, patch) in patches.iter().enumerate() {
+                for c in 0..n {
+                    let squares = patch.iter().map(|&i| all.type_a[i * n + c].powi(2));
+                    let claimed = (squares.sum::<f64>() / patch.len() as f64).sqrt();
+                    let type_a = &mut made.type_a[reading * n + c];
+                    *type_a = type_a.max(claimed);
+                }
+            }
+        }
         if !self.places.is_empty() {
             made.places = patches.iter().map(|patch| self.places[patch[0]]).collect();
         }

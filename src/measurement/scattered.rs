@@ -206,6 +206,11 @@ pub(super) fn refuse_columns(
             return Err(FileError::whole(name, message));
         }
     }
+    if conventions.pixels.is_some() {
+        let message =
+            format!("--pixels: {what} has no column stop, which names the picture of each row");
+        return Err(FileError::whole(name, message));
+    }
     Ok(())
 }
 

@@ -5,6 +5,7 @@ use super::names::{self, ANGLES};
 use crate::error::{excerpt, listed, reason};
 use crate::geometry::DirectionPair;
 use rustc_hash::{FxHashMap, FxHashSet};
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -202,7 +203,22 @@ pub struct Conventions {
     /// A value that stands for no reading, beside the usual marks.
     pub no_reading: Option<f64>,
     /// Readings of each stop that rows are averaged to, where rows are pixels of pictures with a column of the stop.
+    #[serde(deserialize_with = "whole_pixels")]
     pub pixels: Option<NonZeroUsize>,
+}
+
+/// Readings of each stop.
+///
+/// # Errors
+/// If it is no whole number from 1 to a million.
+pub(crate) fn whole_pixels<'de, D: Deserializer<'de>>(
+    value: D,
+) -> Result<Option<NonZeroUsize>, D::Error> {
+    let allowed = || D::Error::custom("pixels: allowed is a whole number from 1 to 1000000");
+    let number = f64::deserialize(value)?;
+    let is_allowed = number.fract() == 0.0 && (1.0..=1e6).contains(&number);
+    let number = NonZeroUsize::new(number as usize).filter(|_| is_allowed);
+    number.map(Some).ok_or_else(allowed)
 }
 
 /// Columns from a table of their names.

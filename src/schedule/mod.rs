@@ -19,6 +19,7 @@ mod shapes;
 pub(crate) mod table;
 mod visited;
 
+pub(crate) use convention::whole_pixels;
 pub use convention::{
     AngleUnit, Azimuth, Choice, Conventions, Polarisation, Quantity, UncertaintyUnit, choice,
 };

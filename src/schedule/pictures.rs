@@ -137,13 +137,14 @@ impl Draws {
         }
     }
 
-    /// The poses of the next picture, at most `nodes`, at an angle and with azimuths that are turned by `phi`, rad.
+    /// The next picture at an angle, with azimuths that are turned by `phi`, rad: at most `nodes` poses that are `taken`.
     pub(crate) fn picture(
         &mut self,
         of: &Pictures,
         form: &dyn Parametrization,
         [angle, phi]: [f64; 2],
         nodes: usize,
+        taken: impl Fn(&Pose) -> bool,
     ) -> Vec<Pose> {
         let symmetry = form.symmetry();
         let last = self.point + TRIES * nodes as u64;
@@ -158,7 +159,8 @@ impl Draws {
             self.hits += 1;
             let coords = form.canonical(&form.forward(&pair));
             let new = coords.filter(|coords| self.distinct.first(coords, next) == next);
-            poses.extend(new.map(|coords| Pose { coords, pair }));
+            let new = new.map(|coords| Pose { coords, pair });
+            poses.extend(new.filter(&taken));
         }
         poses
     }
@@ -217,7 +219,7 @@ impl SampleSet for Pictures {
         let mut poses = Vec::with_capacity(angles.len() * nodes);
         for (picture, angle) in angles.into_iter().enumerate() {
             let at = [angle, azimuth(picture, symmetry)];
-            poses.extend(draws.picture(self, &**parametrization, at, nodes));
+            poses.extend(draws.picture(self, &**parametrization, at, nodes, |_| true));
         }
         let missed = 1.0 - f64::from(draws.hits) / draws.point as f64;
         Schedule::chosen(parametrization, Self::KIND, budget, poses, missed)

@@ -550,7 +550,7 @@ fn pixels_of_a_stop_become_few_readings() {
     assert_eq!(m.readings(), stops * nodes);
     says(
         &all.notes.join(" "),
-        "12000 pixels of 3 stops averaged to 180 readings",
+        "12000 pixels of 3 stops: 180 readings, means over patches of",
     );
     let off = |(i, pose): (usize, &Pose)| {
         (m.value(i).unwrap()[0] / truth.luminance(&pose.pair).unwrap() - 1.0).abs()

@@ -231,8 +231,10 @@ impl AdviceSpec {
                 .as_ref()
                 .and_then(|keys| keys.get("stop")?.as_str());
             let pictures = stop.map_or_else(String::new, |stop| {
+                let nodes = resolved.as_ref().and_then(|keys| keys.get("nodes")?.as_integer());
+                let nodes = nodes.unwrap_or_default();
                 format!(
-                    " --set 'sample_set=[{{kind=\"{kind}\",stop=\"{stop}\"}}]' --set budgets=[150]"
+                    " --set 'sample_set=[{{kind=\"{kind}\",stop=\"{stop}\",nodes={nodes}}}]' --set budgets=[{nodes}]"
                 )
             });
             let coordinates = match choice.parametrization.as_str() {

@@ -54,9 +54,17 @@ pub fn stops_svg(parametrizations: &[Entry<ParametrizationSpec>], angles_deg: &[
                 plot.axes(canvas, plane, None);
             }
         }
-        let angles: Vec<String> = angles_deg.iter().map(|a| format!("{a}°")).collect();
-        let caption = format!("one colour a stop, from blue on: {}", angles.join(", "));
-        text(canvas, [0.5 * width, height - 12.0], &caption, 11.5, false);
+        for (i, angle) in angles_deg.iter().enumerate() {
+            let x = 0.5 * width + 60.0 * (i as f64 - 0.5 * angles_deg.len() as f64);
+            canvas.dot([x, height - 16.0], 4.0, palette(i, angles_deg.len()));
+            text(
+                canvas,
+                [x + 22.0, height - 12.0],
+                &format!("{angle}°"),
+                11.5,
+                false,
+            );
+        }
     })
 }
 
@@ -70,7 +78,7 @@ fn pairs(stop: StopAngle, angles_deg: &[f64]) -> Vec<Vec<DirectionPair>> {
     let mut draws = Draws::new(1, &*form);
     let mut picture = |angle: &f64| {
         let at = [angle.to_radians(), 0.0];
-        let poses = draws.picture(&set, &*form, at, PAIRS);
+        let poses = draws.picture(&set, &*form, at, PAIRS, |_| true);
         poses.into_iter().map(|pose| pose.pair).collect()
     };
     angles_deg.iter().map(&mut picture).collect()
