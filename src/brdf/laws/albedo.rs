@@ -75,12 +75,13 @@ pub fn max_albedo(brdf: &dyn Brdf, views: &[Direction]) -> Option<MaxAlbedo> {
 /// assert!((albedo.value[0] - 0.8).abs() < 1e-10);
 /// ```
 pub fn directional_albedo(brdf: &dyn Brdf, omega_o: Direction) -> DirectionalAlbedo {
-    found(brdf, omega_o).map_or_else(|| dark(brdf), |(albedo, ..)| albedo)
+    found(brdf, omega_o, TOLERANCE).map_or_else(|| dark(brdf), |(albedo, ..)| albedo)
 }
 
-/// [`directional_albedo`], and the standard error of its largest channel by random paths, 0 of values that follow none.
+/// [`directional_albedo`] to a relative error of 10⁻⁵, and the standard error of its largest channel by random paths, 0 of values that
+/// follow none.
 pub fn noisy_albedo(brdf: &dyn Brdf, omega_o: Direction) -> (DirectionalAlbedo, f64) {
-    let Some((albedo, lobe, cells)) = found(brdf, omega_o) else {
+    let Some((albedo, lobe, cells)) = found(brdf, omega_o, ROUGH) else {
         return (dark(brdf), 0.0);
     };
     let luminance = brdf.channels().luminance(&albedo.value);
@@ -100,7 +101,11 @@ fn dark(brdf: &dyn Brdf) -> DirectionalAlbedo {
 }
 
 /// An albedo, and the cells that it is the sum of; `None` from below the horizon.
-fn found(brdf: &dyn Brdf, omega_o: Direction) -> Option<(DirectionalAlbedo, Lobe<'_>, Vec<Cell>)> {
+fn found(
+    brdf: &dyn Brdf,
+    omega_o: Direction,
+    tolerance: f64,
+) -> Option<(DirectionalAlbedo, Lobe<'_>, Vec<Cell>)> {
     if omega_o.cos_theta() <= 0.0 {
         return None;
     }
@@ -108,13 +113,13 @@ fn found(brdf: &dyn Brdf, omega_o: Direction) -> Option<(DirectionalAlbedo, Lobe
     if second.top() > first.top() {
         std::mem::swap(&mut first, &mut second);
     }
-    let (mut albedo, cells) = integrate(&first);
+    let (mut albedo, cells) = integrate(&first, tolerance);
     // A ridge through the second peak is bent in the half vectors of the first: cells may miss it,
     // and those of the second may not. Either way the difference is what is not known.
     if brdf.symmetry().isotropic || first.second_peak().is_none() {
         return Some((albedo, first, cells));
     }
-    let (mut other, other_cells) = integrate(&second);
+    let (mut other, other_cells) = integrate(&second, tolerance);
     let error = albedo.error.max(other.error) + (albedo.max() - other.max()).abs();
     let is_other = other.max() - other.error > albedo.max() + albedo.error;
     [albedo.error, other.error] = [error; 2];
@@ -124,8 +129,9 @@ fn found(brdf: &dyn Brdf, omega_o: Direction) -> Option<(DirectionalAlbedo, Lobe
     })
 }
 
-/// Largest error, relative to the albedo.
+/// Largest error, relative to the albedo; and where it is printed.
 const TOLERANCE: f64 = 1e-10;
+const ROUGH: f64 = 1e-5;
 
 /// Values of the BRDF after which no cell is halved, and those of one that follows random paths for each: they take longer, and
 /// their noise does not end with smaller cells.
@@ -230,7 +236,7 @@ impl Cell {
     }
 }
 
-fn integrate(lobe: &Lobe<'_>) -> (DirectionalAlbedo, Vec<Cell>) {
+fn integrate(lobe: &Lobe<'_>, tolerance: f64) -> (DirectionalAlbedo, Vec<Cell>) {
     let mut nodes = Nodes::default();
     let channels = lobe.brdf.channels().count();
     let most = match lobe.brdf.as_split() {
@@ -258,7 +264,7 @@ fn integrate(lobe: &Lobe<'_>) -> (DirectionalAlbedo, Vec<Cell>) {
         }
         let largest = value.iter().copied().fold(0.0, f64::max);
         let error: f64 = cells.iter().map(Cell::error).sum();
-        let is_done = error <= TOLERANCE * largest || evaluations >= most;
+        let is_done = error <= tolerance * largest || evaluations >= most;
         let errors: Vec<[f64; 2]> = cells.iter().map(|cell| cell.errors).collect();
         let halves = |cell: &Cell, axis: usize| {
             let [lo, hi] = cell.range[axis];
