@@ -119,7 +119,7 @@ pub trait Brdf: Send + Sync {
     }
 
     /// [`eval_batch`](Self::eval_batch) of pairs of one θ_h and θ_d, as a row of a table has them: f + 10⁻³ sr⁻¹ may be off by
-    /// 10⁻⁵ of it.
+    /// 10⁻⁵ of it, in one cell of a thousand by 5·10⁻⁵.
     fn eval_row(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         self.eval_batch(pairs, out, presence);
     }

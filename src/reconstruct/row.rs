@@ -12,13 +12,16 @@ use crate::parametrization::{Coords, Form, HalfDifference, Parametrization};
 use std::f64::consts::PI;
 
 /// Points of a polynomial: more are tried where fewer err too much.
-const POINTS: [usize; 3] = [12, 20, 36];
+const POINTS: [usize; 3] = [14, 20, 36];
 
 /// Cells at which a polynomial is compared with the interpolant, as shares of the row.
-const COMPARED: [f64; 5] = [0.0, 0.14, 0.33, 0.59, 0.9];
+const COMPARED: [f64; 6] = [0.0, 0.11, 0.27, 0.45, 0.68, 0.92];
 
-/// Largest error of ln(f + ε) at cells that are compared.
-const TOLERANCE: f64 = 1e-5;
+/// Largest error of ln(f + ε) at cells that are compared: between them it may be three times as large.
+const TOLERANCE: f64 = 3e-6;
+
+/// Least cosine of cells that are interpolated, above that from which on interpolants take all for equal: there they bend.
+const LEAST_COSINE: f64 = 0.011;
 
 /// Angles that differ by less, rad, are those of one row.
 const SAME: f64 = 1e-9;
@@ -64,8 +67,8 @@ pub(super) fn along(
     // At the ends of a row cells may be cut by the horizon, and have pairs of other angles.
     let [theta_h, theta_d, ..] = coords[pairs.len() / 2];
     let is_of_row = |c: &Coords| (c[0] - theta_h).abs().max((c[1] - theta_d).abs()) < SAME;
-    let (of_row, others): (Vec<usize>, Vec<usize>) =
-        (0..pairs.len()).partition(|&i| is_of_row(&coords[i]));
+    let (of_row, others): (Vec<usize>, Vec<usize>) = (0..pairs.len())
+        .partition(|&i| is_of_row(&coords[i]) && pairs[i].least_cosine() > LEAST_COSINE);
     let mut row = Row {
         theta_h,
         theta_d,
