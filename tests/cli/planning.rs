@@ -341,11 +341,10 @@ fn advice_is_for_a_material_and_an_instrument(level: Level) {
         assert!(sets.contains(&"adaptive"), "{sets:?}");
         says(&advice[0].1[0], "--for covariance=0.2");
         assert!(advice[0].0["moment"]["mean"].as_f64().unwrap() <= 0.2);
-        // Poses of whole pictures, by commands that write them.
-        let ask = "advise ggx --budget 300 --instrument sphere-camera --json -q";
-        let advice = advised(&bench, ask);
-        assert!(advice.iter().any(|(a, _)| a["sample_set"] == "pictures"));
-        for (_, commands) in advice {
+        // Fewer poses than a usual picture has, by commands that write them.
+        let ask = "advise ggx --budget 100 --instrument sphere-camera --json -q";
+        let bench = Bench::new();
+        for (_, commands) in advised(&bench, ask) {
             let first = commands.iter().take_while(|c| !c.contains("readings"));
             first.for_each(|command| drop(bench.good(command)));
         }
