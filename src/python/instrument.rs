@@ -94,7 +94,9 @@ impl PyInstrument {
         };
         all.set_item("pose", whole(|v| v.pose))?;
         all.set_item("block", whole(|v| v.block))?;
-        all.set_item("stop", whole(|v| v.stop))?;
+        if itinerary.takes_pictures() {
+            all.set_item("stop", whole(|v| v.stop))?;
+        }
         for (i, axis) in itinerary.axes.iter().enumerate() {
             let positions = floats(&|v| v.positions[i].to_degrees());
             all.set_item(format!("{axis}_deg"), positions)?;
