@@ -71,9 +71,6 @@ struct CandidatePictures {
     most: usize,
 }
 
-/// Poses of a picture, and of a batch of pictures at least.
-pub(super) const PICTURE: usize = 150;
-
 /// Stops that pictures are chosen of.
 const STOPS: usize = 48;
 
@@ -239,7 +236,7 @@ impl Field {
         round: u64,
     ) -> Result<Self, PlanError> {
         let mut field = Self::without_candidates(task, mask, round)?;
-        let n = ((poses as f64 / PICTURE as f64).round() as usize).max(1);
+        let n = ((poses as f64 / Pictures::NODES as f64).round() as usize).max(1);
         let for_candidates = hashed([task.seed, round, 1]);
         let shift = (hashed([for_candidates, 3]) >> 11) as f64 / (1_u64 << 53) as f64;
         let set = Pictures {

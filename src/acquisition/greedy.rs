@@ -6,7 +6,7 @@
 //! are from what the others predict of them.
 
 use super::choice::{Weights, a_optimal, least_certain};
-use super::field::{Field, MOST as MOST_COMPARED, PICTURE, admit, pairs, supposed};
+use super::field::{Field, MOST as MOST_COMPARED, admit, pairs, supposed};
 use super::moments::{self, MomentAim, MomentForecast, OfLogs};
 use super::{Chosen, Forecast, Planner, Task, halves};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
@@ -22,7 +22,7 @@ use crate::reconstruct::{
     ReconstructError, Values,
 };
 use crate::registry::{self, Entry, Keys, Resolved, keys, named};
-use crate::schedule::{PlanError, Pose, SampleSet};
+use crate::schedule::{Pictures, PlanError, Pose, SampleSet};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_PI;
 
@@ -381,8 +381,8 @@ impl Planner for Greedy {
         let batch = match in_pictures {
             // A stop is not worth a rest of less than half a picture.
             true => match budget.saturating_sub(asked) {
-                rest if asked > 0 && 2 * rest < PICTURE => 0,
-                rest => halves(PICTURE, asked, budget).max(PICTURE.min(rest)),
+                rest if asked > 0 && 2 * rest < Pictures::NODES => 0,
+                rest => halves(Pictures::NODES, asked, budget).max(Pictures::NODES.min(rest)),
             },
             false => halves(FIRST, asked, budget),
         };

@@ -11,8 +11,9 @@ use crate::acquisition::{self, MomentAim};
 use crate::error::Error;
 use crate::geometry::Symmetry;
 use crate::instrument::{self, Machine};
-use crate::reconstruct::{PriorFile, TRUSTED};
+use crate::reconstruct::{KRIGING, PriorFile, TRUSTED};
 use crate::registry;
+use crate::schedule::Pictures;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
@@ -25,14 +26,10 @@ pub const FORMULAS: &str = include_str!("../../configs/families.toml");
 /// The coordinates that planners choose their poses in.
 const OF_PLANNERS: &str = "half-difference";
 
-/// The reconstruction that planners' poses are followed by.
-const KRIGING: &str = "kriging";
-
 /// The planner whose poses are chosen for a moment, and the one whose are chosen for the BRDF, batch after batch.
 const ADAPTIVE: &str = "adaptive";
 
-/// Poses of a picture, and of one where there is hardly time for any.
-const PICTURE: usize = 150;
+/// Poses of a picture where there is hardly time for any.
 const FEW: usize = 20;
 
 /// How moments are compared: the diffuse part of the truth taken off both.
@@ -372,7 +369,7 @@ impl AdviceSpec {
                 // A picture that the budget holds, or a small one where there is hardly time for any.
                 let nodes = match self.allowance {
                     Some(Allowance::Minutes(minutes)) if minutes < 2.0 => FEW,
-                    _ => self.poses().map_or(PICTURE, |poses| poses.min(PICTURE)),
+                    _ => self.poses().unwrap_or(Pictures::NODES).min(Pictures::NODES),
                 };
                 pictures.insert("nodes".into(), (nodes as i64).into());
                 if let Some(Value::Array(list)) = config.get_mut("sample_set") {

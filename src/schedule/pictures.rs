@@ -44,7 +44,7 @@ declare! {
         /// What the poses of a picture share: `theta_d` or `theta_i`.
         stop: StopAngle = StopAngle::ThetaD;
         /// Poses of a picture; a budget is that of so many pictures as it holds.
-        nodes: usize = 150;
+        nodes: usize = Pictures::NODES;
         /// Poses of all pictures together, at most: of more pictures each has fewer, down to 20.
         most: usize = 3000;
         /// The angle of the first picture, degrees.
@@ -68,6 +68,9 @@ const FEWEST: usize = 20;
 const TRIES: u64 = 200;
 
 impl Pictures {
+    /// Poses of a picture where nothing else is asked for.
+    pub(crate) const NODES: usize = 150;
+
     /// The angles of so many pictures, rad; of one alone the middle one.
     fn angles(&self, pictures: usize) -> Vec<f64> {
         if !self.angles_deg.is_empty() {
