@@ -226,8 +226,8 @@ impl<'s> Config<'s> {
             instruments: take_list(table, "instrument", instruments::table)?.unwrap_or_default(),
             merl: registry::take_table(table, "merl")?,
             metrics: registry::take(table, "metrics", registry::parse)?.unwrap_or_default(),
-            tuning: TuningTable::take(table)?,
-            moments: MomentsTable::take(table)?,
+            tuning: registry::take(table, "tuning", TuningTable::read)?,
+            moments: registry::take(table, "moments", MomentsTable::read)?,
             output: registry::take(table, "output", registry::parse)?.unwrap_or_default(),
             scalars: {
                 let mut scalars: Scalars = registry::parse(rest)?;

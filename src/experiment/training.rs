@@ -33,13 +33,11 @@ pub struct TuningTable {
 }
 
 impl TuningTable {
-    pub(super) fn take(config: &mut Table<'_>) -> Result<Option<Self>, ReadError> {
-        registry::take(config, "tuning", |mut table| {
-            let materials = take_list(&mut table, "materials", material)?;
-            Ok(Self {
-                keys: registry::parse(table)?,
-                materials: materials.unwrap_or_default(),
-            })
+    pub(super) fn read(mut table: Table<'_>) -> Result<Self, ReadError> {
+        let materials = take_list(&mut table, "materials", material)?;
+        Ok(Self {
+            keys: registry::parse(table)?,
+            materials: materials.unwrap_or_default(),
         })
     }
 

@@ -219,7 +219,7 @@ pub(in crate::experiment) fn read_tables(table: Table<'_>) -> Result<(), ReadErr
 fn parts(mut table: Table<'_>) -> Result<Parts<'_>, ReadError> {
     let tables = take_list(&mut table, "material", material)?.unwrap_or_default();
     let merl = registry::take_table(&mut table, "merl")?;
-    let moments = MomentsTable::take(&mut table)?;
+    let moments = registry::take(&mut table, "moments", MomentsTable::read)?;
     let analysis = registry::take(&mut table, "analysis", registry::parse)?;
     let lighting = registry::take(&mut table, "lighting", lighting::read)?;
     Ok(Parts {
@@ -251,20 +251,17 @@ impl Default for MomentsTable {
 }
 
 impl MomentsTable {
-    /// Takes the table out of a config's, if it is there.
-    pub(in crate::experiment) fn take(config: &mut Table<'_>) -> Result<Option<Self>, ReadError> {
-        registry::take(config, "moments", |mut table| {
-            let estimator = match registry::take_table(&mut table, "estimator")? {
-                // Keys of the default one need not name it.
-                Some(estimator) if !estimator.get_ref().contains_key("kind") => {
-                    Box::new(registry::parse::<PeakResolving>(estimator)?)
-                }
-                Some(estimator) => moments::read(estimator)?,
-                None => Box::new(PeakResolving::default()),
-            };
-            let spec = registry::parse(table)?;
-            Ok(Self { spec, estimator })
-        })
+    pub(in crate::experiment) fn read(mut table: Table<'_>) -> Result<Self, ReadError> {
+        let estimator = match registry::take_table(&mut table, "estimator")? {
+            // Keys of the default one need not name it.
+            Some(estimator) if !estimator.get_ref().contains_key("kind") => {
+                Box::new(registry::parse::<PeakResolving>(estimator)?)
+            }
+            Some(estimator) => moments::read(estimator)?,
+            None => Box::new(PeakResolving::default()),
+        };
+        let spec = registry::parse(table)?;
+        Ok(Self { spec, estimator })
     }
 
     pub(in crate::experiment) fn check(&self, source: &Source) -> Result<(), Error> {
