@@ -137,29 +137,24 @@ impl Source {
         let Some(span) = e.span else {
             return Error::config(&self.name, message);
         };
-        let (path, in_table) = enclosing(&spots(&self.text), &span);
+        let found = self.text.get(span.clone()).unwrap_or_default();
         // The table at the top has no path; the place is that of a value in it.
-        if let (false, Some(key)) = (in_table, message.strip_prefix("missing field ")) {
-            let message = format!("lacks the key {}", key.replace('`', ""));
-            return Error::config(&self.name, message);
-        }
-        match path {
-            Some(path) => {
-                let value = self.text.get(span.clone()).unwrap_or_default();
-                Error::config(self.location(&path), name_key(&path, value, &message))
+        let missing = message.strip_prefix("missing field ");
+        let (place, message) = match (enclosing(&spots(&self.text), &span), missing) {
+            ((_, false), Some(key)) => {
+                let message = format!("lacks the key {}", key.replace('`', ""));
+                (self.name.clone(), message)
             }
-            None => {
-                // The only mistake of syntax whose message says nothing of what was found.
-                let message = match (message.as_str(), self.text.get(span.clone())) {
-                    ("duplicate key", Some(key)) => {
-                        let key = excerpt(key.trim());
-                        format!("key {key} is there twice; allowed: once")
-                    }
-                    _ => message,
-                };
-                Error::config(self.line(&self.text, span.start), message)
+            ((Some(path), _), _) => (self.location(&path), name_key(&path, found, &message)),
+            // The only mistake of syntax whose message says nothing of what was found.
+            _ if message == "duplicate key" => {
+                let key = excerpt(found.trim());
+                let message = format!("key {key} is there twice; allowed: once");
+                (self.line(&self.text, span.start), message)
             }
-        }
+            _ => (self.line(&self.text, span.start), message),
+        };
+        Error::config(place, message)
     }
 
     /// An error about the value at a path.
