@@ -186,7 +186,9 @@ impl<'s> Config<'s> {
     pub fn read(source: &'s Source) -> Result<Self, Error> {
         let kind = Kind::of_config(source)?;
         if kind.has_profiles() {
-            return Err(Kind::Acquisition.refusal(kind, source));
+            let at = source.place("experiment");
+            let name = kind.name();
+            return Err(at.problem(format_args!("= {name:?}: allowed here is \"acquisition\"")));
         }
         let table = source.table()?;
         let config = Self::from_table(source, table, kind).map_err(|e| source.error(e))?;

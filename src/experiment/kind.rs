@@ -56,25 +56,6 @@ impl Kind {
             Kind::Moments | Kind::Relations | Kind::Study => &[],
         }
     }
-
-    /// Refuses a config of another kind.
-    pub(crate) fn require(self, source: &Source) -> Result<(), Error> {
-        let found = Self::of_config(source)?;
-        if found == self {
-            return Ok(());
-        }
-        Err(self.refusal(found, source))
-    }
-
-    /// The error for a config of kind `found` where this kind is needed.
-    pub(super) fn refusal(self, found: Kind, source: &Source) -> Error {
-        let message = format!(
-            "experiment = {:?}: allowed here is {:?}",
-            found.name(),
-            self.name()
-        );
-        source.place("experiment").error(message)
-    }
 }
 
 named! {

@@ -6,7 +6,6 @@ use super::checks::{distinct, name_all, refuse_empty};
 use super::counts::{Built, Stage};
 use super::each::{Of, PerMaterial};
 use super::key::{Expected, Input, Part, RowKey, forget_paths, hash, of_part};
-use super::kind::Kind;
 use super::moments::{self, MomentsPlan};
 use super::observer::{EventSink, Stop};
 use super::record::{Head, Record};
@@ -73,8 +72,7 @@ impl RelationsPlan {
     ///
     /// # Errors
     /// [`Error::Config`] and [`Error::Data`].
-    pub fn read(source: &Source) -> Result<Self, Error> {
-        Kind::Relations.require(source)?;
+    pub(super) fn read(source: &Source) -> Result<Self, Error> {
         let (table, lights, keys) = parts(source.table()?).map_err(|e| source.error(e))?;
         let base = MomentsPlan::from_table(source, table)?;
         let here = source.place("relations");

@@ -7,10 +7,9 @@ mod findings;
 
 use common::{Keep, Level, edited, levels, near, says};
 use gonio::Error;
-use gonio::experiment::relations::RelationsPlan;
 use gonio::experiment::{
-    Duel, Event, Experiment, Extent, Findings, Known, Observer, Plan, RESULTS_REVISION, Row,
-    RowKey, Shard, Source, material_key,
+    AnyPlan, Duel, Event, Experiment, Extent, Findings, Known, Observer, Plan, RESULTS_REVISION,
+    Row, RowKey, Shard, Source, material_key,
 };
 use serde_json::{Map, Value, json};
 use std::collections::{HashMap, HashSet};
@@ -450,7 +449,10 @@ fn a_lighting_is_that_of_its_key() {
              relations = {{ views_deg = [30], tolerance = 1e-2 }}\nlighting = [{{ kind = \"map\", path = {path:?} }}]\n\
              material = [{{ kind = \"ggx\", alpha = 0.6 }}, {{ kind = \"ggx\", alpha = 0.5 }}]\n"
         );
-        let plan = RelationsPlan::read(&Source::new("c.toml", text)).unwrap();
+        let plan = AnyPlan::read(&Source::new("c.toml", text)).unwrap();
+        let AnyPlan::Relations(plan) = plan else {
+            unreachable!("relations");
+        };
         let mut swap = Swap::new(&path, panorama(200), "", before);
         let (extent, known) = (Extent::default(), Known::new());
         plan.run(&extent, &known, &mut swap).unwrap();

@@ -123,8 +123,7 @@ impl MomentsPlan {
     ///
     /// # Errors
     /// [`Error::Config`] and [`Error::Data`], as those of [`Plan::read`](crate::experiment::Plan::read).
-    pub fn read(source: &Source) -> Result<Self, Error> {
-        Kind::Moments.require(source)?;
+    pub(in crate::experiment) fn read(source: &Source) -> Result<Self, Error> {
         let table = source.table()?;
         refuse_others(&table, &OWN).map_err(|e| source.error(e))?;
         Self::from_table(source, table)
