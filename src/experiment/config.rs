@@ -365,16 +365,14 @@ pub(super) fn check_metrics(config: &Config<'_>) -> Result<(), Error> {
     Ok(())
 }
 
-/// True if moments are to be compared.
-pub(super) fn check_quantities(config: &Config<'_>) -> Result<bool, Error> {
+pub(super) fn check_quantities(config: &Config<'_>) -> Result<(), Error> {
     let source = config.source;
     let wanted = config.scalars.quantities.as_deref().unwrap_or_default();
     distinct(&source.place("quantities"), wanted, |q| q.name())?;
-    let wanted = wanted.contains(&QuantityGroup::Moments);
     let Some(moments) = &config.moments else {
-        return Ok(wanted);
+        return Ok(());
     };
-    if !wanted {
+    if !wanted.contains(&QuantityGroup::Moments) {
         let predicate = "has keys for a quantity that is not asked for; allowed: with quantities = \
                          [\"moments\"] only";
         return Err(source.place("moments").problem(predicate));
@@ -391,7 +389,7 @@ pub(super) fn check_quantities(config: &Config<'_>) -> Result<bool, Error> {
             if config.scalars.channels == Channels::Rgb
                 || channel.needs() == Channels::Luminance =>
         {
-            Ok(true)
+            Ok(())
         }
         [channel] => Err(at.problem(format_args!(
             "= [{:?}] needs channels = \"rgb\"; allowed: luminance, or that",

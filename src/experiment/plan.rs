@@ -122,10 +122,11 @@ impl Plan {
         distinct(&at, &config.scalars.measures, |m| m.name())?;
         check_metrics(&config)?;
         check_output(&config)?;
-        let wanted = check_quantities(&config)?;
+        check_quantities(&config)?;
         let written = (section(&config.scalars), config.materials.len());
-        let groups = config.scalars.quantities.clone().unwrap_or_default();
         let scalars = config.scalars;
+        let groups = scalars.quantities.unwrap_or_default();
+        let asked_for = |group| groups.contains(&group);
         let (materials, missing) = materials::gather(
             source,
             config.materials,
@@ -168,10 +169,10 @@ impl Plan {
             minutes: scalars.minutes,
             measures: scalars.measures,
             metrics: config.metrics,
-            albedo: groups.contains(&QuantityGroup::Albedo),
-            uncertainty: groups.contains(&QuantityGroup::Uncertainty),
-            expected: groups.contains(&QuantityGroup::Expected),
-            moments: wanted.then(|| config.moments.unwrap_or_default()),
+            albedo: asked_for(QuantityGroup::Albedo),
+            uncertainty: asked_for(QuantityGroup::Uncertainty),
+            expected: asked_for(QuantityGroup::Expected),
+            moments: asked_for(QuantityGroup::Moments).then(|| config.moments.unwrap_or_default()),
             materials,
             missing,
             unguided: parametrizations[0].unguided(),
