@@ -247,19 +247,16 @@ impl<'s> Config<'s> {
         let source = self.source;
         in_closed("band", self.band, 1.0, 10.0).map_err(|e| source.place("band").error(e))?;
         self.pictures.check(source)?;
-        let of_sets = self.sample_sets.iter().map(|(_, reach)| reach).enumerate();
-        let of_methods = self
-            .reconstructions
-            .iter()
-            .map(|(_, reach)| reach)
-            .enumerate();
-        let all = of_sets.map(|(i, reach)| ("sample_set", i, reach));
-        for (key, i, reach) in all.chain(of_methods.map(|(i, reach)| ("reconstruction", i, reach)))
-        {
-            if let Some(n) = reach.up_to {
-                let at = source.place(key).index(i);
-                at.key("up_to").whole(n, 1..=MAX_BUDGET as i64)?;
-            }
+        let check = |list: &str, i: usize, reach: &Reach| {
+            let at = source.place(list).index(i).key("up_to");
+            let checked = |n| at.whole(n, 1..=MAX_BUDGET as i64);
+            reach.up_to.map_or(Ok(()), checked)
+        };
+        for (i, (_, reach)) in self.sample_sets.iter().enumerate() {
+            check("sample_set", i, reach)?;
+        }
+        for (i, (_, reach)) in self.reconstructions.iter().enumerate() {
+            check("reconstruction", i, reach)?;
         }
         let at = source.place("coordinates");
         distinct(&at, &self.coordinates, Coordinates::label)
