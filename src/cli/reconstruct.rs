@@ -9,7 +9,7 @@ use super::{
     write_quietly,
 };
 use crate::brdf::Brdf;
-use crate::error::{self, Error, ParameterError, count};
+use crate::error::{Error, ParameterError, count};
 use crate::experiment::{AnyPlan, Kind, Plan};
 use crate::formats::{self, Format, READ_READINGS, Tabulation, WRITE_READINGS, WRITE_TABLE};
 use crate::geometry::{DirectionPair, Symmetry};
@@ -413,28 +413,21 @@ fn material_of(measurement: &Measurement) -> String {
     let form = &schedule.parametrization;
     let mut text = format!(
         "{} ({}) in {} coordinates (warp: {}; {}): {}\n",
-        error::count(schedule.poses.len(), "pose"),
+        count(schedule.poses.len(), "pose"),
         schedule.sample_set,
         form.name(),
         form.warp_name(),
         form.symmetry(),
-        error::count(measurement.readings(), "reading"),
+        count(measurement.readings(), "reading"),
     );
     let outcomes = &measurement.outcomes;
-    let count = |is: &dyn Fn(Outcome) -> bool| outcomes.iter().filter(|o| is(**o)).count();
-    let mut holes = vec![
-        ("no-data", measurement.no_data()),
-        ("not-visited", count(&|o| o == Outcome::NotVisited)),
-    ];
-    for name in Unreachable::NAMES {
-        let of = |o| matches!(o, Outcome::Unreachable(why) if why.name() == name);
-        holes.push((name, count(&of)));
-    }
+    let of = |name| (name, outcomes.iter().filter(|o| o.name() == name).count());
     let list = |counts: Vec<(&str, usize)>| {
         let some = counts.into_iter().filter(|(_, n)| *n > 0);
         listed(some.map(|(name, n)| format!("{name} {n}")))
     };
-    let holes = list(holes);
+    let holes = ["no-data", "not-visited"].into_iter();
+    let holes = list(holes.chain(Unreachable::NAMES).map(of).collect());
     if !holes.is_empty() {
         text += &format!("without a reading: {holes}\n");
     }

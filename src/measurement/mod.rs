@@ -50,6 +50,18 @@ pub enum Outcome {
     NotVisited,
 }
 
+impl Outcome {
+    /// Its name, without the number of an axis or pair.
+    pub fn name(self) -> &'static str {
+        match self {
+            Outcome::Reading => "reading",
+            Outcome::NoData => "no-data",
+            Outcome::Unreachable(why) => why.name(),
+            Outcome::NotVisited => "not-visited",
+        }
+    }
+}
+
 /// A set of flags of a reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Flags(u8);

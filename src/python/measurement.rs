@@ -61,16 +61,6 @@ fn wide(
     }
 }
 
-/// The name of an outcome.
-fn outcome_name(outcome: &Outcome) -> &'static str {
-    match outcome {
-        Outcome::Reading => "reading",
-        Outcome::NoData => "no-data",
-        Outcome::NotVisited => "not-visited",
-        Outcome::Unreachable(why) => why.name(),
-    }
-}
-
 /// The sentence that warns of rows with values below 0.
 fn below_zero(values: &[f64], channels: usize) -> Option<String> {
     let rows = values.chunks_exact(channels).enumerate();
@@ -374,7 +364,7 @@ impl PyMeasurement {
                 _ => String::new(),
             });
             let angles = html::degrees(&pose.pair).into_iter();
-            let outcome = outcome_name(outcome).into();
+            let outcome = outcome.name().into();
             angles.chain(values).chain([outcome]).collect()
         };
         let poses = poses.zip(m.values.chunks(n)).take(HEAD);
@@ -419,7 +409,7 @@ impl PyMeasurement {
     /// What became of each pose: reading, no-data, not-visited, or why the instrument cannot take it.
     #[getter]
     fn outcomes(&self) -> Vec<&'static str> {
-        self.measurement.outcomes.iter().map(outcome_name).collect()
+        self.measurement.outcomes.iter().map(|o| o.name()).collect()
     }
 
     /// The poses.
