@@ -185,6 +185,7 @@ impl Greedy {
     fn beforehand(&self, task: &Task<'_>, so_far: &Measurement, n: usize) -> Chosen {
         let asked = so_far.schedule.poses.len();
         let field = self.field(task, so_far, n, asked as u64)?;
+        let wanted = field.wanted(task, n);
         let process = Posterior::beforehand(&self.kriging(), task.form.symmetry())?;
         let process = supposed(process, so_far);
         let process = process.ok_or_else(|| self.singular(asked))?;
@@ -192,7 +193,7 @@ impl Greedy {
         let for_moment = self.chosen_for().filter(|_| n <= MOST_COMPARED);
         let for_moment = for_moment.and_then(|aim| {
             let sums = lobes().flat_map(|lobe| aim.sums(&lobe)).collect::<Vec<_>>();
-            moments::choose(&process, &sums, &candidates, field.wanted(task, n))
+            moments::choose(&process, &sums, &candidates, wanted)
         });
         let chosen = if let Some(chosen) = for_moment {
             chosen
@@ -209,16 +210,11 @@ impl Greedy {
                 share: self.aim.weight,
                 cap: 4.0,
             };
-            a_optimal(
-                &process,
-                [&places, &candidates],
-                &weights,
-                field.wanted(task, n),
-            )
+            a_optimal(&process, [&places, &candidates], &weights, wanted)
         } else {
             let weights = field.candidate_density().into_iter();
             let weights: Vec<f64> = weights.map(|w| w.powf(2.0 / 3.0)).collect();
-            least_certain(&process, &candidates, &weights, field.wanted(task, n))
+            least_certain(&process, &candidates, &weights, wanted)
         };
         Ok(field.poses(&chosen))
     }
@@ -250,6 +246,7 @@ impl Greedy {
         let asked = so_far.schedule.poses.len();
         let process = self.process(so_far)?;
         let field = self.field(task, so_far, n, asked as u64)?;
+        let wanted = field.wanted(task, n);
         let pairs = field.pairs();
         let candidates = process.places(&pairs);
         let share = self.aim.weight;
@@ -268,7 +265,7 @@ impl Greedy {
                 logs,
             };
             let sums = aim.sums(truth.unwrap_or(&expected));
-            moments::choose(&process, &sums, &candidates, field.wanted(task, n))
+            moments::choose(&process, &sums, &candidates, wanted)
         });
         let chosen = if let Some(chosen) = for_moment {
             chosen
@@ -281,12 +278,7 @@ impl Greedy {
                 share,
                 cap: 1.0,
             };
-            a_optimal(
-                &process,
-                [&places, &candidates],
-                &weights,
-                field.wanted(task, n),
-            )
+            a_optimal(&process, [&places, &candidates], &weights, wanted)
         } else {
             // The density of the poses that leave the smallest error, up to what the kernel makes of them.
             let density = &field.candidate_density();
@@ -295,7 +287,7 @@ impl Greedy {
             let square = normalised(known.weights(|w, f, s| (w * f * s).sqrt()));
             let mixed = log.zip(square).map(|(l, q)| (1.0 - share) * l + share * q);
             let weights: Vec<f64> = mixed.collect();
-            least_certain(&process, &candidates, &weights, field.wanted(task, n))
+            least_certain(&process, &candidates, &weights, wanted)
         };
         Ok(field.poses(&chosen))
     }
