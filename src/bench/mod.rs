@@ -136,7 +136,6 @@ impl Section {
         self.columns.iter().position(|c| c.name == column)
     }
 
-    /// The number of a row in a column.
     pub(crate) fn number(&self, row: &Row, column: &str) -> Option<f64> {
         match column {
             "seconds" => Some(row.times.median),

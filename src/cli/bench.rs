@@ -129,7 +129,6 @@ impl Bench {
         Ok(())
     }
 
-    /// The files of a section.
     fn files(&self, section: &Section) -> Option<[PathBuf; 2]> {
         let dir = self.output.as_ref()?;
         Some(["csv", "svg"].map(|ending| dir.join(format!("bench-{}.{ending}", section.name))))

@@ -307,7 +307,6 @@ fn instruments() -> Vec<Section> {
     ]
 }
 
-/// The apertures of an instrument.
 pub(super) fn apertures(spec: &InstrumentSpec) -> String {
     let (light, sensor) = (spec.source.half_angle_deg, spec.detector.half_angle_deg);
     format!("half angles: light {light}°, sensor {sensor}°")

@@ -413,7 +413,6 @@ fn planned_instrument(plan: &Plan, name: &str) -> Result<PlannedInstrument, Erro
     }
 }
 
-/// The BRDF of a material.
 fn build(material: &Material, channels: Channels) -> Result<Box<dyn Brdf>, Error> {
     detail(|| {
         let tables = material.spec.tables().files.into_iter();
@@ -500,7 +499,6 @@ fn assumed() -> Assume {
     }
 }
 
-/// The schedule of a file.
 fn read_schedule(path: &Path, assume: &Assume) -> Result<ScheduleFile, Error> {
     detail(|| format!("gonio: reads {}", path.display()));
     let (text, read) = READ_SCHEDULE.open(path)?;

@@ -143,7 +143,6 @@ impl Moments {
     }
 }
 
-/// The diagram of a material.
 fn diagram(dir: &Path, material: &str) -> PathBuf {
     dir.join(crate::report::file_stem(material) + ".svg")
 }

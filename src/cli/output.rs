@@ -50,7 +50,6 @@ impl JsonArgs {
     }
 }
 
-/// Prints a value as JSON.
 pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
     let text = serde_json::to_string_pretty(value).map_err(Error::internal)?;
     print(&(text + "\n"))

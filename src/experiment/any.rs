@@ -32,7 +32,6 @@ impl AnyPlan {
         })
     }
 
-    /// Its materials.
     pub(crate) fn materials(&self) -> &[Material] {
         match self {
             Self::Acquisition(plan) => &plan.materials,

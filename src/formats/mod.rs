@@ -125,7 +125,6 @@ impl Format {
         read_environment: None,
     };
 
-    /// A format of tables.
     const fn of_tables(format: &FileFormat) -> Self {
         Self {
             name: format.name,

@@ -44,7 +44,6 @@ impl Curve {
         Some(Self { x, y, slope })
     }
 
-    /// The value at `x`.
     pub(super) fn value_at(&self, x: f64) -> f64 {
         let above = self.x.partition_point(|node| *node <= x);
         if above == 0 {

@@ -153,7 +153,6 @@ impl<const K: usize> Leaf<K> {
     }
 }
 
-/// The tree.
 pub(crate) struct Tree<const K: usize, M> {
     metric: M,
     /// From the root on, level by level; none if all points are in one leaf.

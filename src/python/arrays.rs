@@ -218,7 +218,6 @@ pub struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// The direction of a row.
     fn get(&self, row: usize) -> Option<Direction> {
         let at = self.along.at(row) * self.width;
         direction_of(self.values.get(at..at + self.width)?)

@@ -325,7 +325,6 @@ fn fills_space<const K: usize>(points: &[[f64; K]], index: &[usize]) -> bool {
     true
 }
 
-/// Covariance of some points.
 pub(super) fn covariance<const K: usize>(points: &[[f64; K]], index: &[usize]) -> [[f64; K]; K] {
     let n = index.len() as f64;
     let mut mean = [0.0; K];

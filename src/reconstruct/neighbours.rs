@@ -61,7 +61,6 @@ impl Reconstruct for NearestReading {
     }
 }
 
-/// The readings on a grid.
 fn on_grid<const D: usize>(r: &Readings<'_>) -> Result<Box<dyn Interpolant>, ReconstructError> {
     let transform = Transform::Linear;
     let table =

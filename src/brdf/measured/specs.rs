@@ -15,7 +15,6 @@ pub(super) trait TableFile: Debug + Serialize + Send + Sync {
     /// The coordinates that it was tabulated in.
     const FAVOURS: Favours;
 
-    /// The file.
     fn path(&self) -> &Path;
 
     /// Checks the keys and the header of the file, and that a scene in `channels` can make use of it.
@@ -29,7 +28,6 @@ pub(super) trait TableFile: Debug + Serialize + Send + Sync {
     /// The symmetries that the table declares.
     fn symmetries(&self, channels: &Channels) -> Result<Symmetry, TableError>;
 
-    /// The table.
     fn load(&self, channels: Channels) -> Result<impl Brdf + 'static, TableError>;
 
     /// Bytes that the table holds, for each channel.

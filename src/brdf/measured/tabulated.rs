@@ -25,7 +25,6 @@ pub const ENTRY: Entry<dyn BrdfSpec> = Entry {
 };
 
 named! {
-    /// The format of a table.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
     #[serde(rename_all = "kebab-case")]
     enum TableFormat {

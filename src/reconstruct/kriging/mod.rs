@@ -393,7 +393,6 @@ struct Known {
 
 const TRANSFORM: Transform = Transform::Log { epsilon: EPSILON };
 
-/// The symmetry of the readings.
 fn symmetry(r: &Readings<'_>) -> Symmetry {
     r.schedule.parametrization.symmetry()
 }

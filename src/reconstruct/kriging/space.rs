@@ -57,7 +57,6 @@ impl Space {
         }
     }
 
-    /// The columns of pairs.
     pub(crate) fn columns(&self, pairs: &[DirectionPair]) -> Vec<Columns> {
         let mut columns = usual_columns(pairs, self.symmetry);
         if let Some((form, _)) = &self.chosen {

@@ -47,7 +47,6 @@ pub struct Kernels {
 }
 
 impl Kernels {
-    /// The hash of constants.
     pub(super) fn hash(constants: &BTreeMap<String, Vec<f64>>) -> String {
         let text = serde_json::to_string(constants).unwrap_or_default();
         blake3::hash(text.as_bytes()).to_hex().to_string()

@@ -164,7 +164,6 @@ impl<R: Read + Seek> Head<R> {
         Ok(nodes)
     }
 
-    /// What the colours are.
     pub(crate) fn colours(&mut self) -> Result<Colours, TableError> {
         if !self.has("spectra") {
             return Ok(Colours::Rgb);

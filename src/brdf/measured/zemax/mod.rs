@@ -75,7 +75,6 @@ impl Angles {
         }
     }
 
-    /// The pair at a node.
     fn pair(&self, node: usize) -> DirectionPair {
         let (n, m) = (self.radial.len(), self.azimuth.len());
         let lights = self.theta_i.len();

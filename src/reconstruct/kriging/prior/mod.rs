@@ -305,7 +305,6 @@ impl From<PriorFile> for PathBuf {
 type Cache = HashMap<PathBuf, (u64, Option<SystemTime>, Arc<Prior>)>;
 
 impl PriorFile {
-    /// The path.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
