@@ -85,7 +85,7 @@ pub(crate) fn description(schedule: &Schedule, what: &str) -> Vec<String> {
         format!("gonio {} {what}: {} above the horizon", env!("CARGO_PKG_VERSION"), count(schedule.poses.len(), "pose")),
         if schedule.sample_set == LayoutSet::KIND {
             format!("of a published layout; coordinates are {} (warp: {}), each once under the symmetries {symmetries}", p.name(), p.warp_name())
-        } else if schedule.is_of_others() {
+        } else if schedule.sample_set == FROM_FILE {
             format!("from a table; coordinates are {} (warp: {}), symmetries {symmetries}", p.name(), p.warp_name())
         } else if !is_uniform(&schedule.sample_set) {
             format!("chosen by {}; coordinates are {} (warp: {}), symmetries {symmetries}", schedule.sample_set, p.name(), p.warp_name())

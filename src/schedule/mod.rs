@@ -118,11 +118,6 @@ impl Schedule {
         let poses = pairs.into_iter().map(pose).collect();
         Self::new(Arc::clone(&parametrization), FROM_FILE, poses, 0.0)
     }
-
-    /// True if the poses are those of a table, and their sample set is unknown.
-    pub fn is_of_others(&self) -> bool {
-        self.sample_set == FROM_FILE
-    }
 }
 
 family! {
