@@ -202,7 +202,11 @@ pub fn resolved<S: Serialize>(kind: &str, member: &S) -> Keys {
 
 /// A member as a table, whose only key is a table, or an array of tables.
 pub(crate) fn nested(kind: &str, key: &str, value: impl Into<Value>) -> Keys {
-    let mut table = resolved(kind, &NoKeys {});
+    with(resolved(kind, &NoKeys {}), key, value)
+}
+
+/// A table with one more key.
+pub(crate) fn with(mut table: Keys, key: &str, value: impl Into<Value>) -> Keys {
     table.insert(key.into(), value.into());
     table
 }

@@ -89,9 +89,7 @@ fn table_of(key: &str, value: &str) -> Table {
 
 /// A planner for a moment, without a stop.
 fn for_moment(kind: &str, aim: MomentAim) -> Table {
-    let mut table = table_of("kind", kind);
-    table.insert("for".into(), aim.to(0.0).to_string().into());
-    table
+    registry::with(table_of("kind", kind), "for", aim.to(0.0).to_string())
 }
 
 /// The keys of a config that name materials.

@@ -4,14 +4,14 @@ use super::checks::{Names, Place, distinct, refuse_empty};
 
 use super::of_readings;
 use super::source::Source;
-use super::tables::{Named, insert_list, named, section, with_name};
+use super::tables::{Named, insert_list, named, section};
 use crate::analysis::Alignment;
 use crate::brdf::{self, Brdf, BrdfSpec, BuildError, Channels, Favours, SplitBrdf};
 use crate::error::{Error, listed};
 use crate::formats::{self, MERL};
 use crate::geometry::Symmetry;
 use crate::light_paths;
-use crate::registry::{self, Entry, ReadError, Table};
+use crate::registry::{self, Entry, ReadError, Table, with};
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::path::Path;
@@ -160,9 +160,8 @@ pub(super) fn insert_materials(table: &mut toml::Table, materials: &[Material], 
 
 /// A material as a config writes it out.
 pub(super) fn written_out(material: &Material) -> toml::Table {
-    let mut table = with_name(material.spec.resolved(), &material.name);
-    table.insert("symmetry".into(), section(&material.symmetry).into());
-    table
+    let table = with(material.spec.resolved(), "name", &*material.name);
+    with(table, "symmetry", section(&material.symmetry))
 }
 
 /// Checks and names every material for a scene in `channels`: those of `tables`, and the MERL files of the folder `dir`, all or

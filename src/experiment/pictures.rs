@@ -54,8 +54,6 @@ impl PictureSpec {
     }
 
     pub(crate) fn resolved(&self) -> toml::Table {
-        let mut table = section(self);
-        table.insert("lighting".into(), self.lighting.resolved().into());
-        table
+        registry::with(section(self), "lighting", self.lighting.resolved())
     }
 }

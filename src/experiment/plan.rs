@@ -18,7 +18,7 @@ use super::pictures::PictureSpec;
 use super::priors;
 use super::question::{Factor, ReportSpec};
 use super::source::Source;
-use super::tables::{insert_list, section, with_name};
+use super::tables::{insert_list, section};
 use super::training::TuningTable;
 use crate::brdf::Channels;
 use crate::error::{Error, excerpt, one_of};
@@ -26,6 +26,7 @@ use crate::geometry::Symmetry;
 use crate::metrics::{Measure, MetricsSpec};
 use crate::parametrization::{self, ParametrizationSpec};
 use crate::reconstruct::{self, Reconstruct};
+use crate::registry::with;
 use std::sync::Arc;
 
 /// Configurations of a schedule that is tried out, and of one for sets whose least is more; if one works, every larger budget does.
@@ -453,13 +454,13 @@ impl Plan {
         insert_list(&mut table, "parametrization", parametrizations);
         let sets = self.sample_sets.iter();
         let sets = sets.map(|s| {
-            let mut keys = with_name(s.set.resolved(), &s.name);
+            let mut keys = with(s.set.resolved(), "name", &*s.name);
             keys.extend(section(&s.reach));
             keys
         });
         insert_list(&mut table, "sample_set", sets);
         let methods = reconstructions.iter().map(|(name, method, reach)| {
-            let mut keys = with_name(method.resolved(), name);
+            let mut keys = with(method.resolved(), "name", name.as_str());
             keys.extend(section(reach));
             keys
         });

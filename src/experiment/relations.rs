@@ -10,13 +10,13 @@ use super::moments::{self, MomentsPlan};
 use super::observer::{EventSink, Stop};
 use super::record::{Head, Record};
 use super::source::Source;
-use super::tables::{Named, insert_list, named, section, take_list, with_name};
+use super::tables::{Named, insert_list, named, section, take_list};
 use crate::brdf::{BuildError, Channels};
 use crate::error::{Error, listed};
 use crate::lighting::{self, Lighting, LightingSpec};
 use crate::moments::Profile;
 use crate::moments::relations::{Along, Relation, RelationSpec, compare};
-use crate::registry::{self, ReadError, Table, keys};
+use crate::registry::{self, ReadError, Table, keys, with};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -127,7 +127,7 @@ impl RelationsPlan {
         }
         let mut resolved = base.resolved.clone();
         resolved.remove("analysis");
-        let written = |l: &PlannedLight| with_name(l.spec.resolved(), &l.name);
+        let written = |l: &PlannedLight| with(l.spec.resolved(), "name", &*l.name);
         insert_list(&mut resolved, "lighting", lightings.iter().map(written));
         resolved.insert("relations".into(), section(&keys).into());
         Ok(Self {

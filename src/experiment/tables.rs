@@ -64,11 +64,6 @@ pub(super) fn section(value: &impl Serialize) -> toml::Table {
     }
 }
 
-pub(super) fn with_name(mut table: toml::Table, name: &str) -> toml::Table {
-    table.insert("name".into(), name.into());
-    table
-}
-
 pub(super) fn insert_list(
     table: &mut toml::Table,
     key: &str,

@@ -71,9 +71,8 @@ fn read(mut table: Table<'_>) -> Result<Box<dyn BrdfSpec>, ReadError> {
 
 impl BrdfSpec for SmithMultipleSpec {
     fn resolved(&self) -> registry::Keys {
-        let mut table = registry::resolved(KIND, self);
-        table.insert("facets".into(), self.facets.resolved().into());
-        table
+        let own = registry::resolved(KIND, self);
+        registry::with(own, "facets", self.facets.resolved())
     }
 
     fn label(&self) -> String {

@@ -87,9 +87,8 @@ impl TabulatedSpec {
 
 impl BrdfSpec for TabulatedSpec {
     fn resolved(&self) -> registry::Keys {
-        let mut table = registry::resolved(KIND, &self.keys);
-        table.insert("of".into(), self.of.resolved().into());
-        table
+        let own = registry::resolved(KIND, &self.keys);
+        registry::with(own, "of", self.of.resolved())
     }
 
     fn label(&self) -> String {

@@ -91,9 +91,8 @@ impl<D: Distribution> MicrofacetSpec<D> {
 
 impl<D: Distribution> BrdfSpec for MicrofacetSpec<D> {
     fn resolved(&self) -> registry::Keys {
-        let mut table = registry::resolved(D::KIND, &self.0);
-        table.insert("fresnel".into(), self.0.fresnel.resolved().into());
-        table
+        let own = registry::resolved(D::KIND, &self.0);
+        registry::with(own, "fresnel", self.0.fresnel.resolved())
     }
 
     fn label(&self) -> String {

@@ -271,8 +271,7 @@ impl MomentsTable {
     }
 
     pub(in crate::experiment) fn resolved(&self) -> toml::Table {
-        let mut table = section(&self.spec);
-        table.insert("estimator".into(), self.estimator.resolved().into());
-        table
+        let estimator = self.estimator.resolved();
+        registry::with(section(&self.spec), "estimator", estimator)
     }
 }
