@@ -1,8 +1,8 @@
 //! The test functions of Barla et al. 2015 on the hemisphere and in slices (their Fig. 2).
 
 use super::dome::{Dome, From};
-use super::plates::{Grid, MARGIN};
-use super::plot::{Plane, Plot, Swatch, middles, swatches};
+use super::plates::Grid;
+use super::plot::{MARGIN, Plane, Plot, Swatch, middles, swatches};
 use crate::brdf::{Brdf, BrdfSpec, Channels, TestFunctionSpec};
 use crate::geometry::DirectionPair;
 use crate::parametrization::ParametrizationSpec;

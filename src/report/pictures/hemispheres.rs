@@ -2,7 +2,7 @@
 //! 2015).
 
 use super::dome::{Dome, From};
-use super::plot::{BELOW, LEFT, Plane, Plot, middles, text, text_upwards};
+use super::plot::{BELOW, LEFT, MARGIN, NAME, Plane, Plot, middles, text, text_upwards};
 use crate::geometry::DirectionPair;
 use crate::parametrization::{Axis, ParametrizationSpec, Unit};
 use crate::registry::Entry;
@@ -10,9 +10,7 @@ use crate::report::svg::canvas::{Canvas, Ink};
 
 const SIDE: f64 = 150.0;
 const PIXELS: usize = 200;
-const MARGIN: f64 = 16.0;
 const GAP: f64 = 12.0;
-const NAME: f64 = 26.0;
 
 /// Isolines of the first axis and of the second.
 const ISOLINES: [Ink; 2] = [[255, 205, 140], [150, 205, 255]];
@@ -53,7 +51,7 @@ pub fn hemispheres_svg(
         for (j, plane) in planes.iter().enumerate() {
             let y = top + j as f64 * row;
             let at = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * SIDE];
-            text_upwards(canvas, at, plane.name, 13.0);
+            text_upwards(canvas, at, plane.name);
             let plot = |x: f64| Plot::new([x, y], SIDE);
             let key = plot(first);
             let values: Vec<_> = middles(PIXELS).map(Some).collect();

@@ -1,17 +1,12 @@
 //! Sheets of planes: a row per parametrization, a column per azimuth.
 
 use super::plot::{
-    BELOW, LEFT, OUTSIDE, Plane, Plot, Swatch, hatched, swatches, text, text_upwards,
+    BELOW, LEFT, MARGIN, NAME, OUTSIDE, Plane, Plot, Swatch, hatched, swatches, text, text_upwards,
 };
 use crate::geometry::Symmetry;
 use crate::parametrization::ParametrizationSpec;
 use crate::registry::Entry;
 use crate::report::svg::canvas::{Canvas, Ink};
-
-pub(super) const MARGIN: f64 = 16.0;
-
-/// Width of the names of rows.
-const NAME: f64 = 26.0;
 
 /// Squares with axes, in rows that have a name at their left.
 #[derive(Clone, Copy)]
@@ -52,7 +47,7 @@ impl Grid {
         let [x, y] = self.corner([row, column]);
         if column == 0 {
             let at = [MARGIN + 0.5 * NAME - 4.0, y + 0.5 * self.side];
-            text_upwards(canvas, at, name, 13.0);
+            text_upwards(canvas, at, name);
         }
         text(canvas, [x + 0.5 * self.side, y - above], title, 12.5, false);
         Plot::new([x, y], self.side)

@@ -24,6 +24,10 @@ const LABEL: f64 = 12.5;
 pub(super) const LEFT: f64 = 54.0;
 pub(super) const BELOW: f64 = 42.0;
 
+/// Margin of a plate, and width of the names of its rows, pixels.
+pub(super) const MARGIN: f64 = 16.0;
+pub(super) const NAME: f64 = 26.0;
+
 /// The first two axes of a parametrization, and planes of it.
 pub(super) struct Plane {
     pub form: Arc<dyn Parametrization>,
@@ -275,8 +279,8 @@ pub(crate) fn text(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64, bol
     canvas.text(at, text, Lettering { bold, ..how });
 }
 
-pub(super) fn text_upwards(canvas: &mut Canvas, at: [f64; 2], text: &str, size: f64) {
-    let how = Lettering::new(size, Align::Middle);
+pub(super) fn text_upwards(canvas: &mut Canvas, at: [f64; 2], text: &str) {
+    let how = Lettering::new(13.0, Align::Middle);
     canvas.text(at, text, how.bold().upwards());
 }
 

@@ -1,7 +1,7 @@
 //! The pairs that one stop of an instrument that takes pictures reads, in each parametrization.
 
 use super::hemispheres::place;
-use super::plot::{BELOW, LEFT, Plane, Plot, text, text_upwards};
+use super::plot::{BELOW, LEFT, MARGIN, NAME, Plane, Plot, text, text_upwards};
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::parametrization::{ParametrizationSpec, usual_form};
 use crate::registry::Entry;
@@ -10,8 +10,6 @@ use crate::report::svg::plot::palette;
 use crate::schedule::{Draws, Pictures, StopAngle};
 
 const SIDE: f64 = 190.0;
-const MARGIN: f64 = 16.0;
-const NAME: f64 = 26.0;
 const TOP: f64 = 74.0;
 
 /// Pairs of a stop that are drawn.
@@ -42,7 +40,7 @@ pub fn stops_svg(parametrizations: &[Entry<ParametrizationSpec>], angles_deg: &[
         }
         for (j, (stop, name)) in rows.into_iter().enumerate() {
             let y = TOP + j as f64 * row;
-            text_upwards(canvas, [MARGIN + 0.5 * NAME, y + 0.5 * SIDE], name, 13.0);
+            text_upwards(canvas, [MARGIN + 0.5 * NAME, y + 0.5 * SIDE], name);
             let pairs = pairs(stop, angles_deg);
             for (k, plane) in planes.iter().enumerate() {
                 let plot = Plot::new([left(k), y], SIDE);
