@@ -1,11 +1,9 @@
 //! The hemisphere of light directions, seen from outside in parallel projection.
 
-use super::plot::{Plot, circle, middles};
+use super::plot::{DARK, Plot, circle, middles};
 use crate::geometry::{Direction, DirectionPair};
-use crate::report::svg::canvas::{Canvas, Ink};
+use crate::report::svg::canvas::Canvas;
 use glam::DVec3;
-
-const DARK: Ink = [30, 30, 30];
 
 /// Viewpoint on the hemisphere; light and sensor lie in the plane y = 0, the sensor at
 /// azimuth 0.

@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
 pub(super) const FRAME: Ink = [110, 110, 110];
-const DARK: Ink = [30, 30, 30];
+pub(super) const DARK: Ink = [30, 30, 30];
 
 /// Directions below the horizon: no colour of any scale.
 pub(super) const OUTSIDE: Ink = [226; 3];

@@ -1,6 +1,6 @@
 //! Where a reconstruction is uncertain, over the directions of the sensor.
 
-use super::plot::{FRAME, Plot, Swatch, bar, circle, middles, swatches, text};
+use super::plot::{DARK, FRAME, Plot, Swatch, bar, circle, middles, swatches, text};
 use crate::geometry::DirectionPair;
 use crate::reconstruct::{Cover, Coverage};
 use crate::report::svg::canvas::{Canvas, Ink};
@@ -15,7 +15,6 @@ const PIXELS: usize = 160;
 const MARGIN: f64 = 18.0;
 const GAP: f64 = 34.0;
 const TOP: f64 = 78.0;
-const DARK: Ink = [30, 30, 30];
 
 /// Where no reading is near.
 const UNKNOWN: Ink = [150; 3];
