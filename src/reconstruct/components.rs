@@ -9,7 +9,7 @@
 
 use super::interpolant::{Interpolant, Readings};
 use super::kriging::{Mean, Prior, PriorFile};
-use super::transform::{EPSILON, Transform};
+use super::transform::LOG;
 use super::{Reconstruct, ReconstructError, admit};
 use crate::error::{ParameterError, in_left_open};
 use crate::geometry::DirectionPair;
@@ -37,8 +37,6 @@ declare! {
         ridge: Option<f64> = None;
     }
 }
-
-const TRANSFORM: Transform = Transform::Log { epsilon: EPSILON };
 
 impl Components {
     /// The ridge for a number of readings. Few of them are fitted closely; of about as many as there are functions the fit of what the
@@ -102,8 +100,7 @@ impl Reconstruct for Components {
         let pairs: Vec<DirectionPair> = pairs.collect();
         let prior = self.prior.load()?;
         let (mean, functions) = prior.basis_at(&pairs);
-        let value =
-            |i: usize, c: usize| TRANSFORM.forward(r.values[present[i] * r.width + c]) - mean[i];
+        let value = |i: usize, c: usize| LOG.forward(r.values[present[i] * r.width + c]) - mean[i];
         let values = DMatrix::from_fn(pairs.len(), r.width, value);
         let coefficients = self.coefficients(&functions, &values);
         let coefficients = coefficients.ok_or(ReconstructError::Singular {
@@ -131,7 +128,7 @@ impl Interpolant for Sum {
     fn eval_batch(&self, pairs: &[DirectionPair], out: &mut [f64]) {
         out.fill(0.0);
         self.mean.add(pairs, out);
-        TRANSFORM.inverse_above(pairs, self.width, out);
+        LOG.inverse_above(pairs, self.width, out);
     }
 }
 
@@ -156,7 +153,7 @@ mod tests {
         let z = q.tr_mul(c);
         for i in 0..n {
             for j in 0..3 {
-                m.values[3 * i + j] = TRANSFORM.inverse(mean[i] + z[(i, j)]);
+                m.values[3 * i + j] = LOG.inverse(mean[i] + z[(i, j)]);
             }
         }
         m
@@ -196,7 +193,7 @@ mod tests {
             let mut f = [0.0; 3];
             let _ = copy.eval(&pose.pair, &mut f);
             for (f, want) in f.iter().zip(&all.values[3 * i..]) {
-                let off = TRANSFORM.forward(*f) - TRANSFORM.forward(*want);
+                let off = LOG.forward(*f) - LOG.forward(*want);
                 assert!(off.abs() < 1e-2, "{off}");
             }
         }

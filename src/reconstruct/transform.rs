@@ -56,6 +56,9 @@ pub enum Transform {
     },
 }
 
+/// The logarithm with the default epsilon.
+pub(super) const LOG: Transform = Transform::Log { epsilon: EPSILON };
+
 impl Transform {
     /// What is added to f, sr⁻¹; of f itself the floor that a share of it is taken of.
     pub(super) fn epsilon(self) -> f64 {

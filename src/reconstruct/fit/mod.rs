@@ -11,7 +11,7 @@ mod parameters;
 mod solver;
 
 use super::interpolant::{Interpolant, Readings};
-use super::transform::{EPSILON, Transform};
+use super::transform::{EPSILON, LOG};
 use super::{Reconstruct, ReconstructError, admit};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, MicrofacetSpec};
 use crate::brdf::{
@@ -163,7 +163,7 @@ impl Reconstruct for Fit {
             for i in of {
                 let f = r.values[i * r.width + c].max(0.0);
                 let noise = r.noise.map_or(0.0, |u| u[i * r.width + c]) / (f + EPSILON);
-                logs.push(TRANSFORM.forward(f));
+                logs.push(LOG.forward(f));
                 weights.push(1.0 / noise.hypot(MISFIT));
             }
             let problem = Problem::new(&parameters, &pairs, &logs, &weights);
@@ -176,8 +176,6 @@ impl Reconstruct for Fit {
         Ok(Box::new(fitted))
     }
 }
-
-const TRANSFORM: Transform = Transform::Log { epsilon: EPSILON };
 
 /// A model for each value.
 #[derive(Default)]

@@ -1,6 +1,6 @@
 //! Constants of kernels that suit many materials.
 
-use super::TRANSFORM;
+use super::LOG;
 use super::fit::minimise;
 use super::kernel::Kernel;
 use super::prior::TrainError;
@@ -100,7 +100,7 @@ impl KernelTraining {
         let values = values.chunks(channels.count());
         let luminance = values.map(|f| channels.luminance(f));
         self.values
-            .push(luminance.map(|f| TRANSFORM.forward(f)).collect());
+            .push(luminance.map(|f| LOG.forward(f)).collect());
         self.names.push(name.into());
         Ok(())
     }

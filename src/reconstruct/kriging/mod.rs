@@ -49,7 +49,7 @@ pub use trained::Kernels;
 
 use super::interpolant::{Interpolant, Readings};
 use super::sheets::are_in_plane;
-use super::transform::{EPSILON, Transform, Values};
+use super::transform::{EPSILON, LOG, Values};
 use super::{
     Coordinates, LeftOut, Predicted, Predictive, Reconstruct, ReconstructError, Suspect, admit,
 };
@@ -163,9 +163,8 @@ impl Solver<'_> {
             NUGGET + relative * relative
         };
         let sites = Sites::new(&pairs, &self.space, prior.map(|p| p.basis_at(&pairs)));
-        let value = |k: usize, c: usize| {
-            TRANSFORM.forward(r.values[chosen[k] * r.width + c]) - sites.mean[k]
-        };
+        let value =
+            |k: usize, c: usize| LOG.forward(r.values[chosen[k] * r.width + c]) - sites.mean[k];
         Data {
             values: DMatrix::from_fn(chosen.len(), width, value),
             noise: chosen.iter().map(noise).collect(),
@@ -253,7 +252,7 @@ impl Solver<'_> {
             for (k, &row) in rows.iter().enumerate() {
                 for c in 0..r.width {
                     let value = &mut values[row * r.width + c];
-                    *value = TRANSFORM.inverse(TRANSFORM.forward(*value) - ratios[(k, c)]);
+                    *value = LOG.inverse(LOG.forward(*value) - ratios[(k, c)]);
                 }
                 prepared.doubts[row] = ratios.row(k).amax();
             }
@@ -342,11 +341,11 @@ fn without(r: &Readings<'_>, suspects: &[outliers::Suspect]) -> Vec<bool> {
 fn in_values(r: &Readings<'_>, suspects: &[outliers::Suspect]) -> Vec<Suspect> {
     let in_value = |s: &outliers::Suspect| {
         let value = r.values[s.row * r.width];
-        let expected = TRANSFORM.forward(value) - s.off;
+        let expected = LOG.forward(value) - s.off;
         Suspect {
             pose: s.row,
             value,
-            expected: TRANSFORM.inverse(expected),
+            expected: LOG.inverse(expected),
             uncertainty: expected.exp() * s.deviation,
         }
     };
@@ -390,8 +389,6 @@ struct Known {
     prior: Arc<Prior>,
     centre: Centre,
 }
-
-const TRANSFORM: Transform = Transform::Log { epsilon: EPSILON };
 
 fn symmetry(r: &Readings<'_>) -> Symmetry {
     r.schedule.parametrization.symmetry()
@@ -501,7 +498,7 @@ impl Reconstruct for Kriging {
                 let at = group.partition_point(|&row| row < k);
                 predicted.values.extend((0..r.width).map(|c| {
                     let z = data.values[(k, c)] - missed.off[(at, c)];
-                    TRANSFORM.inverse(z + data.sites.mean[k])
+                    LOG.inverse(z + data.sites.mean[k])
                 }));
                 let variance = missed.variances[at] - missed.scale * data.noise[k];
                 predicted.variances.push(variance.max(0.0));

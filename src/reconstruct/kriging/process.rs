@@ -5,7 +5,7 @@ use super::line::Line;
 use super::prior::Mean;
 use super::space::Space;
 use super::system::{Sites, Solved};
-use super::{Account, TRANSFORM};
+use super::{Account, LOG};
 use crate::error::count_are;
 use crate::geometry::DirectionPair;
 use crate::numeric::vectorised;
@@ -155,6 +155,6 @@ impl Interpolant for Process {
                 }
             }
         }
-        TRANSFORM.inverse_above(pairs, self.width(), out);
+        LOG.inverse_above(pairs, self.width(), out);
     }
 }

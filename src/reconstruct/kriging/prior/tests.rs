@@ -2,7 +2,7 @@
 use super::super::posterior::Posterior;
 use super::super::space::Space;
 use super::super::system::Sites;
-use super::super::{Kriging, TRANSFORM};
+use super::super::{Kriging, LOG};
 use super::*;
 use crate::brdf::testing::made;
 use crate::brdf::{Brdf, Channels};
@@ -22,7 +22,7 @@ fn log(c: [f64; 3], pair: &DirectionPair) -> f64 {
 /// A BRDF with such a logarithm in each channel.
 fn member<const N: usize>(c: [[f64; 3]; N]) -> impl Brdf {
     made(Symmetry::FULL, move |pair| {
-        Some(c.map(|c| TRANSFORM.inverse(log(c, pair))))
+        Some(c.map(|c| LOG.inverse(log(c, pair))))
     })
 }
 
@@ -60,7 +60,7 @@ fn what_is_expected_is_of_what_is_reconstructed() {
     // So far from the materials of the prior that both accounts have weight.
     let odd = made(Symmetry::FULL, |pair| {
         let more = 0.6 * (9.0 * pair.half().z).sin();
-        Some([TRANSFORM.inverse(log([1.3, -0.7, 0.4], pair) + more)])
+        Some([LOG.inverse(log([1.3, -0.7, 0.4], pair) + more)])
     });
     let readings = measured(&odd, 14);
     let (processes, _) = Posterior::all(&kriging, &readings).unwrap();
@@ -91,7 +91,7 @@ fn what_is_expected_is_of_what_is_reconstructed() {
     for (i, known) in known.iter().enumerate() {
         let f = copy.luminance(&pairs[i]).unwrap();
         // Its level has a variance, where that of a reconstruction comes from the readings alone.
-        let off = (TRANSFORM.forward(f) - known.mean).abs();
+        let off = (LOG.forward(f) - known.mean).abs();
         assert!(
             off < 0.1 * known.variance.sqrt(),
             "{i}: {off} {}",
@@ -204,7 +204,7 @@ fn a_member_of_a_family_is_known_from_as_many_readings_as_it_has_coefficients() 
         let copy = kriging.reconstruct(&measured(&brdf, 4)).unwrap();
         let off = at.iter().map(|pose| {
             let f = copy.luminance(&pose.pair).unwrap();
-            (TRANSFORM.forward(f) - log(c, &pose.pair)).abs()
+            (LOG.forward(f) - log(c, &pose.pair)).abs()
         });
         off.sum::<f64>() / at.len() as f64
     });
@@ -227,7 +227,7 @@ fn each_channel_is_what_it_is_alone() {
         let mut f = [0.0; 3];
         let _ = copy.eval(&pose.pair, &mut f);
         for (f, member) in f.iter().zip(members) {
-            let off = TRANSFORM.forward(*f) - log(member, &pose.pair);
+            let off = LOG.forward(*f) - log(member, &pose.pair);
             assert!(off.abs() < 0.15, "{off} at {pose:?}");
         }
     }

@@ -1,6 +1,6 @@
 //! Priors from materials.
 
-use super::super::TRANSFORM;
+use super::super::LOG;
 use super::super::kernel::Kernel;
 use super::super::space::Space;
 use super::super::system::{Data, NUGGET, Sites};
@@ -157,7 +157,7 @@ impl Training {
         for (sum, f) in self.brightness.iter_mut().zip(&luminance) {
             *sum += (f / largest).powi(2) * all / energy.max(1e-30 * all);
         }
-        let column = |f: &[f64]| (number, f.iter().map(|&f| TRANSFORM.forward(f)).collect());
+        let column = |f: &[f64]| (number, f.iter().map(|&f| LOG.forward(f)).collect());
         for c in 0..width {
             let of = measured.values.iter().skip(c).step_by(width).copied();
             let of: Vec<f64> = of.collect();
