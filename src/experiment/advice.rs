@@ -228,10 +228,7 @@ impl AdviceSpec {
     /// The experiment of planners, or of sample sets; `None` if there are none for so many poses. The built-in prior is
     /// left out where it was made of what is tried.
     fn plan(&self, materials: &Materials, planners: bool) -> Result<Option<Plan>, Error> {
-        let of = |prior: Option<&Path>| {
-            let source = self.source(materials, planners, prior)?;
-            source.map(|source| Plan::read(&source)).transpose()
-        };
+        let of = |prior: Option<&Path>| self.plan_with(materials, planners, prior);
         let built_in = PriorFile::default();
         match (&self.prior, self.built_in_prior) {
             (Some(path), _) => of(Some(path)),
@@ -276,13 +273,13 @@ impl AdviceSpec {
         })
     }
 
-    /// The config of what is compared: of planners, or of sample sets; `None` if there are none for so many poses.
-    fn source(
+    /// [`plan`](Self::plan) with this prior.
+    fn plan_with(
         &self,
         materials: &Materials,
         planners: bool,
         prior: Option<&Path>,
-    ) -> Result<Option<Source>, Error> {
+    ) -> Result<Option<Plan>, Error> {
         let mut config = self.config(materials)?;
         let most = self.poses().unwrap_or(0);
         match self.allowance {
@@ -293,11 +290,8 @@ impl AdviceSpec {
             _ => config.insert("budgets".into(), vec![most as i64].into()),
         };
         let kind = |table: &Value| {
-            table
-                .get("kind")
-                .and_then(Value::as_str)
-                .unwrap_or_default()
-                .to_owned()
+            let kind = table.get("kind").and_then(Value::as_str);
+            kind.unwrap_or_default().to_owned()
         };
         let all = acquisition::all();
         let mut retain = |key: &str, is_kept: &dyn Fn(&Value) -> bool| match config.get_mut(key) {
@@ -344,7 +338,7 @@ impl AdviceSpec {
             self.add_prior(&mut config, planners, &prior.to_string_lossy());
         }
         let text = toml::to_string(&config).map_err(Error::internal)?;
-        Ok(Some(Source::new("gonio advise", text)))
+        Plan::read(&Source::new("gonio advise", text)).map(Some)
     }
 
     /// The config of the materials, the instrument and the errors that are asked for, with all choices.
