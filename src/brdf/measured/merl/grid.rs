@@ -163,15 +163,23 @@ impl MerlGrid {
         cell.map(|i| i as f64 + self.nodes.shift())
     }
 
-    /// True if a material of such symmetries has equal values in the cells phi and `dims()[2]` − 1 − phi of a row.
-    pub(super) fn is_mirrored(self, symmetry: Symmetry) -> bool {
+    /// How many cells of a row have values of their own in a material of such symmetries: all, or the first half of them, where
+    /// the cells phi and `dims()[2]` − 1 − phi are equal.
+    pub(super) fn own_cells(self, symmetry: Symmetry) -> usize {
         let is_in_table = symmetry.reciprocal || !self.reciprocal;
-        self.nodes == Nodes::Centre && symmetry.isotropic && symmetry.bilateral && is_in_table
+        let is_mirrored = symmetry.isotropic && symmetry.bilateral && is_in_table;
+        let all = self.dims()[2];
+        if self.nodes == Nodes::Centre && is_mirrored {
+            all / 2
+        } else {
+            all
+        }
     }
 
-    /// The number of cells of which a part is above the horizon.
-    pub(crate) fn pairs(self) -> u64 {
-        let [n_h, n_d, n_phi] = self.dims();
+    /// The number of cells that a material of such symmetries is evaluated at: a part of each is above the horizon.
+    pub(crate) fn pairs(self, symmetry: Symmetry) -> u64 {
+        let [n_h, n_d, _] = self.dims();
+        let n_phi = self.own_cells(symmetry);
         let rows = (0..n_h).flat_map(|h| (0..n_d).map(move |d| (h, d)));
         let above = |(h, d)| {
             let cells = (0..n_phi).filter(|&phi| self.pair([h, d, phi]).is_some());

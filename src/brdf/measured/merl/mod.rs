@@ -351,7 +351,7 @@ file_table! {
             write_file(path, filled, |out| content.write(out))
         }),
         has_holes: true,
-        pairs: Some(|brdf, _| Ok(MerlGrid::holding(brdf)?.pairs())),
+        pairs: Some(|brdf, _| Ok(MerlGrid::holding(brdf)?.pairs(brdf.symmetry()))),
     }
     /// A MERL file, as a config writes it.
     pub struct MerlSpec {

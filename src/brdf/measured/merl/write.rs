@@ -125,15 +125,15 @@ fn fill_row(brdf: &dyn Brdf, grid: MerlGrid, [h, d]: [usize; 2], values: &mut [f
     let pair = |phi: usize| Some((phi, grid.pair([h, d, phi])?));
     let n_phi = grid.dims()[2];
     // Cells that symmetries make equal are evaluated once.
-    let is_mirrored = grid.is_mirrored(brdf.symmetry());
-    let above = (0..if is_mirrored { n_phi / 2 } else { n_phi }).filter_map(pair);
+    let own = grid.own_cells(brdf.symmetry());
+    let above = (0..own).filter_map(pair);
     let (cells, pairs): (Vec<usize>, Vec<DirectionPair>) = above.unzip();
     let found = row_or_nan(brdf, &pairs);
     for (phi, found) in cells.into_iter().zip(found.chunks_exact(n)) {
         // Of the scales the least: the others make smaller numbers of a value.
         if found.iter().all(|&v| is_data(v / SCALE[0])) {
             values[n * phi..][..n].copy_from_slice(found);
-            if is_mirrored {
+            if own < n_phi {
                 values[n * (n_phi - 1 - phi)..][..n].copy_from_slice(found);
             }
         }
