@@ -329,9 +329,8 @@ impl Comparison<'_> {
             self.compared.iter().enumerate().map(truth).collect();
         let mut parts = Vec::new();
         let most = level.pairs.len().div_ceil(REPETITIONS).min(SLAB);
-        for replicates in level.chunks(most) {
-            let span = level.span(&replicates);
-            let pairs = &level.pairs[span.clone()];
+        for (number, pairs) in level.pairs.chunks(most).enumerate() {
+            let range = number * most..number * most + pairs.len();
             let (values, seconds) = timed(|| made.copies.evaluate(pairs, go_on));
             let values = values?;
             parts.push((pairs.len(), seconds));
@@ -345,9 +344,9 @@ impl Comparison<'_> {
                     return;
                 };
                 let add = |tally: &mut Tally, values: &Values| {
-                    let to = tally.replicates_mut()[replicates.clone()].par_iter_mut();
-                    to.zip(replicates.clone()).for_each(|(to, r)| {
-                        level.add_replicate(r, to, truth, (values, span.start));
+                    let to = tally.replicates_mut().par_iter_mut().enumerate();
+                    to.for_each(|(r, to)| {
+                        level.add_replicate(r, to, truth, (values, range.clone()));
                     });
                 };
                 add(&mut compared.tally, &values[at]);

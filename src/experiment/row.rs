@@ -109,8 +109,7 @@ row! {
     unphysical_share: f64,
     /// test pairs compared, of all measures together
     pairs: usize,
-    /// true if every standard error is below `tolerance` of its average; else `max_pairs` was reached, or the
-    /// measure is a part of another that is asked for, which alone is waited for
+    /// true if every standard error is below `tolerance` of its average; else `max_pairs` was reached
     converged: bool,
     /// test pairs left out because the truth has no data there
     pairs_missing: usize,

@@ -195,9 +195,8 @@ impl<'a> Runner<'a> {
             };
             unit.allowance.readings(MINUTE_WORK) * a_pose
         });
-        // Of the truth, of all channels of the reconstruction and of their luminance.
-        let pairs = self.judge.pairs() * (2 * number + value);
-        let values = readings.max().unwrap_or(0) + pairs;
+        // Reconstructions are evaluated at some pairs at a time.
+        let values = readings.max().unwrap_or(0) + self.judge.pairs() * number;
         let mut bytes = 0;
         let fits = |m: &&Material| {
             bytes += m.spec.tables().channel_bytes * plan.channels.count() + values;

@@ -16,7 +16,7 @@
 //! do (a cone is convex), so its distribution is cut there too. What is left is the same
 //! conditional distribution that rejection alone would give.
 
-use super::part::{LOBE_ALPHAS, MIXTURE, Part, Window};
+use super::part::{MEASURED, Part, Window};
 use crate::error::{ParameterError, in_left_open, in_whole};
 use crate::geometry::DirectionPair;
 use crate::registry::{keys, named};
@@ -54,11 +54,6 @@ named! {
 impl Measure {
     /// Those that are used where none are named.
     pub const USUAL: [Measure; 2] = [Measure::Cosine, Measure::Lobe];
-
-    /// True if its pairs are some of another's.
-    pub(super) fn is_part_of(self, other: Measure) -> bool {
-        other == Measure::Cosine && matches!(self, Measure::Steep | Measure::Grazing)
-    }
 
     /// True if a pair is in the part of the hemispheres that it is about.
     pub(super) fn has(self, pair: &DirectionPair) -> bool {
@@ -148,7 +143,7 @@ pub fn test_pairs(
         let stream = (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         Population {
             sobol: Sobol::new(spec.seed.wrapping_add(stream)),
-            part: MIXTURE[i],
+            part: MEASURED[i],
             tried: 0,
             kept: 0,
         }
@@ -158,7 +153,7 @@ pub fn test_pairs(
     (0..spec.pairs)
         .map(|i| {
             let population = match measure {
-                Measure::Lobe if i % 2 == 1 => &mut lobes[i / 2 % LOBE_ALPHAS.len()],
+                Measure::Lobe if i % 2 == 1 => &mut lobes[i / 2 % (MEASURED.len() - 1)],
                 _ => &mut cosine,
             };
             let pair = population.draw(&window, |pair| measure.has(pair));

@@ -6,7 +6,6 @@ use super::terms::{self, AVERAGES, Block, ENERGY, Pair, Sums, TERMS, defined};
 use super::{Errors, Values};
 use crate::geometry::{BLOCK, DirectionPair};
 use crate::numeric::vectorised;
-use std::ops::Range;
 
 /// Standard error that is small enough for any error.
 const NEGLIGIBLE: f64 = 1e-6;
@@ -39,18 +38,18 @@ impl Replicate {
         }
     }
 
-    /// Adds the pairs in a range of a list; `weights` has a list per measure, and the reconstruction begins at `offset`.
+    /// Adds pairs of a list, by number; `weights` has a list per measure, and the reconstruction begins at `offset`.
     ///
     /// # Panics
     /// If a list is too short.
     pub fn add(
         &mut self,
-        range: Range<usize>,
+        numbers: &[u32],
         (pairs, weights): (&[DirectionPair], &[Vec<f64>]),
         truth: &Values,
         (reconstruction, offset): (&Values, usize),
     ) {
-        let pairs = range.map(|i| Pair {
+        let pairs = numbers.iter().map(|&i| i as usize).map(|i| Pair {
             truth: i,
             reconstruction: i - offset,
             cos: pairs[i].omega_i.cos_theta(),

@@ -62,6 +62,18 @@ impl<const K: usize> Metric<K> for Squared {
         (0..K).fold(0.0, |sum, d| sum + (from[d] - to[d]) * (from[d] - to[d]))
     }
 
+    // No `from_fn`: it is a call that vector instructions end at.
+    #[inline(always)]
+    fn distances(&self, from: &[f64; K], to: &[[f64; LEAF]; K]) -> [f64; LEAF] {
+        let mut sums = [0.0; LEAF];
+        for (from, to) in from.iter().zip(to) {
+            for i in 0..LEAF {
+                sums[i] += (from - to[i]) * (from - to[i]);
+            }
+        }
+        sums
+    }
+
     #[inline(always)]
     fn bounded(distance: f64) -> f64 {
         distance
@@ -93,6 +105,26 @@ impl<D: PartialOrd> Near<D> {
     fn is_before(&self, other: &Self) -> bool {
         self.distance < other.distance
             || (self.distance == other.distance && self.number < other.number)
+    }
+
+    /// Puts it into a list of the `count` nearest, nearest first; the last of a full list.
+    #[inline(always)]
+    pub(crate) fn among(self, count: usize, found: &mut Vec<Self>) -> Option<Self>
+    where
+        D: Copy,
+    {
+        if found.len() < count {
+            found.push(self);
+        } else if !self.is_before(&found[count - 1]) {
+            return Some(found[count - 1]);
+        }
+        let mut place = found.len() - 1;
+        while place > 0 && self.is_before(&found[place - 1]) {
+            found[place] = found[place - 1];
+            place -= 1;
+        }
+        found[place] = self;
+        (found.len() == count).then(|| found[count - 1])
     }
 
     #[inline(always)]
@@ -263,7 +295,7 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
 
     /// Fills `found` with the nearest points that are left, nearest first: `count` (≥ 1) of them, or as many as lie up to a
     /// distance.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn nearest(
         &self,
         from: &[f64; K],
@@ -273,18 +305,7 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
     ) {
         found.clear();
         if count <= FEW {
-            self.search(from, most, |near| {
-                if found.len() < count {
-                    found.push(near);
-                }
-                let mut place = found.len() - 1;
-                while place > 0 && near.is_before(&found[place - 1]) {
-                    found[place] = found[place - 1];
-                    place -= 1;
-                }
-                found[place] = near;
-                (found.len() == count).then(|| found[count - 1])
-            });
+            self.search(from, most, |near| near.among(count, found));
             return;
         }
         // To sort once is faster than to keep a long list sorted.
@@ -298,6 +319,21 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
         });
         found.sort_unstable_by(Near::order);
         found.truncate(count);
+    }
+
+    /// Fills `found` with the points that are left up to a distance, in no order.
+    #[inline(always)]
+    pub(crate) fn within(
+        &self,
+        from: &[f64; K],
+        most: M::Distance,
+        found: &mut Vec<Near<M::Distance>>,
+    ) {
+        found.clear();
+        self.search(from, most, |near| {
+            found.push(near);
+            None
+        });
     }
 
     /// Visits points that are left up to a distance, those of near boxes first. `visit` returns the farthest that is still
@@ -356,11 +392,20 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
             }
             let leaf = &self.leaves[!at as usize];
             let distances = self.metric.distances(from, &leaf.at);
-            let numbered = distances.into_iter().zip(leaf.number);
-            for (distance, number) in numbered.take(leaf.left as usize) {
-                let near = Near { distance, number };
-                // One comparison for most.
-                if near.distance > within.distance || !near.is_before(&within) {
+            // One bit for each that is near enough, so that the others cost no branch.
+            let mut near_enough = 0_u32;
+            for (i, distance) in distances.iter().enumerate() {
+                near_enough |= u32::from(*distance <= within.distance) << i;
+            }
+            near_enough &= (1 << leaf.left) - 1;
+            while near_enough > 0 {
+                let i = near_enough.trailing_zeros() as usize;
+                near_enough &= near_enough - 1;
+                let near = Near {
+                    distance: distances[i],
+                    number: leaf.number[i],
+                };
+                if !near.is_before(&within) {
                     continue;
                 }
                 if let Some(farthest) = visit(near) {

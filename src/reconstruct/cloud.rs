@@ -7,7 +7,7 @@
 //! evenly never needs a copy.
 
 use crate::numeric::tree::{Near, Squared, Tree};
-use crate::numeric::upper_median;
+use crate::numeric::{upper_median, vectorised};
 use rustc_hash::FxHashSet;
 use std::num::NonZeroUsize;
 use std::sync::OnceLock;
@@ -35,6 +35,12 @@ const MOST: usize = 4;
 
 /// What rounding may add to a squared distance.
 const WIDER: f64 = 1.0 + 1e-9;
+
+/// Radius within which points are kept for the queries after, as a multiple of the reach of the neighbours of one.
+const AROUND: f64 = 1.6;
+
+/// Way from one query to the next, as a share of the reach of its neighbours, up to which it is worth to keep points for others.
+const CLOSE: f64 = 0.3;
 
 /// Points whose neighbours determine spacing and layout.
 const PROBES: usize = 128;
@@ -78,12 +84,32 @@ pub(super) struct Found {
     pub distance2: Vec<f64>,
     /// Where they are from.
     pub reach: Reach,
-    /// The point that was looked about before, of the same cloud, and the distance of the farthest of its nearest.
+}
+
+/// State of a search of one cloud about points that follow each other, with its buffers.
+#[derive(Default)]
+pub(super) struct Search {
+    /// What was found about the last.
+    pub found: Found,
+    /// The point that was looked about before, and the distance of the farthest of its nearest.
     before: Option<([f64; MOST], f64)>,
-    /// A buffer: what the tree found.
+    /// Points near an earlier one.
+    around: Around,
     near: Vec<Near<f64>>,
-    /// A buffer: those of one thinner copy.
+    /// Those of one thinner copy.
     of_copy: Vec<usize>,
+}
+
+/// All points of a cloud that are nearer to a place than a radius.
+#[derive(Default)]
+struct Around {
+    centre: [f64; MOST],
+    radius: f64,
+    /// Their coordinates, axis by axis, and their numbers.
+    at: [Vec<f64>; MOST],
+    number: Vec<u32>,
+    /// A buffer: their squared distances from another place.
+    distance2: Vec<f64>,
 }
 
 /// How far neighbours had to be looked for.
@@ -102,16 +128,6 @@ impl Found {
     fn push(&mut self, i: usize, d2: f64) {
         self.index.push(i);
         self.distance2.push(d2);
-    }
-
-    /// Goes over to another cloud.
-    pub(crate) fn restart(&mut self) {
-        self.before = None;
-    }
-
-    /// Goes on from another search in the same cloud.
-    pub(crate) fn follow(&mut self, other: &Found) {
-        self.before = other.before;
     }
 
     /// Distance of the farthest.
@@ -164,33 +180,20 @@ impl<const K: usize> Cloud<K> {
     }
 
     /// The `k` points nearest to `x`, and more where they are flat.
-    pub(crate) fn find(&self, x: &[f64; K], k: NonZeroUsize, found: &mut Found) {
+    pub(crate) fn find(&self, x: &[f64; K], k: NonZeroUsize, search: &mut Search) {
+        search.nearest(self, x, k.get());
+        let found = &mut search.found;
         found.index.clear();
         found.distance2.clear();
-        // Points that follow each other lie near each other: the nearest of the one are within reach of the next.
-        let most = found.before.map_or(f64::INFINITY, |(at, reach)| {
-            let way2: f64 = at.iter().zip(x).map(|(a, b)| (a - b) * (a - b)).sum();
-            // Squares of tiny distances are 0.
-            ((reach + way2.sqrt()).powi(2) * WIDER).max(f64::MIN_POSITIVE)
-        });
-        let mut near = std::mem::take(&mut found.near);
-        self.tree.nearest(x, k.get(), most, &mut near);
-        for near in &near {
+        for near in &search.near {
             found.push(near.number as usize, near.distance);
         }
-        found.near = near;
-        let reach = found.distance2.get(k.get() - 1).copied();
-        found.before = reach.map(|d2| {
-            let mut at = [0.0; MOST];
-            at[..K].copy_from_slice(x);
-            (at, d2.sqrt())
-        });
         found.reach = Reach::Nearest;
         if fills_space(&self.points, &found.index) {
             return;
         }
         let nearest = found.index.len();
-        let mut of_copy = std::mem::take(&mut found.of_copy);
+        let of_copy = &mut search.of_copy;
         found.reach = Reach::Flat;
         for copy in self.copies.get_or_init(|| self.thinned()) {
             of_copy.clear();
@@ -201,12 +204,11 @@ impl<const K: usize> Cloud<K> {
                     found.push(i, near.distance);
                 }
             }
-            if fills_space(&self.points, &of_copy) && self.surrounds(&of_copy, x) {
+            if fills_space(&self.points, of_copy) && self.surrounds(of_copy, x) {
                 found.reach = Reach::Far;
                 break;
             }
         }
-        found.of_copy = of_copy;
         if found.reach == Reach::Flat {
             found.index.truncate(nearest);
             found.distance2.truncate(nearest);
@@ -284,6 +286,101 @@ impl<const K: usize> Cloud<K> {
             });
         }
         copies
+    }
+}
+
+impl Search {
+    /// Goes over to another cloud.
+    pub(super) fn restart(&mut self) {
+        self.before = None;
+        self.around.radius = 0.0;
+    }
+
+    /// Finds the `k` points nearest to `x`, nearest first. Of points that follow each other closely the neighbours are among those
+    /// of an earlier one, which are looked through without the tree.
+    fn nearest<const K: usize>(&mut self, cloud: &Cloud<K>, x: &[f64; K], k: usize) {
+        // The nearest of the point before are within reach of this one.
+        let way = |from: &[f64; MOST]| {
+            let way2: f64 = from.iter().zip(x).map(|(a, b)| (a - b) * (a - b)).sum();
+            way2.sqrt()
+        };
+        let before = self.before.map(|(at, reach)| (way(&at), reach));
+        let reach = before.map_or(f64::INFINITY, |(way, reach)| (reach + way) * WIDER);
+        // Squares of tiny distances are 0.
+        let most = (reach * reach).max(f64::MIN_POSITIVE);
+        let near = &mut self.near;
+        let is_close = before.is_some_and(|(way, reach)| way < CLOSE * reach);
+        let is_among = |around: &Around| reach + way(&around.centre) < around.radius;
+        if is_close && !is_among(&self.around) {
+            let radius = AROUND * reach;
+            vectorised!(cloud.tree.within(x, radius * radius, near));
+            self.around.set(cloud, x, radius, near);
+        }
+        if is_among(&self.around) {
+            vectorised!(self.around.nearest(x, k, most, near));
+        } else {
+            vectorised!(cloud.tree.nearest(x, k, most, near));
+        }
+        self.before = near.get(k - 1).map(|last| {
+            let mut at = [0.0; MOST];
+            at[..K].copy_from_slice(x);
+            (at, last.distance.sqrt())
+        });
+    }
+}
+
+impl Around {
+    /// Takes the points that were found up to a distance from a place.
+    fn set<const K: usize>(
+        &mut self,
+        cloud: &Cloud<K>,
+        centre: &[f64; K],
+        radius: f64,
+        near: &[Near<f64>],
+    ) {
+        self.centre[..K].copy_from_slice(centre);
+        self.radius = radius;
+        self.number.clear();
+        self.number.extend(near.iter().map(|near| near.number));
+        for (d, at) in self.at[..K].iter_mut().enumerate() {
+            at.clear();
+            at.extend(
+                near.iter()
+                    .map(|near| cloud.points[near.number as usize][d]),
+            );
+        }
+    }
+
+    /// The `k` of them that are nearest to a place, up to a squared distance, nearest first.
+    #[inline(always)]
+    fn nearest<const K: usize>(
+        &mut self,
+        from: &[f64; K],
+        k: usize,
+        most: f64,
+        found: &mut Vec<Near<f64>>,
+    ) {
+        let sums = &mut self.distance2;
+        sums.clear();
+        sums.resize(self.number.len(), 0.0);
+        for (from, at) in from.iter().zip(&self.at) {
+            for (sum, at) in sums.iter_mut().zip(at) {
+                *sum += (from - at) * (from - at);
+            }
+        }
+        found.clear();
+        let mut most = most;
+        for (distance, number) in sums.iter().zip(&self.number) {
+            if *distance <= most {
+                let near = Near {
+                    distance: *distance,
+                    number: *number,
+                };
+                if let Some(last) = near.among(k, found) {
+                    most = last.distance;
+                }
+            }
+        }
     }
 }
 

@@ -5,7 +5,7 @@
 //! covered, see [`Fill`].
 
 use super::ReconstructError;
-use super::cloud::Found;
+use super::cloud::Search;
 use super::coordinates::ReconstructionCoordinates;
 use super::interpolant::{Readings, present};
 use super::scattered::Embedded;
@@ -60,17 +60,18 @@ const CHUNK: usize = 256;
 
 /// The poses of some readings.
 trait Places: Send + Sync {
-    fn coverage(&self, pair: &DirectionPair, found: &mut Found) -> Coverage;
+    fn coverage(&self, pair: &DirectionPair, search: &mut Search) -> Coverage;
 
     /// The value of the reading nearest to a pair.
     fn nearest_value(&self, pair: &DirectionPair) -> &[f64];
 }
 
 impl<const K: usize> Places for Embedded<K> {
-    fn coverage(&self, pair: &DirectionPair, found: &mut Found) -> Coverage {
+    fn coverage(&self, pair: &DirectionPair, search: &mut Search) -> Coverage {
         // A few readings may be surrounded by their own images, which is no evidence of what is between.
-        let surrounded =
-            self.find(pair, NEIGHBOURS, found) && found.index.len() >= NEIGHBOURS.get();
+        let fills_space = self.find(pair, NEIGHBOURS, search);
+        let found = &search.found;
+        let surrounded = fills_space && found.index.len() >= NEIGHBOURS.get();
         let nearest = found.distance2[0].sqrt();
         if nearest > FAR {
             Coverage::Unknown
@@ -113,14 +114,16 @@ impl Cover {
 
     /// The coverage of a pair.
     pub fn coverage(&self, pair: &DirectionPair) -> Coverage {
-        self.0.coverage(pair, &mut Found::default())
+        self.0.coverage(pair, &mut Search::default())
     }
 
     /// The coverage of many pairs, in parallel.
     pub fn coverages(&self, pairs: &[DirectionPair]) -> Vec<Coverage> {
         let pairs = pairs.par_iter().with_min_len(CHUNK);
         pairs
-            .map_init(Found::default, |found, pair| self.0.coverage(pair, found))
+            .map_init(Search::default, |search, pair| {
+                self.0.coverage(pair, search)
+            })
             .collect()
     }
 }
@@ -192,12 +195,12 @@ impl Covered<'_> {
     /// Puts in what a file is to have where readings do not surround a pair, and counts what was asked for.
     fn fill(&self, pairs: &[DirectionPair], out: &mut [f64], presence: &mut [Presence]) {
         let width = self.channels().count();
-        let (mut asked, mut found) = ([0; 3], Found::default());
+        let (mut asked, mut search) = ([0; 3], Search::default());
         for ((pair, out), presence) in pairs.iter().zip(out.chunks_mut(width)).zip(presence) {
             if !pair.is_above_horizon() {
                 continue;
             }
-            let coverage = self.cover.0.coverage(pair, &mut found);
+            let coverage = self.cover.0.coverage(pair, &mut search);
             asked[coverage as usize] += 1;
             if coverage == Coverage::Interpolated {
                 continue;

@@ -28,7 +28,7 @@
 //! median at most, and beside gaps that they do not surround not at all. Of f itself no more than the factors [`LARGEST_FACTOR`] and [`LARGEST_FACTOR_IN_SPACE`]
 //! if it is logarithms that are interpolated.
 
-use super::cloud::{Cloud, Found, Reach, covariance};
+use super::cloud::{Cloud, Found, Reach, Search, covariance};
 use super::neighbours::Shepard;
 use super::scattered::ScatteredRule;
 use super::spline_block::{Block, LANES, MOST, SMALLEST_PIVOT, biharmonic, weighted};
@@ -98,6 +98,7 @@ fn distance2<const K: usize>(a: &[f64; K], b: &[f64; K]) -> f64 {
 /// Buffers of one thread.
 #[derive(Default)]
 pub(super) struct Scratch<const K: usize> {
+    search: Search,
     found: Found,
     /// The neighbours relative to the query, in units of the farthest.
     points: Vec<[f64; K]>,
@@ -143,22 +144,24 @@ impl<const K: usize> ScatteredRule<K> for Local {
     ) {
         let s = &mut **scratch;
         let mut block = s.block.take().unwrap_or_default();
-        s.found.restart();
+        s.search.restart();
         let width = cloud.channels;
         for (slot, x) in queries.iter().enumerate() {
-            cloud.find(x, self.neighbours, &mut s.found);
-            let nearest = s.found.index[0];
-            let at_reading = s.found.distance2[0].sqrt() <= AT_READING * s.found.size();
+            cloud.find(x, self.neighbours, &mut s.search);
+            let found = &mut s.search.found;
+            let nearest = found.index[0];
+            let at_reading = found.distance2[0].sqrt() <= AT_READING * found.size();
             let out_of = slot * width..(slot + 1) * width;
             if at_reading && cloud.noise(nearest) == 0.0 {
                 out[out_of].copy_from_slice(cloud.value(nearest));
                 continue;
             }
-            if s.found.reach != Reach::Nearest || !block.suits(s.found.index.len()) {
+            if found.reach != Reach::Nearest || !block.suits(found.index.len()) {
+                std::mem::swap(&mut s.found, found);
                 s.alone(self, cloud, x, &mut out[out_of]);
                 continue;
             }
-            block.take(slot, cloud, x, &mut s.found);
+            block.take(slot, cloud, x, found);
             if block.taken == LANES {
                 self.solve(cloud, queries, &mut block, s, out);
             }

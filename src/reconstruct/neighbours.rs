@@ -6,7 +6,7 @@
 //! Inverse-distance weighting over the k nearest readings (Shepard 1968, local): y(x) = Σ w_j y_j / Σ w_j,
 //! w_j = d_j^−power, d the distance in the embedding. At a reading the weight is infinite and the reading is returned.
 
-use super::cloud::{Cloud, Found};
+use super::cloud::{Cloud, Found, Search};
 use super::coordinates::{Coordinates, ReconstructionCoordinates};
 use super::grid::{Continuation, GridInterpolant, Padded, Rule};
 use super::scattered::{ScatteredRule, scattered};
@@ -175,19 +175,19 @@ pub(super) struct Shepard {
 }
 
 impl<const K: usize> ScatteredRule<K> for Shepard {
-    type Scratch = Found;
+    type Scratch = Search;
 
     fn interpolate(
         &self,
         cloud: &Cloud<K>,
         queries: &[[f64; K]],
-        found: &mut Found,
+        search: &mut Search,
         out: &mut [f64],
     ) {
-        found.restart();
+        search.restart();
         for (x, out) in queries.iter().zip(out.chunks_exact_mut(cloud.channels)) {
-            cloud.find(x, self.neighbours, found);
-            Self::mean(self.power, cloud, found, out);
+            cloud.find(x, self.neighbours, search);
+            Self::mean(self.power, cloud, &search.found, out);
         }
     }
 }

@@ -10,7 +10,7 @@
 //! it, so that neighbours surround a point near a fold as they do inside. A reading *at* the first
 //! pole is, in 3-D, the same at every azimuth and stands all around the circle.
 
-use super::cloud::{Cloud, Found, Reach};
+use super::cloud::{Cloud, Reach, Search};
 use super::interpolant::{Interpolant, Readings};
 use super::transform::Transform;
 use super::{ReconstructError, ReconstructionCoordinates, STRETCH, STRETCH_OF_SHEETS};
@@ -248,9 +248,10 @@ impl<const K: usize> Embedded<K> {
     }
 
     /// The neighbours of a pair; true if they surround it.
-    pub(crate) fn find(&self, pair: &DirectionPair, k: NonZeroUsize, found: &mut Found) -> bool {
+    pub(crate) fn find(&self, pair: &DirectionPair, k: NonZeroUsize, search: &mut Search) -> bool {
         let x = self.place(pair);
-        self.cloud.find(&x, k, found);
+        self.cloud.find(&x, k, search);
+        let found = &search.found;
         found.reach != Reach::Flat && self.cloud.surrounds(&found.index, &x)
     }
 }

@@ -75,8 +75,6 @@ impl<const K: usize> Block<K> {
             }
         }
         std::mem::swap(&mut self.found[lane], found);
-        // The next search begins where this one ended.
-        found.follow(&self.found[lane]);
         self.slots[lane] = slot;
         self.taken += 1;
     }
