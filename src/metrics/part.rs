@@ -8,9 +8,9 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 /// The distributions that measures are made of: the first is that of `cosine`, the others are the lobes of `lobe`, equally often.
 pub(super) const MEASURED: [Part; 5] = [COSINE, lobe(0.3), lobe(0.1), lobe(0.03), lobe(0.01)];
 
-/// The distributions that test pairs are of, and their shares in 32nds, powers of two as Sobol points want them. Chosen so that the
-/// averages of reconstructions of measured tables and of narrow formulas need few pairs: where a reconstruction errs most, towards the
-/// horizon and about the mirror direction, measures weigh pairs most (Owen & Zhou 2000, *Safe and effective importance sampling*).
+/// The distributions that test pairs are of, and their shares in 32nds, powers of two as Sobol points want them. They are near those
+/// that minimise how many pairs the averages of reconstructions of measured tables and of narrow formulas need (variances of mixtures:
+/// Owen & Zhou 2000, *Safe and effective importance sampling*).
 pub(super) const MIXTURE: [(Part, usize); 14] = [
     (COSINE, 2),
     (uniform(Lights::Views), 8),

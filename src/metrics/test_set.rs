@@ -12,12 +12,10 @@
 //! | 3/32 | uniform | \|h_bar\| with density s² / (π (s² + \|h_bar\|²)²), s = 0.1, 0.03, 0.01 |
 //! | 3/32 | uniform | the same of half the distance between light and sensor, projected |
 //!
-//! Reconstructions err most about the mirror direction and towards the horizon. Of tables like MERL's the shares need
-//! .35 times the pairs of cosine pairs and narrow lobes seen from cosine-distributed views, half of each, to know every
-//! average of every measure to 2 %. No weight of a cosine pair is above 8. Sixteen replicates are scrambled independently of each other, and the
-//! scatter of what they say is the standard error of what all of them say (Owen, *Monte Carlo theory, methods and
-//! examples*, §17.3 and §9.10). Pairs come in levels, each as many as all before it: a beginning is a mixture of the
-//! same shares.
+//! Reconstructions err most about the mirror direction and towards the horizon (`benches/README.md` has what the shares are worth).
+//! No weight of a cosine pair is above 8. Sixteen replicates are scrambled independently of each other, and the scatter of their
+//! averages is the standard error of the average over all (Owen, *Monte Carlo theory, methods and examples*, §17.3 and §9.10). Pairs
+//! come in levels, each as many as all before it: a beginning is a mixture of the same shares.
 //!
 //! Candidates outside the window (below the horizon, beyond the mask, too close) are left out and not replaced, so
 //! that q is known. The parts of [`Measure::Lobe`] are weighed by their shares inside the window.
