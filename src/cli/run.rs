@@ -47,7 +47,7 @@ pub(super) struct Run {
     #[arg(long)]
     list: bool,
     /// Memory for materials and their readings, in megabytes; results do not depend on it
-    #[arg(long, value_name = "MB", default_value_t = 384, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "MB", default_value_t = Extent::MEMORY_MB as u32, value_parser = clap::value_parser!(u32).range(1..))]
     memory: u32,
     /// Print what was done, how often and in how many seconds, and what was left out and why
     #[arg(long)]

@@ -1,7 +1,7 @@
 //! Reconstructions compared with their truths: errors at test pairs, albedos, moments.
 
 use super::choices::{Material, Method};
-use super::counts::{Built, Counters, REPETITIONS, Spent, Stage, Work, timed};
+use super::counts::{Built, Counters, Spent, Stage, Work, timed};
 use super::material_batch::{MaterialBatch, evaluate};
 use super::observer::{Event, EventSink, GoOn, Job, ScheduleKey, Stop};
 use super::plan::Plan;
@@ -26,9 +26,6 @@ const KEPT: usize = 1 << 18;
 
 /// Members of a group whose reconstructions are asked what they expect between two looks for a stop.
 const TOGETHER: usize = 8;
-
-/// Pairs that the reconstructions of a group are evaluated at together.
-const SLAB: usize = 1 << 15;
 
 /// A material with the values that its reconstructions are compared with.
 pub(super) struct Truth {
@@ -113,10 +110,11 @@ impl<'a> Evaluator<'a> {
         })
     }
 
-    /// Number of pairs at which the values of a material are kept.
+    /// Number of pairs at which values of a material are held, at most: those that are kept, or those of the last level.
     pub(crate) fn pairs(&self) -> usize {
         let probe = self.probe.as_ref().map_or(0, |p| p.pairs().len());
-        probe + self.set.candidates(0).max(KEPT)
+        let last = self.plan.metrics.max_pairs / 2;
+        probe + self.set.candidates(0).max(KEPT).max(last)
     }
 
     fn level(&self, n: usize) -> Arc<Level> {
@@ -328,9 +326,9 @@ impl Comparison<'_> {
         let truths: Vec<Option<Arc<Values>>> =
             self.compared.iter().enumerate().map(truth).collect();
         let mut parts = Vec::new();
-        let most = level.pairs.len().div_ceil(REPETITIONS).min(SLAB);
-        for (number, pairs) in level.pairs.chunks(most).enumerate() {
-            let range = number * most..number * most + pairs.len();
+        let slice = level.slice();
+        for (number, pairs) in level.pairs.chunks(slice).enumerate() {
+            let range = number * slice..number * slice + pairs.len();
             let (values, seconds) = timed(|| made.copies.evaluate(pairs, go_on));
             let values = values?;
             parts.push((pairs.len(), seconds));

@@ -123,11 +123,16 @@ pub struct Extent {
     pub memory: usize,
 }
 
+impl Extent {
+    /// Memory that a run may take by default, 2²⁰ bytes.
+    pub(crate) const MEMORY_MB: usize = 384;
+}
+
 impl Default for Extent {
     fn default() -> Self {
         Self {
             shard: None,
-            memory: 512 << 20,
+            memory: Self::MEMORY_MB << 20,
         }
     }
 }

@@ -195,7 +195,7 @@ impl<'a> Runner<'a> {
             };
             unit.allowance.readings(MINUTE_WORK) * a_pose
         });
-        // Reconstructions are evaluated at some pairs at a time.
+        // Values of reconstructions are of a slice of the pairs at a time, and small beside these.
         let values = readings.max().unwrap_or(0) + self.judge.pairs() * number;
         let mut bytes = 0;
         let fits = |m: &&Material| {

@@ -13,7 +13,7 @@
 //! | 3/32 | uniform | the same of half the distance between light and sensor, projected |
 //!
 //! Reconstructions err most about the mirror direction and towards the horizon (`benches/README.md` has what the shares are worth).
-//! No weight of a cosine pair is above 8. Sixteen replicates are scrambled independently of each other, and the scatter of their
+//! The density of the cosine measure is nowhere above 8 q. Sixteen replicates are scrambled independently of each other, and the scatter of their
 //! averages is the standard error of the average over all (Owen, *Monte Carlo theory, methods and examples*, §17.3 and §9.10). Pairs
 //! come in levels, each as many as all before it: a beginning is a mixture of the same shares.
 //!
@@ -36,10 +36,18 @@ pub const REPLICATES: usize = 16;
 /// Candidates after which every part has had its share.
 const CYCLE: usize = 32;
 
+/// Pairs that stay together when the pairs of a level are dealt out to slices.
+const HAND: usize = 256;
+
+/// Slices of a level, at least, and pairs of a slice, at most.
+const SLICES: usize = 6;
+const SLICE: usize = 1 << 15;
+
 /// Pairs of all replicates, and their weights.
 #[derive(Clone, Debug, Default)]
 pub struct Level {
-    /// Pairs that are near each other follow each other.
+    /// Slices of [`slice`](Self::slice) pairs each, the last with fewer. Pairs that are near each other follow each other, and every
+    /// slice has pairs of all places, so that the times of evaluating them may be compared.
     pub pairs: Vec<DirectionPair>,
     /// Weights of the pairs, one list per measure.
     pub weights: Vec<Vec<f64>>,
@@ -48,6 +56,11 @@ pub struct Level {
 }
 
 impl Level {
+    /// Pairs of a slice.
+    pub fn slice(&self) -> usize {
+        self.pairs.len().div_ceil(SLICES).clamp(1, SLICE)
+    }
+
     /// Adds the pairs to a tally of the same set, with the values at all of them.
     ///
     /// # Panics
@@ -201,11 +214,15 @@ impl TestSet {
         });
         let mut pairs: Vec<(usize, DirectionPair)> = replicates.flatten_iter().collect();
         pairs.par_sort_by_cached_key(|(_, pair)| place(pair));
+        let hands: Vec<_> = pairs.chunks(HAND).collect();
+        let slices = SLICES.max(pairs.len().div_ceil(SLICE));
+        let dealt = (0..slices).flat_map(|first| hands.iter().skip(first).step_by(slices));
         let mut numbers = vec![Vec::new(); REPLICATES];
-        for ((r, _), number) in pairs.iter().zip(0..) {
+        let number = |((r, pair), number): (&(usize, DirectionPair), u32)| {
             numbers[*r].push(number);
-        }
-        let pairs: Vec<DirectionPair> = pairs.into_iter().map(|(_, pair)| pair).collect();
+            *pair
+        };
+        let pairs: Vec<DirectionPair> = dealt.copied().flatten().zip(0..).map(number).collect();
         Level {
             weights: self
                 .measures

@@ -321,18 +321,20 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
         found.truncate(count);
     }
 
-    /// Fills `found` with the points that are left up to a distance, in no order.
+    /// Fills `found` with the points that are left up to a distance, in no order; with more than `count` of them it ends early.
     #[inline(always)]
     pub(crate) fn within(
         &self,
         from: &[f64; K],
         most: M::Distance,
+        count: usize,
         found: &mut Vec<Near<M::Distance>>,
     ) {
         found.clear();
         self.search(from, most, |near| {
             found.push(near);
-            None
+            // Nothing farther than the first is looked at any more.
+            (found.len() > count).then(|| found[0])
         });
     }
 

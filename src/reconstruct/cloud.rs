@@ -39,6 +39,9 @@ const WIDER: f64 = 1.0 + 1e-9;
 /// Radius within which points are kept for the queries after, as a multiple of the reach of the neighbours of one.
 const AROUND: f64 = 1.6;
 
+/// Points that are kept, at most, as a multiple of the neighbours of a query.
+const MANY: usize = 32;
+
 /// Way from one query to the next, as a share of the reach of its neighbours, up to which it is worth to keep points for others.
 const CLOSE: f64 = 0.3;
 
@@ -313,8 +316,12 @@ impl Search {
         let is_among = |around: &Around| reach + way(&around.centre) < around.radius;
         if is_close && !is_among(&self.around) {
             let radius = AROUND * reach;
-            vectorised!(cloud.tree.within(x, radius * radius, near));
+            vectorised!(cloud.tree.within(x, radius * radius, MANY * k, near));
             self.around.set(cloud, x, radius, near);
+            if near.len() > MANY * k {
+                // Beside a dense cluster the tree is faster.
+                self.around.radius = 0.0;
+            }
         }
         if is_among(&self.around) {
             vectorised!(self.around.nearest(x, k, most, near));
@@ -447,4 +454,58 @@ pub(super) fn covariance<const K: usize>(points: &[[f64; K]], index: &[usize]) -
         }
     }
     c
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::Sobol;
+
+    /// Neighbours by way of earlier queries are those of a search of its own: numbers, order and distances.
+    #[test]
+    fn searches_that_follow_each_other_find_the_same() {
+        let sobol = |seed| {
+            let mut sobol = Sobol::new(seed);
+            move |n: u64| {
+                let [x, y, z, _] = sobol.point(n);
+                [x, y, z]
+            }
+        };
+        let mut spread = sobol(1);
+        let spread: Vec<[f64; 3]> = (0..800).map(&mut spread).collect();
+        let lattice = spread.iter().map(|p| p.map(|x| (8.0 * x).floor() / 8.0));
+        let cluster = spread
+            .iter()
+            .map(|p| p.map(|x| 0.01 * x))
+            .chain([[0.5; 3], [0.6; 3]]);
+        let few = vec![[0.1; 3], [0.1; 3], [0.9; 3]];
+        let clouds = [spread.clone(), lattice.collect(), cluster.collect(), few];
+        let mut from = sobol(2);
+        let mut search = Search::default();
+        let mut by_others = 0;
+        for points in clouds {
+            let cloud = Cloud::new(points.clone(), vec![0.0; points.len()], 1, Vec::new());
+            search.restart();
+            for n in 0..200 {
+                let [start, to] = [from(n), from(n + 1)];
+                for k in [1, 5, 16, 40] {
+                    search.restart();
+                    // Steps of nothing, small ones, and one across the cloud.
+                    for step in [0.0, 0.0, 1e-4, 2e-3, 4e-3, 6e-3, 0.02, 0.02, 0.5, 0.5] {
+                        let x: [f64; 3] =
+                            std::array::from_fn(|d| start[d] + step * (to[d] - start[d]));
+                        search.nearest(&cloud, &x, k);
+                        by_others += usize::from(search.around.radius > 0.0);
+                        let alone = nearest_in(&cloud.tree, &x, k);
+                        let both = |near: &Near<f64>| (near.number, near.distance);
+                        assert!(
+                            search.near.iter().map(both).eq(alone.iter().map(both)),
+                            "{x:?} {k}"
+                        );
+                    }
+                }
+            }
+        }
+        assert!(by_others > 1000);
+    }
 }
