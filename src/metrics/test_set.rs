@@ -12,9 +12,9 @@
 //! | 3/32 | uniform | \|h_bar\| with density s² / (π (s² + \|h_bar\|²)²), s = 0.1, 0.03, 0.01 |
 //! | 3/32 | uniform | the same of half the distance between light and sensor, projected |
 //!
-//! Reconstructions err most about the mirror direction and towards the horizon (`benches/README.md` has what the shares are worth).
-//! The density of the cosine measure is nowhere above 8 q. Sixteen replicates are scrambled independently of each other, and the scatter of their
-//! averages is the standard error of the average over all (Owen, *Monte Carlo theory, methods and examples*, §17.3 and §9.10). Pairs
+//! Reconstructions err most about the mirror direction and towards the horizon. The density of the cosine measure is
+//! nowhere above 8 q. Sixteen replicates are scrambled independently of each other, and the scatter of their averages is
+//! the standard error of the average over all (Owen, *Monte Carlo theory, methods and examples*, §17.3 and §9.10). Pairs
 //! come in levels, each as many as all before it: a beginning is a mixture of the same shares.
 //!
 //! Candidates outside the window (below the horizon, beyond the mask, too close) are left out and not replaced, so
@@ -223,12 +223,19 @@ impl TestSet {
             *pair
         };
         let pairs: Vec<DirectionPair> = dealt.copied().flatten().zip(0..).map(number).collect();
+        let densities: Vec<_> = pairs.par_iter().map(|pair| self.densities(pair)).collect();
+        let weights = |measure: &Measure| {
+            let weight = |(pair, (mixture, measured)): (&DirectionPair, &(f64, _))| {
+                if measure.has(pair) {
+                    self.density(*measure, measured) / mixture
+                } else {
+                    0.0
+                }
+            };
+            pairs.iter().zip(&densities).map(weight).collect()
+        };
         Level {
-            weights: self
-                .measures
-                .iter()
-                .map(|measure| self.weights(*measure, &pairs))
-                .collect(),
+            weights: self.measures.iter().map(weights).collect(),
             replicates: numbers,
             pairs,
         }
@@ -252,25 +259,18 @@ impl TestSet {
         pairs
     }
 
-    /// Density of a measure over that of the mixture, of many pairs.
-    fn weights(&self, measure: Measure, pairs: &[DirectionPair]) -> Vec<f64> {
-        let weight = |pair: &DirectionPair| {
-            if !measure.has(pair) {
-                return 0.0;
-            }
-            let facts = Facts::of(pair);
-            let density = |part: Part| part.density(&facts, &self.window);
-            let shares = MIXTURE
-                .iter()
-                .map(|(part, share)| density(*part) * *share as f64);
-            let mixture = shares.sum::<f64>() / CYCLE as f64;
-            self.density(measure, MEASURED.map(density)) / mixture
-        };
-        pairs.par_iter().map(weight).collect()
+    /// Density of the mixture at a pair, and of each of [`MEASURED`].
+    fn densities(&self, pair: &DirectionPair) -> (f64, [f64; MEASURED.len()]) {
+        let facts = Facts::of(pair);
+        let density = |part: Part| part.density(&facts, &self.window);
+        let shares = MIXTURE
+            .iter()
+            .map(|(part, share)| density(*part) * *share as f64);
+        (shares.sum::<f64>() / CYCLE as f64, MEASURED.map(density))
     }
 
     /// The density of a measure inside the window, from those of [`MEASURED`].
-    fn density(&self, measure: Measure, densities: [f64; MEASURED.len()]) -> f64 {
+    fn density(&self, measure: Measure, densities: &[f64; MEASURED.len()]) -> f64 {
         let cosine = densities[0] / self.inside[0];
         match measure {
             Measure::Cosine | Measure::Steep | Measure::Grazing => cosine,

@@ -317,10 +317,9 @@ impl Search {
         if is_close && !is_among(&self.around) {
             let radius = AROUND * reach;
             vectorised!(cloud.tree.within(x, radius * radius, MANY * k, near));
-            self.around.set(cloud, x, radius, near);
-            if near.len() > MANY * k {
-                // Beside a dense cluster the tree is faster.
-                self.around.radius = 0.0;
+            // Beside a dense cluster the tree is faster.
+            if near.len() <= MANY * k {
+                self.around.set(cloud, x, radius, near);
             }
         }
         if is_among(&self.around) {
@@ -485,7 +484,6 @@ mod tests {
         let mut by_others = 0;
         for points in clouds {
             let cloud = Cloud::new(points.clone(), vec![0.0; points.len()], 1, Vec::new());
-            search.restart();
             for n in 0..200 {
                 let [start, to] = [from(n), from(n + 1)];
                 for k in [1, 5, 16, 40] {
