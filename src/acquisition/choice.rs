@@ -1,7 +1,7 @@
 //! Greedy choices of poses by the information of their readings.
 
 use crate::numeric::vectorised;
-use crate::reconstruct::{Places, Posterior};
+use crate::reconstruct::{Estimates, Places, Posterior};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -120,7 +120,8 @@ pub(super) fn most_informative(
         mut covariances,
         mut variances,
     } = targets;
-    let mut left = Left::new(process, candidates, wanted.stops, wanted.n);
+    let from = (process, candidates);
+    let mut left = Left::new(&from, wanted.stops, wanted.n);
     let (mut worths, mut scaled) = (vec![0.0; variances.len()], vec![0.0; variances.len()]);
     let mut with = DVector::zeros(covariances.ncols());
     let mut gains = vec![0.0; covariances.ncols()];
@@ -176,12 +177,11 @@ fn sweep(
 
 /// Numbers of `n` candidates, each where ln f is least certain, times a weight.
 pub(super) fn least_certain(
-    process: &Posterior,
-    candidates: &Places,
+    candidates: &dyn Estimates,
     weights: &[f64],
     wanted: Wanted<'_>,
 ) -> Vec<usize> {
-    let mut left = Left::new(process, candidates, wanted.stops, wanted.n);
+    let mut left = Left::new(candidates, wanted.stops, wanted.n);
     wanted.after(Vec::new(), |_| {
         let scores = left.variances.iter().zip(weights).map(|(v, w)| v * w);
         let best = left.best(scores)?;
@@ -205,7 +205,8 @@ pub(super) fn least_error(
     // Σ_m r_m(place) r_m(candidate), which is all that errors depend on.
     let mut products = of_places.tr_mul(&of_candidates);
     let count = of_candidates.ncols();
-    let mut left = Left::new(process, candidates, wanted.stops, given + wanted.n);
+    let from = (process, candidates);
+    let mut left = Left::new(&from, wanted.stops, given + wanted.n);
     left.is_left[count - given..].fill(false);
     let mut chosen = Vec::new();
     for step in 0..given + wanted.n {
@@ -243,8 +244,7 @@ pub(super) fn least_error(
 
 /// Candidates that are left, and what those that were chosen leave uncertain of them.
 struct Left<'a> {
-    process: &'a Posterior,
-    candidates: &'a Places,
+    candidates: &'a dyn Estimates,
     /// Variances of readings about the process.
     noise: Vec<f64>,
     variances: Vec<f64>,
@@ -262,13 +262,12 @@ struct Left<'a> {
 
 impl<'a> Left<'a> {
     /// For `n` choices.
-    fn new(process: &'a Posterior, candidates: &'a Places, stops: &'a [u32], n: usize) -> Self {
-        let variances = process.variances(candidates);
+    fn new(candidates: &'a dyn Estimates, stops: &'a [u32], n: usize) -> Self {
+        let variances = candidates.variances();
         Self {
-            process,
             candidates,
-            noise: process.noise(candidates),
-            readable: process.readable(candidates),
+            noise: candidates.noise(),
+            readable: candidates.readable(),
             is_left: vec![true; variances.len()],
             stops,
             stop: None,
@@ -314,9 +313,7 @@ impl<'a> Left<'a> {
     /// Takes a candidate, and returns its covariances with all, over the root of its variance.
     fn choose(&mut self, best: usize) -> DVector<f64> {
         let spread = self.of_reading(best).sqrt();
-        let own = self.candidates.only(best);
-        let with = self.process.covariances(self.candidates, &own);
-        let mut with = with.column(0).into_owned();
+        let mut with = self.candidates.covariances_with(best);
         if self.choices > 0 {
             let row = self.scaled.row(best).transpose();
             let known = self.scaled.columns(0, self.choices);
@@ -466,7 +463,7 @@ mod tests {
         let process = Posterior::before(Symmetry::FULL, None);
         let from = pairs(0, 400);
         let candidates = process.places(&from);
-        let chosen = least_certain(&process, &candidates, &[1.0; 400], wanted(30));
+        let chosen = least_certain(&(&process, &candidates), &[1.0; 400], wanted(30));
         // Each was the least certain one given those before.
         for k in 1..30 {
             let read: Vec<DirectionPair> = chosen[..k].iter().map(|&c| from[c]).collect();

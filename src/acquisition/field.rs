@@ -7,7 +7,7 @@ use crate::instrument::Machine;
 use crate::measurement::{Measurement, Outcome};
 use crate::numeric::{GRAZING_COS, hashed};
 use crate::parametrization::{Parametrization, usual_form};
-use crate::reconstruct::Posterior;
+use crate::reconstruct::{Posterior, some};
 use crate::sampling::GOLDEN_ANGLE;
 use crate::schedule::{Draws, Pictures, PlanError, Pose, SampleSet, SobolSet, StopAngle, azimuth};
 use glam::DVec3;
@@ -163,17 +163,21 @@ fn canonical(form: &dyn Parametrization, pair: &DirectionPair) -> Option<Pose> {
     Some(Pose { coords, pair })
 }
 
-/// The pairs of a measurement that gave a reading, or those that gave none.
-pub(super) fn pairs(so_far: &Measurement, read: bool) -> Vec<DirectionPair> {
-    let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
-    let wanted = all.filter(|(outcome, _)| (**outcome == Outcome::Reading) == read);
-    wanted.map(|(_, pose)| pose.pair).collect()
+/// Poses whose readings are supposed, at most: of more, so many at random.
+pub(super) const MOST_ASKED: usize = 4000;
+
+/// The pairs of a measurement that gave a reading, or those that gave none; of more than `most` poses of either kind, of so many at
+/// random.
+pub(super) fn pairs(so_far: &Measurement, read: bool, most: usize) -> Vec<DirectionPair> {
+    let asked = some(so_far.outcomes.len(), most).into_iter();
+    let wanted = asked.filter(|&i| (so_far.outcomes[i] == Outcome::Reading) == read);
+    wanted.map(|i| so_far.schedule.poses[i].pair).collect()
 }
 
 /// The process without a reading, given where readings were and were not to be had, but not what was read; `None` if it is singular.
 pub(super) fn supposed(process: Posterior, so_far: &Measurement) -> Option<Posterior> {
-    let process = process.supposing(&pairs(so_far, true), true)?;
-    process.supposing(&pairs(so_far, false), false)
+    let process = process.supposing(&pairs(so_far, true, MOST_ASKED), true)?;
+    process.supposing(&pairs(so_far, false, MOST_ASKED), false)
 }
 
 /// The poses so far, with the luminance f where there was a reading.

@@ -6,7 +6,7 @@
 //! are from what the others predict of them.
 
 use super::choice::{Weights, a_optimal, least_certain};
-use super::field::{Field, MOST as MOST_COMPARED, admit, pairs, supposed};
+use super::field::{Field, MOST as MOST_COMPARED, MOST_ASKED, admit, pairs, supposed};
 use super::moments::{self, MomentAim, MomentForecast, OfLogs};
 use super::{Chosen, Forecast, Planner, Task, halves};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
@@ -18,8 +18,8 @@ use crate::metrics::Expected;
 use crate::moments::Influences;
 use crate::parametrization::Axis;
 use crate::reconstruct::{
-    Coordinates, KRIGING, Kriging, Mixture, Places, Posterior, Predictive, PriorFile, Reconstruct,
-    ReconstructError, Values,
+    Coordinates, Estimates, KRIGING, Kriging, Local, MOST_COMPARED as MOST_WHOLE, MOST_SPARSE,
+    Mixture, Posterior, Predictive, PriorFile, Reconstruct, ReconstructError, Values,
 };
 use crate::registry::{self, Entry, Keys, Resolved, keys, named};
 use crate::schedule::{Pictures, PlanError, Pose, SampleSet};
@@ -32,8 +32,8 @@ const FIRST: usize = 8;
 /// Poses from which on the least certain ones are as informative as those that A-optimal design finds, for less time.
 const MANY: usize = 512;
 
-/// Poses of a whole acquisition, at most: their covariances with all candidates take half a gigabyte.
-const MOST: usize = 4000;
+/// Poses of a batch, at most: their covariances with all candidates take half a gigabyte.
+const MOST_AT_ONCE: usize = 4000;
 
 /// The round of places at which errors are expected: none that poses were chosen by.
 const UNSEEN: u64 = u64::MAX;
@@ -214,7 +214,7 @@ impl Greedy {
         } else {
             let weights = field.candidate_density().into_iter();
             let weights: Vec<f64> = weights.map(|w| w.powf(2.0 / 3.0)).collect();
-            least_certain(&process, &candidates, &weights, wanted)
+            least_certain(&(&process, &candidates), &weights, wanted)
         };
         Ok(field.poses(&chosen))
     }
@@ -232,23 +232,16 @@ impl Greedy {
         PlanError::Refused(format!("{kind} cannot learn from these readings: {e}"))
     }
 
-    /// What is known of a material by its readings. Poses that gave none count as if they had been read as
-    /// expected, and make those near less likely to be read.
-    fn process(&self, so_far: &Measurement) -> Result<Posterior, PlanError> {
-        let process =
-            Posterior::likeliest(&self.kriging(), so_far).map_err(|e| self.unknown(&e))?;
-        let supposed = process.supposing(&pairs(so_far, false), false);
-        supposed.ok_or_else(|| self.singular(so_far.outcomes.len()))
-    }
-
-    /// So many poses by what is known of the material.
+    /// So many poses by what is known of the material. Poses without a reading count as if they had been read as expected, and make
+    /// those near less likely to be read.
     fn informed(&self, task: &Task<'_>, so_far: &Measurement, n: usize) -> Chosen {
         let asked = so_far.schedule.poses.len();
-        let process = self.process(so_far)?;
+        let kriging = self.kriging();
+        let unread = |most| pairs(so_far, false, most);
+        let unknown = |e| self.unknown(&e);
         let field = self.field(task, so_far, n, asked as u64)?;
         let wanted = field.wanted(task, n);
         let pairs = field.pairs();
-        let candidates = process.places(&pairs);
         let share = self.aim.weight;
         let truth = match self.rule {
             Rule::Oracle => Some(task.truth.ok_or_else(|| {
@@ -257,9 +250,30 @@ impl Greedy {
             })?),
             _ => None,
         };
+        // The density of the poses that leave the smallest error, up to what the kernel makes of them.
+        let least_certain = |candidates: &dyn Estimates| {
+            let density = &field.candidate_density();
+            let known = Known::new(candidates, &pairs, density, truth);
+            let log = normalised(known.weights(|w, _, s| (w * s.sqrt()).powf(2.0 / 3.0)));
+            let square = normalised(known.weights(|w, f, s| (w * f * s).sqrt()));
+            let mixed = log.zip(square).map(|(l, q)| (1.0 - share) * l + share * q);
+            let weights: Vec<f64> = mixed.collect();
+            least_certain(candidates, &weights, wanted)
+        };
+        if so_far.readings() > MOST_WHOLE {
+            let process = Local::new(&kriging, so_far).map_err(unknown)?;
+            let process = process.supposing(&unread(usize::MAX));
+            let process = process.ok_or_else(|| self.singular(asked))?;
+            let candidates = process.at(&pairs).ok_or_else(|| self.singular(asked))?;
+            return Ok(field.poses(&least_certain(&candidates)));
+        }
+        let process = Posterior::likeliest(&kriging, so_far).map_err(unknown)?;
+        let process = process.supposing(&unread(MOST_ASKED), false);
+        let process = process.ok_or_else(|| self.singular(asked))?;
+        let candidates = process.places(&pairs);
         let few = asked < MANY && n <= MOST_COMPARED;
         let for_moment = self.chosen_for().filter(|_| few).and_then(|aim| {
-            let logs = |pairs: &[DirectionPair]| process.likely_most(&process.places(pairs));
+            let logs = |pairs: &[DirectionPair]| (&process, &process.places(pairs)).likely_most();
             let expected = OfLogs {
                 symmetry: task.form.symmetry(),
                 logs,
@@ -271,7 +285,8 @@ impl Greedy {
             chosen
         } else if self.rule != Rule::Uncertainty && few {
             let places = process.places(&field.places);
-            let known = Known::new(&process, &field.places, &field.density, &places, truth);
+            let at = (&process, &places);
+            let known = Known::new(&at, &field.places, &field.density, truth);
             let weights = Weights {
                 of_square: known.weights(|w, f, s| w * f * s),
                 of_log: known.weights(|w, _, s| w * s),
@@ -280,14 +295,7 @@ impl Greedy {
             };
             a_optimal(&process, [&places, &candidates], &weights, wanted)
         } else {
-            // The density of the poses that leave the smallest error, up to what the kernel makes of them.
-            let density = &field.candidate_density();
-            let known = Known::new(&process, &pairs, density, &candidates, truth);
-            let log = normalised(known.weights(|w, _, s| (w * s.sqrt()).powf(2.0 / 3.0)));
-            let square = normalised(known.weights(|w, f, s| (w * f * s).sqrt()));
-            let mixed = log.zip(square).map(|(l, q)| (1.0 - share) * l + share * q);
-            let weights: Vec<f64> = mixed.collect();
-            least_certain(&process, &candidates, &weights, wanted)
+            least_certain(&(&process, &candidates))
         };
         Ok(field.poses(&chosen))
     }
@@ -378,13 +386,13 @@ impl Planner for Greedy {
             },
             false => halves(FIRST, asked, budget),
         };
-        (self.rule != Rule::AOptimal).then_some(batch)
+        (self.rule != Rule::AOptimal).then_some(batch.min(MOST_AT_ONCE))
     }
 
     fn most(&self) -> usize {
         match self.rule {
             Rule::AOptimal => MOST_COMPARED,
-            Rule::Adaptive | Rule::Uncertainty | Rule::Oracle => MOST,
+            Rule::Adaptive | Rule::Uncertainty | Rule::Oracle => MOST_SPARSE,
         }
     }
 
@@ -405,17 +413,12 @@ impl Planner for Greedy {
         let mixture = Mixture::new(&self.kriging(), so_far).ok()?;
         let field = self.field(task, so_far, 0, UNSEEN).ok()?;
         let next: Vec<DirectionPair> = next.iter().map(|pose| pose.pair).collect();
-        let errors = |next: &[DirectionPair]| {
-            let known = mixture.with(&field.places, next)?;
-            let pairs = field.places.iter().zip(&field.density).zip(known);
-            let all = pairs.map(|((pair, w), known)| (*w, pair.omega_i.cos_theta(), known));
-            Some(Expected::from_pairs(all))
-        };
-        let now = errors(&[])?;
-        let then = match next.as_slice() {
-            [] => now,
-            next => errors(next)?,
-        };
+        let known = mixture.with(&field.places, &next)?;
+        let [now, then] = [0, 1].map(|then| {
+            let pairs = field.places.iter().zip(&field.density).zip(&known);
+            let all = pairs.map(|((pair, w), known)| (*w, pair.omega_i.cos_theta(), known[then]));
+            Expected::from_pairs(all)
+        });
         let moment = self.aim.moment.and_then(|aim| {
             let logs = |pairs: &[DirectionPair]| mixture.means(pairs);
             let symmetry = task.form.symmetry();
@@ -442,6 +445,12 @@ impl Planner for Greedy {
     fn next(&self, task: &Task<'_>, so_far: &Measurement, most: usize) -> Chosen {
         let asked = so_far.schedule.poses.len();
         admit(self.rule.name(), asked + most, self.most())?;
+        if most > MOST_AT_ONCE {
+            let kind = self.rule.name();
+            return Err(PlanError::Refused(format!(
+                "batch = {most}: {kind} chooses at most {MOST_AT_ONCE} poses at once; allowed: fewer"
+            )));
+        }
         let next = match (self.rule, so_far.readings()) {
             (Rule::AOptimal, _) | (_, 0) => self.beforehand(task, so_far, most),
             _ => self.informed(task, so_far, most),
@@ -470,17 +479,15 @@ struct Known<'a> {
 
 impl<'a> Known<'a> {
     fn new(
-        process: &Posterior,
+        at: &dyn Estimates,
         pairs: &[DirectionPair],
         density: &'a [f64],
-        places: &Places,
         truth: Option<&dyn Brdf>,
     ) -> Self {
-        let scale = process.scale;
-        let logs = process.means(places).into_iter();
-        let logs: Vec<(f64, f64)> = logs.zip(process.variances(places)).collect();
-        let mut bright = process.likely_most(places);
-        let mut surprise = process.surprise(places);
+        let (scale, logs) = (at.scale(), at.means().into_iter());
+        let logs: Vec<(f64, f64)> = logs.zip(at.variances()).collect();
+        let mut bright = at.likely_most();
+        let mut surprise = at.surprise();
         if let Some(truth) = truth {
             for (i, (pair, (z, v))) in pairs.iter().zip(&logs).enumerate() {
                 // What it has no data for is as it is expected to be.

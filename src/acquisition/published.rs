@@ -176,7 +176,7 @@ impl Planner for Published {
         };
         let wanted = task.wanted(most.min(field.candidates.len()));
         let seed = hashed([task.seed, before as u64, 3]);
-        let chosen = self.chosen(&field, &pairs(so_far, true), seed, wanted)?;
+        let chosen = self.chosen(&field, &pairs(so_far, true, usize::MAX), seed, wanted)?;
         Ok(field.poses(&chosen))
     }
 }

@@ -11,7 +11,7 @@ use std::fs::File;
 use std::path::PathBuf;
 
 /// Number of the changes of numbers and columns of results so far, so that rows made before are not taken for finished.
-pub const RESULTS_REVISION: u32 = 27;
+pub const RESULTS_REVISION: u32 = 28;
 
 /// The hash of everything that determines a record, 16 hexadecimal digits.
 pub type RowKey = String;

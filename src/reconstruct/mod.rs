@@ -51,11 +51,13 @@ pub use grid::Continuation;
 pub use interpolant::{
     Interpolant, LogNormal, Predictive, Readings, Suspect, noise, present, values_at,
 };
+pub(crate) use kriging::{
+    Estimates, KIND as KRIGING, Local, MOST_COMPARED, MOST_SPARSE, Mixture, Places, Posterior, some,
+};
 pub use kriging::{
     FUNCTIONS, KernelTraining, Kernels, Kriging, NODES, Prior, PriorFile, TRUSTED, TrainError,
     Trained, Training, forget_searches, suspects,
 };
-pub(crate) use kriging::{KIND as KRIGING, Mixture, Places, Posterior};
 pub use lattice_method::{LatticeMethod, LatticeRule, Multilinear, MultilinearRule};
 pub use neighbours::{InverseDistance, NearestReading};
 pub use sheets::{IN_SHEETS, Sheets, incidences};

@@ -196,6 +196,18 @@ impl Kernel {
         self.terms.iter().map(|t| t.amplitude).sum()
     }
 
+    /// What a way along each column counts where the nearest of readings are looked for: (Σ a/l³)^(1/3), since the variance that
+    /// dense readings leave is proportional to a/l³ (the spectral density of a term at high frequencies).
+    pub(crate) fn reach(&self) -> Columns {
+        let mut sums = [0.0; COLUMNS];
+        for term in &self.terms {
+            for &(c, l) in &term.lengths {
+                sums[c] += term.amplitude / (l * l * l);
+            }
+        }
+        sums.map(f64::cbrt)
+    }
+
     /// The terms as weights 3/l² of all columns.
     pub(crate) fn flat(&self) -> Vec<Flat> {
         let weight = |(c, l): &(usize, f64)| (*c, 3.0 / (l * l));
@@ -208,6 +220,7 @@ impl Kernel {
 }
 
 /// A term with the weights of its columns.
+#[derive(Clone)]
 pub(super) struct Flat {
     pub amplitude: f64,
     pub weights: Vec<(usize, f64)>,

@@ -18,7 +18,7 @@
 //! likeliest ([`trained`], [`kernel_training`]).
 //!
 //! More than 10 000 readings are approximated: 4000 of them, at random, determine the process everywhere, given all others
-//! ([`sparse`]).
+//! ([`sparse`]). How certain it is at a pair follows of more than 2000 readings from the 256 nearest ones (`posterior/local.rs`).
 //!
 //! Readings in the plane of incidence alone say nothing of φ_d. It then continues by the kernel of other materials,
 //! which for Oren and Nayar's errs at most 2.5 times as much as the nearest reading does, in spherical coordinates 4 times
@@ -42,9 +42,10 @@ mod trained;
 
 pub use common::{forget_searches, suspects};
 pub use kernel_training::KernelTraining;
-pub(crate) use posterior::{Mixture, Places, Posterior};
+pub(crate) use posterior::{Estimates, Local, Mixture, Places, Posterior};
 pub(super) use prior::Mean;
 pub use prior::{FUNCTIONS, NODES, Prior, PriorFile, TrainError, Trained, Training};
+pub(crate) use sparse::some;
 pub use trained::Kernels;
 
 use super::interpolant::{Interpolant, Readings};
@@ -101,7 +102,7 @@ pub const TRUSTED: usize = 32;
 const LEFT_OUT: f64 = 0.01;
 
 /// Readings that are compared with what all others predict, at most: seconds of work.
-const MOST_COMPARED: usize = 2000;
+pub(crate) const MOST_COMPARED: usize = 2000;
 
 /// Variance of ln f of a reading that is to predict nothing.
 const WORTHLESS: f64 = 1e6;
@@ -110,7 +111,7 @@ const WORTHLESS: f64 = 1e6;
 const MOST: usize = 10_000;
 
 /// Readings that are approximated, at most: a minute's work.
-const MOST_SPARSE: usize = 100_000;
+pub(crate) const MOST_SPARSE: usize = 100_000;
 
 impl Kriging {
     /// This method for a material of such symmetries.

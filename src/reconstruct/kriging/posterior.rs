@@ -1,7 +1,9 @@
 //! The process given readings: ln(f + ε) at pairs, and how certain it is.
 
+mod local;
 mod mixture;
 
+pub(crate) use local::Local;
 pub(crate) use mixture::Mixture;
 
 use super::kernel::Columns;
@@ -71,38 +73,87 @@ impl Places {
     }
 }
 
+/// What is known of ln(f + ε) at each of some pairs.
+pub(crate) trait Estimates {
+    /// What variances are to be multiplied by.
+    fn scale(&self) -> f64;
+
+    fn means(&self) -> Vec<f64>;
+
+    /// Variances, without the scale.
+    fn variances(&self) -> Vec<f64>;
+
+    /// Squared errors of the readings near each pair as all others predict them, in units of their variance.
+    fn surprise(&self) -> Vec<f64>;
+
+    /// Variances by which further readings are off.
+    fn noise(&self) -> Vec<f64>;
+
+    /// How likely there is a reading to be had, in [0, 1].
+    fn readable(&self) -> Vec<f64>;
+
+    /// Covariances of all with the pair of this number, without the scale.
+    fn covariances_with(&self, number: usize) -> DVector<f64>;
+
+    /// ln(f + ε) as large as it may well be: by its variance larger than the mean, and by 1 at most.
+    fn likely_most(&self) -> Vec<f64> {
+        let both = self.means().into_iter().zip(self.variances());
+        both.map(|(z, v)| z + (v * self.scale()).min(1.0)).collect()
+    }
+}
+
+/// Places of a process of one system.
+impl Estimates for (&Posterior, &Places) {
+    fn scale(&self) -> f64 {
+        self.0.scale
+    }
+
+    fn means(&self) -> Vec<f64> {
+        self.0.means(self.1)
+    }
+
+    fn variances(&self) -> Vec<f64> {
+        self.0.variances(self.1)
+    }
+
+    fn surprise(&self) -> Vec<f64> {
+        self.0.surprise(self.1)
+    }
+
+    fn noise(&self) -> Vec<f64> {
+        self.0.noise(self.1)
+    }
+
+    fn readable(&self) -> Vec<f64> {
+        self.0.readable(self.1)
+    }
+
+    fn covariances_with(&self, number: usize) -> DVector<f64> {
+        let (process, places) = self;
+        let with = process.covariances(places, &places.only(number));
+        with.column(0).into_owned()
+    }
+}
+
 /// The least surprise that counts.
 const LEAST_SURPRISE: f64 = 1e-3;
 
 /// Processes, each with its share; all together 1.
 type Shared = Vec<(f64, Posterior)>;
 
-impl Posterior {
-    /// The likeliest process given the luminance of a measurement's readings.
-    ///
-    /// # Errors
-    /// If their covariances are singular.
-    pub(crate) fn likeliest(
-        kriging: &Kriging,
-        measurement: &Measurement,
-    ) -> Result<Self, ReconstructError> {
-        let all = Self::all(kriging, measurement)?.0.into_iter();
-        let likeliest = all.max_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, process)) = likeliest else {
-            unreachable!("there is an account of what all materials have in common")
-        };
-        Ok(process)
-    }
+/// The luminance of readings, and what explains it.
+struct Explained {
+    space: Space,
+    /// Each with the readings as its system, and the noise of further ones.
+    accounts: Vec<(Account, Data, Noise)>,
+    /// Error of ln f of each reading that others share.
+    shared: Vec<f64>,
+    /// Readings that all others contradict, and that are left out.
+    suspects: Vec<Suspect>,
+}
 
-    /// A process for each account of the luminance of a measurement's readings, with its share; and the readings that all
-    /// others contradict, which are left out.
-    ///
-    /// # Errors
-    /// If their covariances are singular.
-    pub fn all(
-        kriging: &Kriging,
-        measurement: &Measurement,
-    ) -> Result<(Shared, Vec<Suspect>), ReconstructError> {
+impl Explained {
+    fn new(kriging: &Kriging, measurement: &Measurement) -> Result<Self, ReconstructError> {
         let channels = &measurement.channels;
         let width = channels.count();
         let luminance = |values: &[f64]| channels.luminance(values);
@@ -132,9 +183,7 @@ impl Posterior {
         let in_values = super::in_values(&readings, &suspects);
         let prepared = solver.prepared(&readings, kernel, &suspects);
         let readings = prepared.readings(&readings);
-        let accounts = solver
-            .accounts(&readings, prepared.kernel.clone())?
-            .into_iter();
+        let accounts = solver.accounts(&readings, prepared.kernel.clone())?;
         let type_b = measurement.details.as_ref().map(|d| &d.type_b);
         let shared = |i: usize| {
             let of = |f: f64| f.max(0.0) + EPSILON;
@@ -142,18 +191,62 @@ impl Posterior {
             let share = (b / of(values[i])).ln_1p();
             share.hypot(UNRESOLVED * prepared.doubts[i])
         };
-        let chosen = solver.chosen(&readings, super::MOST);
+        let chosen = solver.chosen(&readings, super::MOST_SPARSE);
         let shared: Vec<f64> = chosen.into_iter().map(shared).collect();
-        let process = |account: Account| {
-            let data = solver.data_of(&account, &readings, super::MOST);
-            let (share, kernel, known) = (account.share, account.kernel, account.known);
-            let given = Self::given(Covariance::new(&kernel), known, data, solver.space.clone());
-            let given = given.ok_or_else(|| super::singular(&readings))?;
-            let noise = Noise::estimate(&readings, kernel.unsaid);
+        let of = |account: Account| {
+            let data = solver.data_of(&account, &readings, super::MOST_SPARSE);
+            let noise = Noise::estimate(&readings, account.kernel.unsaid);
+            (account, data, noise)
+        };
+        Ok(Self {
+            accounts: accounts.into_iter().map(of).collect(),
+            space: solver.space,
+            suspects: in_values,
+            shared,
+        })
+    }
+}
+
+impl Posterior {
+    /// The likeliest process given the luminance of a measurement's readings.
+    ///
+    /// # Errors
+    /// If their covariances are singular.
+    pub(crate) fn likeliest(
+        kriging: &Kriging,
+        measurement: &Measurement,
+    ) -> Result<Self, ReconstructError> {
+        let all = Self::all(kriging, measurement)?.0.into_iter();
+        let likeliest = all.max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, process)) = likeliest else {
+            unreachable!("there is an account of what all materials have in common")
+        };
+        Ok(process)
+    }
+
+    /// A process for each account of the luminance of a measurement's readings, with its share; and the readings that all
+    /// others contradict, which are left out.
+    ///
+    /// # Errors
+    /// If their covariances are singular.
+    pub fn all(
+        kriging: &Kriging,
+        measurement: &Measurement,
+    ) -> Result<(Shared, Vec<Suspect>), ReconstructError> {
+        let explained = Explained::new(kriging, measurement)?;
+        let (space, shared) = (explained.space, explained.shared);
+        let process = |(account, data, noise): (Account, Data, Noise)| {
+            let (share, known) = (account.share, account.known);
+            let given = Self::given(Covariance::new(&account.kernel), known, data, space.clone());
+            let given = given.ok_or(ReconstructError::Singular {
+                method: super::KIND,
+                readings: measurement.readings(),
+            })?;
             Ok((share, Self { noise, ..given }.sharing(&shared)))
         };
-        let all: Result<Vec<_>, ReconstructError> = accounts.map(process).collect();
-        Ok((all?, in_values))
+        let all: Result<Vec<_>, ReconstructError> =
+            explained.accounts.into_iter().map(process).collect();
+        Ok((all?, explained.suspects))
     }
 
     /// The process without a reading, in no chosen coordinates.
@@ -320,12 +413,6 @@ impl Posterior {
             .zip(&places.sites.mean)
             .map(|(t, m)| m + t)
             .collect()
-    }
-
-    /// ln(f + ε) at places as large as it may well be: by its variance larger than the mean, and by 1 at most.
-    pub(crate) fn likely_most(&self, places: &Places) -> Vec<f64> {
-        let both = self.means(places).into_iter().zip(self.variances(places));
-        both.map(|(z, v)| z + (v * self.scale).min(1.0)).collect()
     }
 
     /// Variances of ln(f + ε) at places, without the scale.

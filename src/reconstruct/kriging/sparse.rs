@@ -24,26 +24,27 @@ const PANEL: usize = 128;
 
 /// Numbers of some readings, spread at random over all of them: steps through a grid would meet the same coordinates again
 /// and again.
-pub(super) fn some(readings: usize, most: usize) -> Vec<usize> {
+pub(crate) fn some(readings: usize, most: usize) -> Vec<usize> {
+    let mut chosen = shuffled(readings);
+    chosen.truncate(most);
+    chosen.sort_unstable();
+    chosen
+}
+
+/// The numbers of so many readings in a random order, always the same one.
+pub(super) fn shuffled(readings: usize) -> Vec<usize> {
     let random = Random::new(SEED);
     let mut order: Vec<(f64, usize)> = (0..readings)
         .map(|i| (random.point::<1>(i as u64)[0], i))
         .collect();
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    order.truncate(most);
-    let mut chosen: Vec<usize> = order.into_iter().map(|(_, i)| i).collect();
-    chosen.sort_unstable();
-    chosen
+    order.into_iter().map(|(_, i)| i).collect()
 }
 
 /// The readings with the numbers `telling` and their weights, given all of `data`; their level is what these say by
 /// themselves. Without a prior. `None` if covariances are singular.
 pub(super) fn solve(data: &Data, kernel: &Kernel, telling: &[usize]) -> Option<(Sites, Solved)> {
-    let alone = Data {
-        sites: data.sites.select(telling),
-        noise: telling.iter().map(|&i| data.noise[i]).collect(),
-        values: data.values.select_rows(telling),
-    };
+    let alone = data.select(telling);
     let Solved { levels, .. } = alone.solve(kernel)?;
     let covariance = Covariance::new(&Kernel {
         level: 0.0,
@@ -145,11 +146,7 @@ mod tests {
         let kernel = Kernel::new(Symmetry::FULL);
         let data = data(2400, 0.1);
         let telling = some(2400, 400);
-        let alone = Data {
-            sites: data.sites.select(&telling),
-            noise: telling.iter().map(|&i| data.noise[i]).collect(),
-            values: data.values.select_rows(&telling),
-        };
+        let alone = data.select(&telling);
         let exact = self::data(3000, 0.0);
         let error = |solved: Solved| {
             let known = means(&alone.sites, &kernel, &solved, &exact.sites).add_scalar(-MEAN);

@@ -77,6 +77,7 @@ pub(super) struct Rows {
 }
 
 /// A kernel in the form that the system takes.
+#[derive(Clone)]
 pub(super) struct Covariance {
     terms: Vec<Flat>,
     level: f64,
@@ -275,6 +276,15 @@ impl Data {
         }
         back(factor, &mut weights);
         Solved { weights, levels }
+    }
+
+    /// Some of the readings.
+    pub(crate) fn select(&self, which: &[usize]) -> Self {
+        Self {
+            sites: self.sites.select(which),
+            noise: which.iter().map(|&i| self.noise[i]).collect(),
+            values: self.values.select_rows(which),
+        }
     }
 
     /// These readings with `variance` added to the noise of each.

@@ -1,7 +1,7 @@
 //! The accounts of some readings, each a posterior with its share.
 
-use super::super::Kriging;
-use super::Posterior;
+use super::super::{KIND, Kriging, MOST_COMPARED, MOST_SPARSE};
+use super::{Local, Posterior};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::reconstruct::{LogNormal, Predictive, ReconstructError, Suspect, admit};
@@ -12,8 +12,15 @@ const PREDICTED: usize = 2048;
 
 /// The accounts of some readings, each with its share.
 pub(crate) struct Mixture {
-    accounts: Vec<(f64, Posterior)>,
+    accounts: Accounts,
     suspects: Vec<Suspect>,
+}
+
+enum Accounts {
+    /// Of readings that are one system.
+    Whole(Vec<(f64, Posterior)>),
+    /// Of more.
+    Local(Local),
 }
 
 impl Mixture {
@@ -25,19 +32,32 @@ impl Mixture {
         kriging: &Kriging,
         measurement: &Measurement,
     ) -> Result<Self, ReconstructError> {
-        admit(
-            super::super::KIND,
-            measurement.readings(),
-            super::super::MOST,
-        )?;
+        admit(KIND, measurement.readings(), MOST_SPARSE)?;
+        if measurement.readings() > MOST_COMPARED {
+            let local = Local::new(kriging, measurement)?;
+            return Ok(Self {
+                suspects: local.suspects().to_vec(),
+                accounts: Accounts::Local(local),
+            });
+        }
         let (accounts, suspects) = Posterior::all(kriging, measurement)?;
-        Ok(Self { accounts, suspects })
+        Ok(Self {
+            accounts: Accounts::Whole(accounts),
+            suspects,
+        })
     }
 
     /// Means of ln(f + ε) at pairs.
     pub(crate) fn means(&self, pairs: &[DirectionPair]) -> Vec<f64> {
+        let accounts = match &self.accounts {
+            Accounts::Whole(accounts) => accounts,
+            Accounts::Local(_) => {
+                let known = self.predict(pairs).into_iter();
+                return known.map(|known| known.mean).collect();
+            }
+        };
         let mut all = vec![0.0; pairs.len()];
-        for (share, process) in &self.accounts {
+        for (share, process) in accounts {
             for (pairs, all) in pairs.chunks(PREDICTED).zip(all.chunks_mut(PREDICTED)) {
                 let means = process.means(&process.places(pairs)).into_iter();
                 all.iter_mut()
@@ -48,35 +68,43 @@ impl Mixture {
         all
     }
 
-    /// What is known at pairs once there are readings at others too, each as it is expected; `None` if the covariances
-    /// of these are singular.
+    /// What is known at each pair, now and once there are readings at others too, each as it is expected; `None` if the
+    /// covariances of these are singular.
     pub(crate) fn with(
         &self,
         pairs: &[DirectionPair],
         read: &[DirectionPair],
-    ) -> Option<Vec<LogNormal>> {
-        let mut known = vec![LogNormal::default(); pairs.len()];
-        for (share, process) in &self.accounts {
+    ) -> Option<Vec<[LogNormal; 2]>> {
+        let accounts = match &self.accounts {
+            Accounts::Whole(accounts) => accounts,
+            Accounts::Local(local) => return local.predict(pairs, read),
+        };
+        let mut known = vec![[LogNormal::default(); 2]; pairs.len()];
+        for (share, process) in accounts {
             let read = process.places(read);
             let chunks = pairs.chunks(PREDICTED);
             for (pairs, known) in chunks.zip(known.chunks_mut(PREDICTED)) {
                 let places = process.places(pairs);
                 let means = process.means(&places).into_iter();
-                let variances = process.variances_with(&places, &read)?;
+                let now = process.variances(&places).into_iter();
+                let variances = now.zip(process.variances_with(&places, &read)?);
                 let all = means.zip(variances).zip(process.shared(&places));
-                for (known, ((mean, variance), shared)) in known.iter_mut().zip(all) {
-                    // The mean of squares, for now.
-                    let variance = variance * process.scale + shared * shared;
-                    known.mean += share * mean;
-                    known.variance += share * (variance + mean * mean);
-                    known.shared += share * shared * shared;
+                for (known, ((mean, (now, then)), shared)) in known.iter_mut().zip(all) {
+                    for (known, variance) in known.iter_mut().zip([now, then]) {
+                        // The mean of squares, for now.
+                        let variance = variance * process.scale + shared * shared;
+                        known.mean += share * mean;
+                        known.variance += share * (variance + mean * mean);
+                        known.shared += share * shared * shared;
+                    }
                 }
             }
         }
-        let all = known.iter_mut();
+        let all = known.iter_mut().flatten();
         all.for_each(|k| k.variance = (k.variance - k.mean * k.mean).max(0.0));
         Some(known)
     }
+
     /// Variances of sums Σ w ln(f + ε) over some pairs, a list of weights for each, once there are readings at others too; `None`
     /// if the covariances of these are singular.
     pub(crate) fn variances_of_sums_with(
@@ -85,11 +113,19 @@ impl Mixture {
         weights: &[Vec<f64>],
         read: &[DirectionPair],
     ) -> Option<Vec<f64>> {
+        let near;
+        let accounts = match &self.accounts {
+            Accounts::Whole(accounts) => accounts,
+            Accounts::Local(local) => {
+                near = vec![(1.0, local.about(pairs)?)];
+                &near
+            }
+        };
         let weights = DMatrix::from_fn(pairs.len(), weights.len(), |k, of| weights[of][k]);
         let mut all = vec![0.0; weights.ncols()];
         // Of the sums of the means of the accounts: their mean, and that of their squares.
         let mut between = vec![[0.0; 2]; weights.ncols()];
-        for (share, process) in &self.accounts {
+        for (share, process) in accounts {
             let places = process.places(pairs);
             let variances = process.variances_of_sums(&places, &weights, read)?;
             let means = DVector::from_vec(process.means(&places));
@@ -104,7 +140,7 @@ impl Mixture {
         }
         let between = between
             .into_iter()
-            .map(|[mean, square]| square - mean * mean);
+            .map(|[mean, square]: [f64; 2]| square - mean * mean);
         let both = all.iter().zip(between);
         Some(both.map(|(of, more)| of + more.max(0.0)).collect())
     }
@@ -113,7 +149,8 @@ impl Mixture {
 impl Predictive for Mixture {
     fn predict(&self, pairs: &[DirectionPair]) -> Vec<LogNormal> {
         let known = self.with(pairs, &[]);
-        known.unwrap_or_else(|| unreachable!("nothing is not singular"))
+        let known = known.unwrap_or_else(|| unreachable!("nothing is not singular"));
+        known.into_iter().map(|[now, _]| now).collect()
     }
 
     fn variances_of_sums(&self, pairs: &[DirectionPair], weights: &[Vec<f64>]) -> Vec<f64> {

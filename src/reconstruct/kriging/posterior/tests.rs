@@ -2,6 +2,7 @@ use super::super::kernel::{self, Kernel};
 use super::super::prior::PriorFile;
 use super::super::system::{self, MEAN, NUGGET};
 use super::*;
+use crate::geometry::Direction;
 use crate::sampling::{Random, cosine_hemisphere};
 
 fn pairs(first: u64, n: usize) -> Vec<DirectionPair> {
@@ -211,4 +212,144 @@ fn without_readings_nothing_is_known() {
     assert_eq!(process.means(&places), places.sites.mean);
     assert!(process.variances(&places).iter().all(|v| *v > 25.0));
     assert_eq!(process.covariances(&places, &places).shape(), (3, 3));
+}
+
+/// Errors that readings share.
+fn shared(n: usize) -> Vec<f64> {
+    (0..n).map(|i| 0.01 * (1 + i % 4) as f64).collect()
+}
+
+/// Both processes of some readings.
+fn whole_and_local(data: &Data) -> (Posterior, Local) {
+    let (kernel, shared) = (Kernel::new(Symmetry::FULL), shared(data.sites.len()));
+    let whole = given(&kernel, data.clone()).sharing(&shared);
+    let space = Space::usual(Symmetry::FULL);
+    let local = Local::given(&kernel, data.clone(), space, &shared).unwrap();
+    (whole, local)
+}
+
+#[test]
+fn of_few_readings_the_nearest_are_all() {
+    let near = |a: &[f64], b: &[f64]| {
+        let off = a
+            .iter()
+            .zip(b)
+            .map(|(a, b)| (a - b).abs() / (1e-3 + b.abs()));
+        assert!(off.fold(0.0, f64::max) < 1e-6, "{a:?} {b:?}");
+    };
+    for n in [1, 40, 64] {
+        let (whole, local) = whole_and_local(&data(&pairs(0, n)));
+        let (at, further) = (pairs(1000, 30), pairs(2000, 9));
+        let places = whole.places(&at);
+        let nearby = local.at(&at).unwrap();
+        let all: [&dyn Estimates; 2] = [&(&whole, &places), &nearby];
+        let [a, b] = all;
+        assert!((a.scale() / b.scale() - 1.0).abs() < 1e-9);
+        near(&a.means(), &b.means());
+        near(&a.variances(), &b.variances());
+        near(&a.surprise(), &b.surprise());
+        near(&a.noise(), &b.noise());
+        let known = local.predict(&at, &[]).unwrap();
+        let errors: Vec<f64> = known.iter().map(|known| known[0].shared.sqrt()).collect();
+        near(&whole.shared(&places), &errors);
+        // The farthest reading bounds what is near enough to have a covariance.
+        let with = [a, b].map(|of| of.covariances_with(3));
+        for i in 0..at.len() {
+            let is_far = with[1][i] == 0.0;
+            assert!(is_far || (with[0][i] - with[1][i]).abs() < 1e-9, "{n} {i}");
+        }
+        // Supposed readings: those nearer than the farthest.
+        let (whole, local) = (
+            whole.supposing(&further, false).unwrap(),
+            local.supposing(&further).unwrap(),
+        );
+        let places = whole.places(&at);
+        let nearby = local.at(&at).unwrap();
+        near(&whole.readable(&places), &nearby.readable());
+        for (a, b) in whole.variances(&places).iter().zip(nearby.variances()) {
+            assert!(b >= a - 1e-9, "{n}");
+        }
+    }
+}
+
+/// Readings on lines: about as many pairs, each with the sensor on a half circle.
+fn on_lines(lines: usize, n: usize) -> Vec<DirectionPair> {
+    let of = |k: usize| {
+        let light = pairs(300 + (k % lines) as u64, 1)[0].omega_i;
+        let theta = (k / lines) as f64 / (n / lines) as f64 * 1.4;
+        DirectionPair::new(light, Direction::from_spherical(theta, (k % lines) as f64))
+    };
+    (0..n).map(of).collect()
+}
+
+#[test]
+fn readings_on_lines_determine_what_lies_between() {
+    let read = on_lines(6, 1500);
+    let readings = Data {
+        noise: vec![1e-4; 1500],
+        ..data(&read)
+    };
+    let (whole, local) = whole_and_local(&readings);
+    let at = pairs(5000, 60);
+    let sum = |variances: Vec<f64>| variances.iter().map(|v| v.sqrt()).sum::<f64>();
+    let more = sum(local.at(&at).unwrap().variances()) / sum(whole.variances(&whole.places(&at)));
+    assert!((1.0..1.05).contains(&more), "{more}");
+}
+
+#[test]
+fn the_nearest_readings_of_many_say_nearly_as_much_as_all() {
+    let readings = Data {
+        noise: vec![1e-4; 1200],
+        ..data(&pairs(0, 1200))
+    };
+    let (whole, local) = whole_and_local(&readings);
+    let at = pairs(5000, 60);
+    let places = whole.places(&at);
+    let nearby = local.at(&at).unwrap();
+    let sum = |variances: Vec<f64>| variances.iter().map(|v| v.sqrt()).sum::<f64>();
+    let more = sum(nearby.variances()) / sum(whole.variances(&places));
+    assert!((1.0..1.03).contains(&more), "{more}");
+    // Covariances of two pairs, and sums over all.
+    let (a, b) = (
+        nearby.covariances_with(7),
+        (&whole, &places).covariances_with(7),
+    );
+    let off = (a - &b).amax() / b[7];
+    assert!(off < 0.05, "{off}");
+    let weights = DMatrix::from_element(60, 1, 1.0 / 60.0);
+    let of = |process: &Posterior| {
+        let places = process.places(&at);
+        process.variances_of_sums(&places, &weights, &[]).unwrap()[0]
+    };
+    let more = of(&local.about(&at).unwrap()) / of(&whole);
+    assert!((1.0 - 1e-9..1.05).contains(&more), "{more}");
+}
+
+#[test]
+#[ignore = "a system of 4000 readings"]
+fn of_4000_readings_errors_are_expected_within_3_percent() {
+    for noise in [1e-6_f64, 1e-4, 4e-4] {
+        let read = pairs(0, 4000);
+        let lobe = |pair: &DirectionPair| {
+            let [i, o] = pair.vectors();
+            let cosine = (i + o).normalize().z;
+            (0.05 + (-(1.0 - cosine * cosine) / 0.02).exp()).ln() - MEAN
+        };
+        let off = |i: usize| noise.sqrt() * (i as f64 * 0.77).sin() * 2.0_f64.sqrt();
+        let data = Data {
+            noise: vec![NUGGET + noise; 4000],
+            values: DMatrix::from_fn(4000, 1, |i, _| lobe(&read[i]) + off(i)),
+            ..data(&read)
+        };
+        let (whole, local) = whole_and_local(&data);
+        let at = pairs(9000, 400);
+        let places = whole.places(&at);
+        let nearby = local.at(&at).unwrap();
+        let expected = |of: &dyn Estimates| {
+            let all = of.variances().into_iter();
+            all.map(|v| (v * of.scale()).sqrt()).sum::<f64>()
+        };
+        let ratio = expected(&nearby) / expected(&(&whole, &places));
+        assert!((ratio - 1.0).abs() < 0.03, "{noise}: {ratio}");
+    }
 }
