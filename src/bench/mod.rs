@@ -16,7 +16,7 @@ pub(crate) use engine::{Listener, Task};
 pub(crate) use figure::svg;
 pub use ladder::{Effort, Judged, Ladder, Rung, Times, Watch};
 pub use machine::Machine;
-pub(crate) use row::Row;
+pub(crate) use row::{Row, grown};
 pub use row::{Time, front, reached};
 pub use sections::all;
 pub(crate) use table::{Layout, csv, fronts, json};

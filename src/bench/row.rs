@@ -2,6 +2,7 @@
 
 use super::{Diagram, Judged, Section, Times};
 use crate::report;
+use crate::statistics::order;
 
 /// What was measured on a rung.
 #[derive(Clone, Debug)]
@@ -156,6 +157,35 @@ impl Time {
         } else {
             Time::MoreThan(last.0)
         })
+    }
+}
+
+/// By which power of the number along its horizontal axis the costs of each choice grow, over the last two decades of it; empty of a
+/// section without diagrams of costs.
+pub(crate) fn grown(section: &Section, rows: &[Row]) -> String {
+    let choices = grouped(rows.iter(), |row| row.names[..row.names.len() - 1].to_vec());
+    let mut out = String::new();
+    for choice in &choices {
+        let mut of = Vec::new();
+        for diagram in section.diagrams.iter().filter(|d| !d.has_front) {
+            let point = |row: &&Row| {
+                let [x, y] = [diagram.x, diagram.y].map(|c| section.number(row, c));
+                Some((x?, y?))
+            };
+            let mut points: Vec<(f64, f64)> = choice.iter().filter_map(point).collect();
+            let last = points.iter().map(|p| p.0).fold(0.0, f64::max);
+            points.retain(|p| p.0 >= 0.009 * last);
+            let order = order(&points).map(|order| order.slope);
+            of.extend(order.map(|slope| format!("{} {slope:.2}", diagram.y)));
+        }
+        if !of.is_empty() {
+            let names = choice[0].names[..choice[0].names.len() - 1].join(" ");
+            out += &format!("  {names}: {}\n", of.join(", "));
+        }
+    }
+    match out.is_empty() {
+        true => out,
+        false => format!("\nexponent of growth, over the last two decades\n{out}"),
     }
 }
 

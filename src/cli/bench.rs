@@ -6,7 +6,7 @@ use super::{
     write_text,
 };
 use crate::bench::{
-    self, Layout, Listener, Machine, Row, Section, Settings, Task, fronts, json, reached,
+    self, Layout, Listener, Machine, Row, Section, Settings, Task, fronts, grown, json, reached,
 };
 use crate::error::Error;
 use clap::Args;
@@ -104,7 +104,10 @@ impl Bench {
                     objects.insert(section.name.into(), json(section, &rows));
                 }
                 false => {
-                    let text = fronts(section, &rows) + &reached(section, &rows) + "\n";
+                    let text = fronts(section, &rows)
+                        + &reached(section, &rows)
+                        + &grown(section, &rows)
+                        + "\n";
                     output.progress.suspend(|| print(&text))?;
                 }
             }

@@ -164,20 +164,33 @@ pub fn quantities() -> &'static [Quantity] {
 }
 
 /// Values of the [`quantities`], in their order; `None` where one is not defined or not asked for.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(try_from = "BTreeMap<String, Option<f64>>")]
-pub struct Quantities(Vec<Option<f64>>);
+pub struct Quantities(
+    /// NaN in place of `None`: a run holds all its rows.
+    Box<[f64]>,
+);
 
 impl Default for Quantities {
     fn default() -> Self {
-        Self(vec![None; quantities().len()])
+        Self(vec![f64::NAN; quantities().len()].into())
+    }
+}
+
+impl PartialEq for Quantities {
+    fn eq(&self, other: &Self) -> bool {
+        self.values().eq(other.values())
     }
 }
 
 impl Quantities {
     /// The value of the quantity of this name; `None` if there is none.
     pub fn get(&self, name: &str) -> Option<f64> {
-        self.0[place(name)?]
+        self.values().nth(place(name)?)?
+    }
+
+    fn values(&self) -> impl Iterator<Item = Option<f64>> {
+        self.0.iter().map(|x| Some(*x).filter(|x| !x.is_nan()))
     }
 
     /// Sets some of the [`quantities`] to those of what is judged, if there is any.
@@ -192,7 +205,7 @@ impl Quantities {
         let place = place(name);
         debug_assert!(place.is_some(), "{name} is no quantity");
         if let Some(place) = place {
-            self.0[place] = value;
+            self.0[place] = value.unwrap_or(f64::NAN);
         }
     }
 }
@@ -204,10 +217,10 @@ fn place(name: &str) -> Option<usize> {
 impl Serialize for Quantities {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
-        for (quantity, value) in quantities().iter().zip(&self.0) {
+        for (quantity, value) in quantities().iter().zip(self.values()) {
             match value {
-                Some(n) if quantity.is_count => map.serialize_entry(quantity.name, &(*n as u64))?,
-                value => map.serialize_entry(quantity.name, value)?,
+                Some(n) if quantity.is_count => map.serialize_entry(quantity.name, &(n as u64))?,
+                value => map.serialize_entry(quantity.name, &value)?,
             }
         }
         map.end()
@@ -222,7 +235,7 @@ impl TryFrom<BTreeMap<String, Option<f64>>> for Quantities {
         for (name, value) in columns {
             // What is no column of its own arrives here: a row of another version.
             let place = place(&name).ok_or_else(|| format!("unknown column `{name}`"))?;
-            values.0[place] = value;
+            values.0[place] = value.unwrap_or(f64::NAN);
         }
         Ok(values)
     }

@@ -4,10 +4,10 @@
 //! rounding included, on axes that wrap as well. Points are found in the order of their distances, and of their numbers where
 //! these are equal, so that nothing depends on where the tree divides them.
 
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 use smallvec::SmallVec;
 use std::array::from_fn;
 use std::cmp::Ordering;
-use std::collections::VecDeque;
 
 /// Points per leaf.
 const LEAF: usize = 16;
@@ -192,55 +192,100 @@ pub(crate) struct Tree<const K: usize, M> {
     leaves: Vec<Leaf<K>>,
 }
 
+/// Points of one task, about.
+const TASK: usize = 1 << 14;
+
+/// Points that are to be a leaf, or a node with what is below it.
+struct Part<'a, const K: usize> {
+    points: &'a mut [Point<K>],
+    parent: u32,
+    /// Which child of the parent it is.
+    side: usize,
+}
+
+impl<const K: usize> Part<'_, K> {
+    /// The box of the points. Of more than a leaf holds, half are put before the others along the axis on which it is longest.
+    fn divide(&mut self, metric: &impl Metric<K>) -> ([f64; K], [f64; K]) {
+        let (mut low, mut high) = ([f64::INFINITY; K], [f64::NEG_INFINITY; K]);
+        for point in &*self.points {
+            for (d, &x) in point.at.iter().enumerate() {
+                low[d] = low[d].min(x);
+                high[d] = high[d].max(x);
+            }
+        }
+        if self.points.len() > LEAF {
+            let length = |d: usize| metric.length(d, low[d], high[d]);
+            let longer = |best, d| if length(d) > length(best) { d } else { best };
+            let axis = (1..K).fold(0, longer);
+            let half = self.points.len() / 2;
+            self.points.select_nth_unstable_by(half, |a, b| {
+                a.at[axis]
+                    .total_cmp(&b.at[axis])
+                    .then(a.number.cmp(&b.number))
+            });
+        }
+        (low, high)
+    }
+}
+
 impl<const K: usize, M: Metric<K>> Tree<K, M> {
-    /// Of finite points, which are numbered in their order.
-    pub(crate) fn new(metric: M, points: &[[f64; K]]) -> Self {
+    /// Of finite points, which are numbered in their order. Level by level, the parts of a level on all cores.
+    pub(crate) fn new(metric: M, points: &[[f64; K]]) -> Self
+    where
+        M: Sync,
+    {
         let numbered = points.iter().zip(0..);
         let mut points: Vec<_> = numbered.map(|(&at, number)| Point { at, number }).collect();
         let mut nodes: Vec<Node<K>> = Vec::with_capacity(points.len() / (LEAF / 2));
         let mut leaves = Vec::with_capacity(nodes.capacity() + 1);
-        let mut parts = VecDeque::from([(0..points.len(), NONE, 0)]);
-        while let Some((range, parent, side)) = parts.pop_front() {
-            let part = &mut points[range.clone()];
-            let (mut low, mut high) = ([f64::INFINITY; K], [f64::NEG_INFINITY; K]);
-            for point in &*part {
-                for (d, &x) in point.at.iter().enumerate() {
-                    low[d] = low[d].min(x);
-                    high[d] = high[d].max(x);
-                }
-            }
-            let number = if part.len() > LEAF {
-                let length = |d: usize| metric.length(d, low[d], high[d]);
-                let longer = |best, d| if length(d) > length(best) { d } else { best };
-                let axis = (1..K).fold(0, longer);
-                let half = part.len() / 2;
-                part.select_nth_unstable_by(half, |a, b| {
-                    a.at[axis]
-                        .total_cmp(&b.at[axis])
-                        .then(a.number.cmp(&b.number))
-                });
-                let number = nodes.len() as u32;
-                parts.push_back((range.start..range.start + half, number, 0));
-                parts.push_back((range.start + half..range.end, number, 1));
-                nodes.push(Node {
-                    low: [[0.0; 2]; K],
-                    high: [[0.0; 2]; K],
-                    children: [0; 2],
-                    left: [half as u32, (range.len() - half) as u32],
+        let mut level = vec![Part {
+            points: &mut points,
+            parent: NONE,
+            side: 0,
+        }];
+        while !level.is_empty() {
+            let of_task = (TASK / level[0].points.len().max(1)).max(1);
+            let parts = level.par_iter_mut().with_min_len(of_task);
+            let divided: Vec<_> = parts.map(|part| part.divide(&metric)).collect();
+            let mut next = Vec::new();
+            for (part, (low, high)) in level.into_iter().zip(divided) {
+                let Part {
+                    points,
                     parent,
-                });
-                number as i32
-            } else {
-                leaves.push(Leaf::new(part, parent));
-                !(leaves.len() as i32 - 1)
-            };
-            if let Some(node) = nodes.get_mut(parent as usize) {
-                node.children[side] = number;
-                for d in 0..K {
-                    node.low[d][side] = low[d];
-                    node.high[d][side] = high[d];
+                    side,
+                } = part;
+                let number =
+                    if points.len() > LEAF {
+                        let number = nodes.len() as u32;
+                        let (left, right) = points.split_at_mut(points.len() / 2);
+                        nodes.push(Node {
+                            low: [[0.0; 2]; K],
+                            high: [[0.0; 2]; K],
+                            children: [0; 2],
+                            left: [left.len() as u32, right.len() as u32],
+                            parent,
+                        });
+                        next.extend([left, right].into_iter().zip(0..).map(|(points, side)| {
+                            Part {
+                                points,
+                                parent: number,
+                                side,
+                            }
+                        }));
+                        number as i32
+                    } else {
+                        leaves.push(Leaf::new(points, parent));
+                        !(leaves.len() as i32 - 1)
+                    };
+                if let Some(node) = nodes.get_mut(parent as usize) {
+                    node.children[side] = number;
+                    for d in 0..K {
+                        node.low[d][side] = low[d];
+                        node.high[d][side] = high[d];
+                    }
                 }
             }
+            level = next;
         }
         Self {
             metric,

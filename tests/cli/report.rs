@@ -4,7 +4,7 @@ use super::common::{Level, product};
 use super::{Bench, csv_rows};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use serde_json::Value;
+use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::Path;
@@ -40,9 +40,16 @@ coordinates = [{ kind = "half-difference" }, { kind = "hybrid" }]
 /// diagram ends before anything is unfolded, and the numbers of a column before and after a click on
 /// its heading.
 const PROBE: &str = r#"
-addEventListener("load", () => {
+addEventListener("load", async () => {
   const fold = document.querySelector(".answer .chart svg").getBoundingClientRect().bottom;
-  for (const d of document.querySelectorAll("details")) d.open = true;
+  // Parts that are inflated may have further ones.
+  for (let left = 3; left > 0; left--) {
+    for (const d of document.querySelectorAll("details")) d.open = true;
+    await new Promise(done => setTimeout(done, 300));
+  }
+  const deflated = document.querySelectorAll("[data-deflated]").length;
+  document.querySelector('#inflated button').click();
+  const inflated = [...document.querySelectorAll('#inflated td')].map(cell => cell.textContent);
   const pictures = [...document.querySelectorAll("svg, img")];
   const seen = pictures.map(e => {
     // What is wide scrolls in a box of its own.
@@ -65,6 +72,7 @@ addEventListener("load", () => {
   });
   out.textContent = JSON.stringify({ seen, named, title: document.title, paper: style.backgroundColor,
     ink: style.color, letter, wide, fold, columns,
+    deflated, inflated,
     requests: performance.getEntriesByType("resource").length });
   document.body.append(out);
 });
@@ -98,6 +106,10 @@ fn open(browser: &str, dir: &Path, page: &Path, args: &[&str]) -> (String, Vec<S
     let errors = errors.map(String::from).collect();
     (String::from_utf8_lossy(&output.stdout).into_owned(), errors)
 }
+
+/// A part as long ones are, deflated by zlib: a table with the id `inflated` and the cells 2 and 1.
+const LONG: &str = "<details><summary>Long</summary><div data-deflated=\"TY0xCsAwCAC/EvxAaOfUv5ia0kBIILr09zXFocsp54FJKbcSzkYiB8iYKhAqH1D71UgLA\
+    ya9C7GNuVbsKRoNc8FPefDjBeNunr1wtf1U9Dp+r/EF\"></div></details>";
 
 /// Perceived lightness of `rgb(r, g, b)`, 0 to 1.
 fn luminance(color: &str) -> f64 {
@@ -164,7 +176,8 @@ fn a_browser_shows_a_report() {
     // With a probe, which the policy is told of beside the page's own script.
     let hash = STANDARD.encode(Sha256::digest(PROBE));
     let allowed = report.replacen("script-src ", &format!("script-src 'sha256-{hash}' "), 1);
-    assert!(allowed != report);
+    let allowed = allowed.replacen("</main>", &format!("{LONG}</main>"), 1);
+    assert!(allowed.contains(LONG) && allowed.contains(&hash));
     let probed = dir.join("probed.html");
     fs::write(&probed, format!("{allowed}<script>{PROBE}</script>")).unwrap();
     for ((scheme, is_dark), width) in product([("1", false), ("0", true)], [1280, 480]) {
@@ -179,6 +192,8 @@ fn a_browser_shows_a_report() {
         let found: Value = serde_json::from_str(&json).unwrap();
         assert_eq!(found["title"], "Parametrization study");
         assert_eq!(found["requests"], 0);
+        assert_eq!(found["deflated"], 0);
+        assert_eq!(found["inflated"], json!(["1", "2"]));
         let mut moved = false;
         for column in found["columns"].as_array().unwrap() {
             let [before, after] = [0, 1].map(|i| {

@@ -48,6 +48,9 @@ pub const SUMMARY: &str = "summary.json";
 /// The relations: a row per material, lighting, view and way to move it.
 pub const RELATIONS: &str = "relations.csv";
 
+/// Records whose lines are made at once.
+const WRITTEN: usize = 4096;
+
 /// Files made from all records: removed as soon as there is another record.
 const OF_ALL: [&str; 11] = [
     MANIFEST,
@@ -202,8 +205,11 @@ impl<R: Record> RunFolder<R> {
             // They are of fewer records now, and shall not look whole.
             remove(fs::remove_file(self.dir.join(name))).map_err(|e| self.failed(&e))?;
         }
-        self.rows.extend(rows.iter().cloned().map(Arc::new));
-        self.file.append(rows).map_err(|e| self.failed(&e))
+        for some in rows.chunks(WRITTEN) {
+            self.rows.extend(some.iter().cloned().map(Arc::new));
+            self.file.append(some).map_err(|e| self.failed(&e))?;
+        }
+        Ok(())
     }
 
     /// The records of some keys, in their order; those of other configs come after them.

@@ -5,7 +5,7 @@ use super::super::findings::{
 };
 use super::super::verdict::{number, said};
 use super::charts::{self, Looks};
-use super::{folded, scope_title};
+use super::{fold, folded, scope_title};
 use crate::experiment::{Cell, Choice, Findings, NONE, Ranking};
 use maud::{Markup, html};
 
@@ -34,7 +34,7 @@ pub(super) fn section(findings: &Findings, looks: &Looks) -> Option<Markup> {
                 let chart = charts::forest(&rows, findings, looks, &label, &title);
                 let part = html! {
                     @if let Some(chart) = chart { (chart) }
-                    details { summary { "The same as a table" } (table(findings, &rows, &reference)) }
+                    (fold(false, "", "The same as a table", table(findings, &rows, &reference)))
                 };
                 parts.push((title, part));
             }

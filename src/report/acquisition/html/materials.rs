@@ -2,7 +2,7 @@
 
 use super::super::order::{by, sampling};
 use super::figure::figures;
-use super::{MaterialPictures, folded, sampling_name};
+use super::{MaterialPictures, fold, folded, sampling_name};
 use crate::experiment::{Choice, Row};
 use crate::report::acquisition::table::error;
 use crate::report::{each_once, first_of_each};
@@ -163,26 +163,24 @@ pub(super) fn section(
 ) -> Markup {
     let table = |m: &Measure| (format!("nrmse, {} pairs", m.name), table(m, allowances));
     let tables = material.measures.iter().map(table);
-    html! {
-        section.material id={ "material-" (number) } {
-            details open[number < OPEN] {
-                summary { (material.name) }
-                p.truth {
-                    "Truth: " (material.truth)
-                    @match material.alignment {
-                        Some(q) => { (format!("; measured alignment q = {q:.2} (0: a lobe over theta_h, 1: over |h_bar|)")) }
-                        None => { "; no lobe whose alignment could be measured" }
-                    }
-                }
-                @if let Some(pictures) = pictures { (figures(&pictures.pictures)) }
-                @if let Some(curves) = curves { (curves) }
-                @if material.is_exact() {
-                    p { "Exact: at every budget all samplings have a reconstruction whose error is one of rounding." }
-                } @else {
-                    (folded(tables))
-                }
+    let body = html! {
+        p.truth {
+            "Truth: " (material.truth)
+            @match material.alignment {
+                Some(q) => { (format!("; measured alignment q = {q:.2} (0: a lobe over theta_h, 1: over |h_bar|)")) }
+                None => { "; no lobe whose alignment could be measured" }
             }
         }
+        @if let Some(pictures) = pictures { (figures(&pictures.pictures)) }
+        @if let Some(curves) = curves { (curves) }
+        @if material.is_exact() {
+            p { "Exact: at every budget all samplings have a reconstruction whose error is one of rounding." }
+        } @else {
+            (folded(tables))
+        }
+    };
+    html! {
+        section.material id={ "material-" (number) } { (fold(number < OPEN, "", &material.name, body)) }
     }
 }
 

@@ -1,7 +1,7 @@
 //! `report.html`: the findings of a study, in one file that needs no other but the picture of wall times, without which it is
 //! the same wherever it is made.
 //!
-//! No font, no request, and no script but one, which is constant and sorts tables: its own policy
+//! No font, no request, and no script but one, which is constant, sorts tables and inflates long parts that are opened: its own policy
 //! forbids them. Every text goes through the escaping of the templates; names of materials are file
 //! names, and may hold anything.
 
@@ -21,20 +21,25 @@ use super::order::error_of;
 use super::table::TextTable;
 use crate::error::count;
 use crate::experiment::{Choice, Explained, Findings, Metric, Plan, Row, Scope};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use charts::Looks;
 use figure::figures;
+use flate2::Compression;
+use flate2::write::DeflateEncoder;
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html as page};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+use std::io::Write;
 
 const STYLE: &str = include_str!("style.css");
 
-/// Sorts tables. It holds no data, and the page is whole without it.
+/// Sorts tables, and inflates long parts where they are opened. It holds no data, and without it all but those parts is there.
 const SCRIPT: &str = include_str!("script.js");
 
 /// Content security policy of a report: nothing is loaded but [`TIMES`], a picture beside it, and nothing is run but [`SCRIPT`],
 /// which is named by its SHA-256.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data: 'self' file:; \
-                      script-src 'sha256-7iCK9o6X7/JTYUZwfG7PSVs62XHF9h8qADAVz8jHsNk='";
+                      script-src 'sha256-3wZkFcmuNEqDAj9/dDCZ0HoDTnu14dA9q9SJVXFnWLg='";
 
 /// A figure of a report.
 #[derive(Clone, Debug, PartialEq)]
@@ -198,11 +203,34 @@ fn rankings(findings: &Findings) -> Markup {
 
 /// Parts below one another, the first open, the others folded away.
 fn folded(parts: impl IntoIterator<Item = (String, Markup)>) -> Markup {
+    let parts = parts.into_iter().enumerate();
+    page! { @for (i, (title, body)) in parts { (fold(i == 0, "", title, body)) } }
+}
+
+/// Bytes from which on a part that is folded away is deflated: studies have hundreds of tables and figures, which would take longer to
+/// load than to read.
+const LONG: usize = 24_000;
+
+/// A part with a title, open or folded away, with an id unless it is empty.
+fn fold(open: bool, id: &str, title: impl Render, body: Markup) -> Markup {
+    let id = (!id.is_empty()).then_some(id);
+    let is_deflated = !open && body.0.len() > LONG;
     page! {
-        @for (i, (title, body)) in parts.into_iter().enumerate() {
-            details open[i == 0] { summary { (title) } (body) }
+        details id=[id] open[open] {
+            summary { (title) }
+            @if is_deflated {
+                div data-deflated=(deflated(&body.0)) {}
+                noscript { p.note { "To show this part needs a script." } }
+            } @else { (body) }
         }
     }
+}
+
+/// A text, deflated (RFC 1951), in base 64.
+fn deflated(text: &str) -> String {
+    let mut out = DeflateEncoder::new(Vec::new(), Compression::best());
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.finish());
+    STANDARD.encode(written.unwrap_or_else(|_| unreachable!("memory takes all")))
 }
 
 /// A table that scrolls where it is wider than the page: the texts of its head, and its rows.
@@ -326,5 +354,32 @@ fn sampling_name(choice: &Choice) -> Markup {
     page! {
         (choice.parametrization)
         @if choice.warp != "none" { " " small { (choice.warp) } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flate2::read::DeflateDecoder;
+    use std::io::Read;
+
+    #[test]
+    fn long_parts_that_are_folded_away_are_deflated() {
+        let body = |n: usize| page! { @for i in 0..n { p { "row " (i) " <" } } };
+        let found = |open, n| fold(open, "a", "title", body(n)).into_string();
+        for (open, n) in [(true, 4000), (false, 10)] {
+            assert!(found(open, n).contains(&body(n).into_string()));
+        }
+        let folded = found(false, 4000);
+        let deflated = folded
+            .split('"')
+            .skip_while(|part| !part.contains("data-deflated"));
+        let bytes = STANDARD.decode(deflated.skip(1).next().unwrap()).unwrap();
+        let mut text = String::new();
+        DeflateDecoder::new(&bytes[..])
+            .read_to_string(&mut text)
+            .unwrap();
+        assert_eq!(text, body(4000).into_string());
+        assert!(folded.len() < text.len() / 4);
     }
 }

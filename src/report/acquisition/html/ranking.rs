@@ -3,7 +3,7 @@
 use super::super::findings::{method, p_text};
 use super::super::order::sorted;
 use super::super::verdict::number;
-use super::{sampling_name, scope_title};
+use super::{fold, sampling_name, scope_title};
 use crate::error::{count, listed};
 use crate::experiment::{Cell, Findings, Line, Ranking};
 use crate::report::acquisition::table::error;
@@ -55,22 +55,18 @@ fn table(findings: &Findings, ranking: &Ranking, number: usize) -> Markup {
     let separable = allowances.map(|a| least(ranking, a) < SIGNIFICANCE);
     let separable: Vec<bool> = separable.collect();
     let (shown, rest) = lines.split_at(lines.len().min(SHOWN));
-    html! {
-        details id={ "ranking-" (number) } open[number == 0] {
-            summary { (scope_title(&ranking.scope)) }
-            @if let Some(note) = too_few(findings, ranking) { p.note { (note) } }
-            @if !ranking.scope.left_out.is_empty() {
-                p.note { "Left out: " (ranking.scope.left_out.join(", ")) "." }
-            }
-            (part(findings, shown, 1, &separable))
-            @if !rest.is_empty() {
-                details {
-                    summary { (count(rest.len(), "more line")) }
-                    (part(findings, rest, SHOWN + 1, &separable))
-                }
-            }
+    let body = html! {
+        @if let Some(note) = too_few(findings, ranking) { p.note { (note) } }
+        @if !ranking.scope.left_out.is_empty() {
+            p.note { "Left out: " (ranking.scope.left_out.join(", ")) "." }
         }
-    }
+        (part(findings, shown, 1, &separable))
+        @if !rest.is_empty() {
+            (fold(false, "", count(rest.len(), "more line"), part(findings, rest, SHOWN + 1, &separable)))
+        }
+    };
+    let id = format!("ranking-{number}");
+    fold(number == 0, &id, scope_title(&ranking.scope), body)
 }
 
 /// The comparisons of a column with its best.
