@@ -319,6 +319,12 @@ impl<'a> Left<'a> {
             let known = self.scaled.columns(0, self.choices);
             with.gemv(-1.0, &known, &row.rows(0, self.choices), 1.0);
         }
+        // Covariances that are approximated may be larger than those of two numbers of such variances.
+        let own = self.variances[best];
+        for (with, v) in with.iter_mut().zip(&self.variances) {
+            let most = (v * own).sqrt() * (1.0 + 1e-9);
+            *with = with.clamp(-most, most);
+        }
         with /= spread;
         for (v, t) in self.variances.iter_mut().zip(with.iter()) {
             *v = (*v - t * t).max(0.0);

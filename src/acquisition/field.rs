@@ -11,6 +11,7 @@ use crate::reconstruct::{Posterior, some};
 use crate::sampling::GOLDEN_ANGLE;
 use crate::schedule::{Draws, Pictures, PlanError, Pose, SampleSet, SobolSet, StopAngle, azimuth};
 use glam::DVec3;
+use std::cell::OnceCell;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
@@ -100,8 +101,9 @@ pub(super) struct Reach<'a> {
     form: &'a dyn Parametrization,
     machine: Option<&'a Machine>,
     refused: Vec<DirectionPair>,
-    /// What was read and what was not; `None`: all was.
-    asked: Option<Posterior>,
+    so_far: &'a Measurement,
+    /// What was read and what was not, made when first asked for; `None` if that is singular.
+    asked: OnceCell<Option<Posterior>>,
 }
 
 /// Poses where the share of readings is lower, of those nearby and of one besides, are left out by planners that
@@ -110,18 +112,16 @@ const HOPEFUL: f64 = 0.75;
 
 impl<'a> Reach<'a> {
     /// After the poses of a measurement.
-    pub(crate) fn new(task: &'a Task<'_>, so_far: &Measurement) -> Self {
+    pub(crate) fn new(task: &'a Task<'_>, so_far: &'a Measurement) -> Self {
         let all = so_far.outcomes.iter().zip(&so_far.schedule.poses);
         let refused = all.filter(|(outcome, _)| matches!(outcome, Outcome::Unreachable(_)));
         let refused = refused.filter_map(|(_, pose)| canonical(&*task.form, &pose.pair));
-        let asked = so_far.readings() < so_far.outcomes.len();
         Self {
             form: &*task.form,
             machine: task.machine,
             refused: refused.map(|pose| pose.pair).collect(),
-            asked: asked
-                .then(|| supposed(Posterior::before(task.form.symmetry(), None), so_far))
-                .flatten(),
+            so_far,
+            asked: OnceCell::new(),
         }
     }
 
@@ -140,7 +140,13 @@ impl<'a> Reach<'a> {
 
     /// True where there may be readings.
     pub(crate) fn hopes(&self, poses: &[Pose]) -> Vec<bool> {
-        let Some(process) = &self.asked else {
+        let of = || supposed(Posterior::before(self.form.symmetry(), None), self.so_far);
+        let all_read = self.so_far.readings() == self.so_far.outcomes.len();
+        let asked = match all_read {
+            true => None,
+            false => self.asked.get_or_init(of).as_ref(),
+        };
+        let Some(process) = asked else {
             return vec![true; poses.len()];
         };
         let pairs: Vec<DirectionPair> = poses.iter().map(|pose| pose.pair).collect();

@@ -19,7 +19,7 @@ use crate::moments::Influences;
 use crate::parametrization::Axis;
 use crate::reconstruct::{
     Coordinates, Estimates, KRIGING, Kriging, Local, MOST_COMPARED as MOST_WHOLE, MOST_SPARSE,
-    Mixture, Posterior, Predictive, PriorFile, Reconstruct, ReconstructError, Values,
+    Mixture, Posterior, Predictive, PriorFile, Reconstruct, ReconstructError, TRUSTED, Values,
 };
 use crate::registry::{self, Entry, Keys, Resolved, keys, named};
 use crate::schedule::{Pictures, PlanError, Pose, SampleSet};
@@ -260,7 +260,8 @@ impl Greedy {
             let weights: Vec<f64> = mixed.collect();
             least_certain(candidates, &weights, wanted)
         };
-        if so_far.readings() > MOST_WHOLE {
+        let many = asked > MOST_ASKED && so_far.readings() > TRUSTED;
+        if so_far.readings() > MOST_WHOLE || many {
             let process = Local::new(&kriging, so_far).map_err(unknown)?;
             let process = process.supposing(&unread(usize::MAX));
             let process = process.ok_or_else(|| self.singular(asked))?;
@@ -448,7 +449,7 @@ impl Planner for Greedy {
         if most > MOST_AT_ONCE {
             let kind = self.rule.name();
             return Err(PlanError::Refused(format!(
-                "batch = {most}: {kind} chooses at most {MOST_AT_ONCE} poses at once; allowed: fewer"
+                "batch = {most}: {kind} chooses at most {MOST_AT_ONCE} poses at once; allowed: at most so many"
             )));
         }
         let next = match (self.rule, so_far.readings()) {

@@ -26,6 +26,9 @@ pub const FORMULAS: &str = include_str!("../../configs/families.toml");
 /// The coordinates that planners choose their poses in.
 const OF_PLANNERS: &str = "half-difference";
 
+/// Poses up to which planners are tried: more take minutes for each material.
+const MOST_PLANNED: usize = 4000;
+
 /// The planner whose poses are chosen for a moment, and the one whose are chosen for the BRDF, batch after batch.
 const ADAPTIVE: &str = "adaptive";
 
@@ -307,7 +310,7 @@ impl AdviceSpec {
                 return !planners;
             };
             let read = registry::read_text(planner, "");
-            planners && read.is_ok_and(|planner| most <= planner.most())
+            planners && read.is_ok_and(|planner| most <= planner.most().min(MOST_PLANNED))
         };
         let is_empty = retain("sample_set", &|table| {
             // Of moments, which take a while, what is best for the BRDF beside what is chosen for them.

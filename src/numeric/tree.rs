@@ -195,6 +195,11 @@ pub(crate) struct Tree<const K: usize, M> {
 /// Points of one task, about.
 const TASK: usize = 1 << 14;
 
+/// Points of the first half: whole leaves, so that all but the last leaf are full.
+fn half(points: usize) -> usize {
+    (points / 2).next_multiple_of(LEAF)
+}
+
 /// Points that are to be a leaf, or a node with what is below it.
 struct Part<'a, const K: usize> {
     points: &'a mut [Point<K>],
@@ -217,7 +222,7 @@ impl<const K: usize> Part<'_, K> {
             let length = |d: usize| metric.length(d, low[d], high[d]);
             let longer = |best, d| if length(d) > length(best) { d } else { best };
             let axis = (1..K).fold(0, longer);
-            let half = self.points.len() / 2;
+            let half = half(self.points.len());
             self.points.select_nth_unstable_by(half, |a, b| {
                 a.at[axis]
                     .total_cmp(&b.at[axis])
@@ -236,7 +241,7 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
     {
         let numbered = points.iter().zip(0..);
         let mut points: Vec<_> = numbered.map(|(&at, number)| Point { at, number }).collect();
-        let mut nodes: Vec<Node<K>> = Vec::with_capacity(points.len() / (LEAF / 2));
+        let mut nodes: Vec<Node<K>> = Vec::with_capacity(points.len().div_ceil(LEAF));
         let mut leaves = Vec::with_capacity(nodes.capacity() + 1);
         let mut level = vec![Part {
             points: &mut points,
@@ -257,7 +262,7 @@ impl<const K: usize, M: Metric<K>> Tree<K, M> {
                 let number =
                     if points.len() > LEAF {
                         let number = nodes.len() as u32;
-                        let (left, right) = points.split_at_mut(points.len() / 2);
+                        let (left, right) = points.split_at_mut(half(points.len()));
                         nodes.push(Node {
                             low: [[0.0; 2]; K],
                             high: [[0.0; 2]; K],

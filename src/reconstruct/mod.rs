@@ -190,7 +190,7 @@ pub trait Reconstruct: Resolved + std::fmt::Debug + Send + Sync {
     /// does not know.
     ///
     /// # Errors
-    /// As [`interpolate`](Self::interpolate), or of fewer readings: `kriging` predicts errors of 10 000 at most.
+    /// As [`interpolate`](Self::interpolate), or of fewer readings: `kriging` predicts errors of 100 000 at most.
     fn predictive(
         &self,
         _measurement: &Measurement,

@@ -545,3 +545,53 @@ fn a_machine_goes_on_where_it_stands() {
         }
     }
 }
+
+/// More than 2000 readings are no longer one system.
+#[test]
+#[ignore = "thorough: thousands of readings"]
+fn poses_are_chosen_after_thousands_of_readings() {
+    let truth = lobe(0.1);
+    let measured = acquire(&*once(Box::new(SobolSet {})), &task(2100), &truth).unwrap();
+    let planner = greedy(Rule::Adaptive);
+    let of_moment = aimed(Rule::Adaptive, |aim| {
+        aim.moment = Some("variance=0".parse().unwrap());
+    });
+    let expected = |readings: usize| {
+        let some = noisy(&measured, readings, 1);
+        let forecast = of_moment.forecast(&task(4000), &some, &[]).unwrap();
+        [forecast.now.nrmse.unwrap(), forecast.moment.unwrap().now]
+    };
+    for (whole, local) in expected(1980).into_iter().zip(expected(2020)) {
+        assert!((local / whole - 1.0).abs() < 0.1, "{local} {whole}");
+    }
+    let others = Task {
+        seed: 7,
+        ..task(60)
+    };
+    let others = acquire(&*once(Box::new(SobolSet {})), &others, &truth).unwrap();
+    let in_vain = in_vain(others.schedule.poses.clone(), Outcome::NoData);
+    let all = measured.followed_by(&in_vain).unwrap();
+    let chosen = |threads| {
+        common::on_threads(threads, || {
+            let poses = planner.next(&task(4000), &all, 16).unwrap();
+            let forecast = planner.forecast(&task(4000), &all, &poses).unwrap();
+            (poses, forecast)
+        })
+    };
+    let (poses, forecast) = chosen(1);
+    assert_eq!(poses.len(), 16);
+    for (i, pose) in poses.iter().enumerate() {
+        assert!(poses[..i].iter().all(|other| apart(pose, other) > 1e-6));
+    }
+    let errors = [forecast.now, forecast.then].map(|e| e.nrmse.unwrap());
+    assert!(errors[1] < errors[0], "{errors:?}");
+    let true_error = error_of(&*kriging(&measured), &truth);
+    assert!(
+        (0.2..5.0).contains(&(true_error / errors[0])),
+        "{true_error} {errors:?}"
+    );
+    let (again, forecast_again) = chosen(2);
+    assert_eq!(forecast, forecast_again);
+    let pairs = |poses: &[Pose]| poses.iter().map(|pose| pose.pair).collect::<Vec<_>>();
+    assert!(pairs(&poses) == pairs(&again));
+}

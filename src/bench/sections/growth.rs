@@ -193,8 +193,8 @@ fn study(of: [usize; 3], number: usize) -> Rung {
             }
             Ok((plans, None))
         };
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = watch.aside(|| pool).map_err(text)?;
+        let pool = watch.aside(|| ThreadPoolBuilder::new().num_threads(threads).build());
+        let pool = pool.map_err(text)?;
         watched(watch, || pool.install(run))
     };
     let work = (materials + parts) as f64 / threads as f64;

@@ -18,7 +18,7 @@
 //! likeliest ([`trained`], [`kernel_training`]).
 //!
 //! More than 10 000 readings are approximated: 4000 of them, at random, determine the process everywhere, given all others
-//! ([`sparse`]). How certain it is at a pair follows of more than 2000 readings from the 256 nearest ones (`posterior/local.rs`).
+//! ([`sparse`]). How certain it is at a pair follows of more than 2000 readings from 256 of them (`posterior/local.rs`).
 //!
 //! Readings in the plane of incidence alone say nothing of φ_d. It then continues by the kernel of other materials,
 //! which for Oren and Nayar's errs at most 2.5 times as much as the nearest reading does, in spherical coordinates 4 times

@@ -533,8 +533,8 @@ impl Posterior {
     /// The weights of all rows of the data near a place: 1 where they are at it.
     fn near(&self, x: &Columns) -> impl Iterator<Item = f64> {
         let read = self.read.iter().filter(|read| **read).count();
-        let rows = self.data.sites.columns.iter();
-        rows.map(move |row| system::near(x, row, read))
+        let (rows, near) = (self.data.sites.columns.iter(), system::nearness(read));
+        rows.map(move |row| near(x, row))
     }
 }
 

@@ -161,9 +161,16 @@ const WIDTHS: [(usize, f64); 3] = [(kernel::U1, 0.15), (kernel::U2, 0.3), (kerne
 
 /// The weight of one of so many readings in an average of their errors near a pair: 1 where it is that pair.
 pub(super) fn near(x: &Columns, of: &Columns, readings: usize) -> f64 {
+    nearness(readings)(x, of)
+}
+
+/// [`near`] for so many readings.
+pub(super) fn nearness(readings: usize) -> impl Fn(&Columns, &Columns) -> f64 {
     let narrower = (64.0 / readings.max(1) as f64).powf(1.0 / 6.0);
-    let off = WIDTHS.map(|(c, w)| (x[c] - of[c]) / (w * narrower));
-    (-0.5 * off.iter().map(|d| d * d).sum::<f64>()).exp()
+    move |x, of| {
+        let off = WIDTHS.map(|(c, w)| (x[c] - of[c]) / (w * narrower));
+        (-0.5 * off.iter().map(|d| d * d).sum::<f64>()).exp()
+    }
 }
 
 /// Readings in the form that the system takes.

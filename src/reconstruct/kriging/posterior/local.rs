@@ -30,7 +30,7 @@ const THINNER: usize = 3;
 /// Supposed readings that a pair is given beside them, at most.
 const SUPPOSED: usize = 64;
 
-/// Of the nearest readings those whose own errors are predicted from all others.
+/// Of the nearest readings those whose own errors are predicted from all others, and those that a mean alone is of.
 const LEFT_OUT: usize = 64;
 
 /// Readings whose squared errors are averaged, of as many as are there before.
@@ -133,6 +133,16 @@ struct Supposed {
     cloud: Cloud,
 }
 
+impl Supposed {
+    fn none(scales: Columns, space: &Space) -> Self {
+        Self {
+            sites: Sites::new(&[], space, None),
+            noise: Vec::new(),
+            cloud: Cloud::new(scales, &[]),
+        }
+    }
+}
+
 /// Pairs, with what the readings nearest to each say of it.
 pub(crate) struct Nearby<'a> {
     local: &'a Local,
@@ -142,9 +152,11 @@ pub(crate) struct Nearby<'a> {
 
 /// What is known at a pair.
 struct Given {
-    /// The readings that determine it, and the supposed ones after them.
-    sites: Sites,
-    /// The weight of each in the mean at the pair.
+    /// Numbers of the readings that determine it.
+    read: Vec<u32>,
+    /// Numbers of the supposed ones.
+    supposed: Vec<u32>,
+    /// The weight of each in the mean at the pair, of the supposed ones after the others.
     weights: DVector<f64>,
     /// Squared distance of the farthest reading.
     reach2: f64,
@@ -197,17 +209,13 @@ impl Local {
         });
         let columns = &data.sites.columns;
         let cloud = Cloud::new(scales, columns).with_thinner(columns);
-        let none = Supposed {
-            sites: Sites::new(&[], &space, None),
-            noise: Vec::new(),
-            cloud: Cloud::new(scales, &[]),
-        };
+        let supposed = Supposed::none(scales, &space);
         Some(Self {
             space,
             covariance,
             data: Data { values, ..data },
             cloud,
-            supposed: none,
+            supposed,
             scale,
             noise: Noise::default(),
             shared: least,
@@ -227,7 +235,9 @@ impl Local {
     }
 
     fn supposed(&self, pairs: &[DirectionPair]) -> Option<Supposed> {
-        let noise = self.at(pairs)?.noise();
+        let none = Supposed::none(self.cloud.scales, &self.space);
+        let noise = |given: Given| self.noise.variance(given.mean);
+        let noise = self.each(&Sites::new(pairs, &self.space, None), &none, noise)?;
         let sites = Sites::new(pairs, &self.space, None);
         Some(Supposed {
             cloud: Cloud::new(self.cloud.scales, &sites.columns),
@@ -238,18 +248,41 @@ impl Local {
 
     /// What is known at pairs; `None` if covariances are singular.
     pub(crate) fn at(&self, pairs: &[DirectionPair]) -> Option<Nearby<'_>> {
-        self.with(pairs, &self.supposed)
-    }
-
-    fn with(&self, pairs: &[DirectionPair], supposed: &Supposed) -> Option<Nearby<'_>> {
         let sites = Sites::new(pairs, &self.space, None);
-        let all = (0..sites.len()).into_par_iter();
-        let of = all.map(|i| self.given_nearest(&sites.select(&[i]), supposed));
         Some(Nearby {
             local: self,
-            of: of.collect::<Option<_>>()?,
+            of: self.each(&sites, &self.supposed, |given| given)?,
             sites,
         })
+    }
+
+    /// Something of what is known at each site.
+    fn each<T: Send>(
+        &self,
+        sites: &Sites,
+        supposed: &Supposed,
+        of: impl Fn(Given) -> T + Sync,
+    ) -> Option<Vec<T>> {
+        let all = (0..sites.len()).into_par_iter();
+        let of = |i| Some(of(self.given_nearest(&sites.select(&[i]), supposed)?));
+        all.map(of).collect()
+    }
+
+    /// ln(f + ε) at pairs, each by the nearest 64 readings; `None` if covariances are singular.
+    pub(crate) fn means(&self, pairs: &[DirectionPair]) -> Option<Vec<f64>> {
+        let sites = Sites::new(pairs, &self.space, None);
+        let mean = |i: usize| {
+            let at = sites.select(&[i]);
+            let near = self.cloud.nearest(&at.columns[0], LEFT_OUT, f64::INFINITY);
+            let near: Vec<usize> = near.iter().map(|near| near.number as usize).collect();
+            let mut data = self.data.select(&near);
+            let factor = self.covariance.factor(&data)?;
+            let mut weights = self.covariance.between(&data.sites.rows(), &at, 0..1);
+            system::forward(&factor, &mut weights);
+            system::forward(&factor, &mut data.values);
+            Some(at.mean[0] + data.values.column(0).dot(&weights.column(0)))
+        };
+        (0..sites.len()).into_par_iter().map(mean).collect()
     }
 
     /// What is known at one site.
@@ -259,6 +292,7 @@ impl Local {
         let (read, reach2) = self.cloud.determining(x);
         let further = supposed.cloud.nearest(x, SUPPOSED, reach2);
         let further: Vec<usize> = further.iter().map(|near| near.number as usize).collect();
+        let numbers = |list: &[usize]| list.iter().map(|&i| i as u32).collect();
         let n = read.len();
         let mut data = self.data.select(&read);
         let own = data.values.clone();
@@ -278,12 +312,13 @@ impl Local {
         let inverse =
             tail.solve_lower_triangular(&DMatrix::identity(tail.nrows(), tail.nrows()))?;
         let values = values.rows(n - tail.nrows(), tail.nrows());
+        let near = system::nearness(self.data.sites.len());
         let [mut sum, mut all] = [0.0, 1e-300];
         for (row, column) in inverse.column_iter().enumerate() {
             // A row of K⁻¹ is one of L⁻ᵀ times L⁻¹.
             let square = column.dot(&values.column(0)).powi(2) / column.norm_squared();
             let site = &data.sites.columns[n - tail.nrows() + row];
-            let weight = system::near(x, site, self.data.sites.len());
+            let weight = near(x, site);
             sum += weight * square / self.scale;
             all += weight;
         }
@@ -292,7 +327,8 @@ impl Local {
             mean: at.mean[0] + estimates[0],
             shared: self.shared + estimates[1].max(0.0),
             surprise: (sum / all).max(LEAST_SURPRISE),
-            sites: data.sites,
+            read: numbers(&read),
+            supposed: numbers(&further),
             weights: weights.column(0).into_owned(),
             reach2,
             variances: variances.map(|less| (before - less).max(0.0)),
@@ -306,18 +342,17 @@ impl Local {
         pairs: &[DirectionPair],
         read: &[DirectionPair],
     ) -> Option<Vec<[LogNormal; 2]>> {
-        let known = self.with(pairs, &self.supposed(read)?)?.of.into_iter();
-        let known = known.map(|given| {
+        let sites = Sites::new(pairs, &self.space, None);
+        self.each(&sites, &self.supposed(read)?, |given| {
             given.variances.map(|variance| LogNormal {
                 mean: given.mean,
                 variance: variance * self.scale + given.shared * given.shared,
                 shared: given.shared * given.shared,
             })
-        });
-        Some(known.collect())
+        })
     }
 
-    /// The process of as many readings as one system holds, those nearest to some pairs; `None` if their covariances are singular.
+    /// The process of as many readings as one system holds, those nearest to some pairs: no more is known by it than by all. `None` if their covariances are singular.
     pub(crate) fn about(&self, pairs: &[DirectionPair]) -> Option<Posterior> {
         let sites = self.space.columns(pairs);
         let near: Vec<Vec<usize>> = sites
@@ -396,6 +431,16 @@ fn scale(covariance: &Covariance, scales: Columns, space: &Space, data: &Data) -
 }
 
 impl Nearby<'_> {
+    /// The sites that determine what is known at one.
+    fn sites_of(&self, given: &Given) -> Sites {
+        let Local { data, supposed, .. } = self.local;
+        let [read, further] = [&given.read, &given.supposed]
+            .map(|list| list.iter().map(|&i| i as usize).collect::<Vec<_>>());
+        data.sites
+            .select(&read)
+            .and(&supposed.sites.select(&further))
+    }
+
     fn all(&self, of: impl Fn(&Given) -> f64) -> Vec<f64> {
         self.of.iter().map(of).collect()
     }
@@ -428,9 +473,8 @@ impl Estimates for Nearby<'_> {
         if supposed.sites.len() == 0 {
             return vec![1.0; self.of.len()];
         }
-        let near = |x: &Columns, of: &[Columns]| -> f64 {
-            of.iter().map(|y| system::near(x, y, read.len())).sum()
-        };
+        let weight = system::nearness(read.len());
+        let near = |x: &Columns, of: &[Columns]| -> f64 { of.iter().map(|y| weight(x, y)).sum() };
         let share = |x: &Columns| {
             let [had, not] = [read, &supposed.sites.columns].map(|of| near(x, of));
             (1.0 + had) / (1.0 + had + not)
@@ -451,7 +495,7 @@ impl Estimates for Nearby<'_> {
             if i == number {
                 given.variances[1]
             } else if way.sum::<f64>() < given.reach2 {
-                let with = covariance.between(&given.sites.rows(), &own, 0..1);
+                let with = covariance.between(&self.sites_of(given).rows(), &own, 0..1);
                 before[i] - with.column(0).dot(&given.weights)
             } else {
                 0.0

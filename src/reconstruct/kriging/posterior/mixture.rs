@@ -7,6 +7,9 @@ use crate::measurement::Measurement;
 use crate::reconstruct::{LogNormal, Predictive, ReconstructError, Suspect, admit};
 use nalgebra::{DMatrix, DVector};
 
+/// Why no system of readings is singular where that of all, or of a part, was not.
+const REGULAR: &str = "the nugget makes covariances regular";
+
 /// Pairs that are predicted at once: what is kept of each is as much as there are readings.
 const PREDICTED: usize = 2048;
 
@@ -51,9 +54,9 @@ impl Mixture {
     pub(crate) fn means(&self, pairs: &[DirectionPair]) -> Vec<f64> {
         let accounts = match &self.accounts {
             Accounts::Whole(accounts) => accounts,
-            Accounts::Local(_) => {
-                let known = self.predict(pairs).into_iter();
-                return known.map(|known| known.mean).collect();
+            Accounts::Local(local) => {
+                let means = local.means(pairs);
+                return means.unwrap_or_else(|| unreachable!("{REGULAR}"));
             }
         };
         let mut all = vec![0.0; pairs.len()];
@@ -149,13 +152,13 @@ impl Mixture {
 impl Predictive for Mixture {
     fn predict(&self, pairs: &[DirectionPair]) -> Vec<LogNormal> {
         let known = self.with(pairs, &[]);
-        let known = known.unwrap_or_else(|| unreachable!("nothing is not singular"));
+        let known = known.unwrap_or_else(|| unreachable!("{REGULAR}"));
         known.into_iter().map(|[now, _]| now).collect()
     }
 
     fn variances_of_sums(&self, pairs: &[DirectionPair], weights: &[Vec<f64>]) -> Vec<f64> {
         let known = self.variances_of_sums_with(pairs, weights, &[]);
-        known.unwrap_or_else(|| unreachable!("nothing is not singular"))
+        known.unwrap_or_else(|| unreachable!("{REGULAR}"))
     }
 
     fn suspects(&self) -> &[Suspect] {

@@ -32,10 +32,14 @@ function sortable(tables) {
 }
 // Long parts that are folded away are deflated, and inflated where they are opened.
 async function inflate(part) {
-  const bytes = Uint8Array.from(atob(part.dataset.deflated), letter => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-  part.removeAttribute("data-deflated");
-  part.innerHTML = await new Response(stream).text();
+  try {
+    const bytes = Uint8Array.from(atob(part.dataset.deflated), letter => letter.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+    part.innerHTML = await new Response(stream).text();
+    part.removeAttribute("data-deflated");
+  } catch {
+    part.textContent = "This browser cannot show this part: it has no DecompressionStream.";
+  }
   prepare(part);
 }
 function prepare(whole) {
