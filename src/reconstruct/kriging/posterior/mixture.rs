@@ -23,7 +23,7 @@ enum Accounts {
     /// Of readings that are one system.
     Whole(Vec<(f64, Posterior)>),
     /// Of more.
-    Local(Local),
+    Local(Box<Local>),
 }
 
 impl Mixture {
@@ -40,7 +40,7 @@ impl Mixture {
             let local = Local::new(kriging, measurement)?;
             return Ok(Self {
                 suspects: local.suspects().to_vec(),
-                accounts: Accounts::Local(local),
+                accounts: Accounts::Local(Box::new(local)),
             });
         }
         let (accounts, suspects) = Posterior::all(kriging, measurement)?;

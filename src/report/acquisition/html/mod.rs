@@ -373,10 +373,9 @@ mod tests {
             assert!(found(open, n).contains(&body(n).into_string()));
         }
         let folded = found(false, 4000);
-        let deflated = folded
-            .split('"')
-            .skip_while(|part| !part.contains("data-deflated"));
-        let bytes = STANDARD.decode(deflated.skip(1).next().unwrap()).unwrap();
+        let (_, deflated) = folded.split_once("data-deflated=\"").unwrap();
+        let (deflated, _) = deflated.split_once('"').unwrap();
+        let bytes = STANDARD.decode(deflated).unwrap();
         let mut text = String::new();
         DeflateDecoder::new(&bytes[..])
             .read_to_string(&mut text)
