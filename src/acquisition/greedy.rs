@@ -18,8 +18,9 @@ use crate::metrics::Expected;
 use crate::moments::Influences;
 use crate::parametrization::Axis;
 use crate::reconstruct::{
-    Coordinates, Estimates, KRIGING, Kriging, Local, MOST_COMPARED as MOST_WHOLE, MOST_SPARSE,
-    Mixture, Posterior, Predictive, PriorFile, Reconstruct, ReconstructError, TRUSTED, Values,
+    Coordinates, Estimates, KRIGING, Kriging, LocalPosterior, MOST_COMPARED as MOST_WHOLE,
+    MOST_SPARSE, Mixture, Posterior, Predictive, PriorFile, Reconstruct, ReconstructError, TRUSTED,
+    Values,
 };
 use crate::registry::{self, Entry, Keys, Resolved, keys, named};
 use crate::schedule::{Pictures, PlanError, Pose, SampleSet};
@@ -262,7 +263,7 @@ impl Greedy {
         };
         let many = asked > MOST_ASKED && so_far.readings() > TRUSTED;
         if so_far.readings() > MOST_WHOLE || many {
-            let process = Local::new(&kriging, so_far).map_err(unknown)?;
+            let (process, _) = LocalPosterior::new(&kriging, so_far).map_err(unknown)?;
             let process = process.supposing(&unread(usize::MAX));
             let process = process.ok_or_else(|| self.singular(asked))?;
             let candidates = process.at(&pairs).ok_or_else(|| self.singular(asked))?;

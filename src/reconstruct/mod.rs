@@ -52,7 +52,8 @@ pub use interpolant::{
     Interpolant, LogNormal, Predictive, Readings, Suspect, noise, present, values_at,
 };
 pub(crate) use kriging::{
-    Estimates, KIND as KRIGING, Local, MOST_COMPARED, MOST_SPARSE, Mixture, Places, Posterior, some,
+    Estimates, KIND as KRIGING, LocalPosterior, MOST_COMPARED, MOST_SPARSE, Mixture, Places,
+    Posterior, some,
 };
 pub use kriging::{
     FUNCTIONS, KernelTraining, Kernels, Kriging, NODES, Prior, PriorFile, TRUSTED, TrainError,

@@ -42,7 +42,7 @@ mod trained;
 
 pub use common::{forget_searches, suspects};
 pub use kernel_training::KernelTraining;
-pub(crate) use posterior::{Estimates, Local, Mixture, Places, Posterior};
+pub(crate) use posterior::{Estimates, LocalPosterior, Mixture, Places, Posterior};
 pub(super) use prior::Mean;
 pub use prior::{FUNCTIONS, NODES, Prior, PriorFile, TrainError, Trained, Training};
 pub(crate) use sparse::some;

@@ -3,7 +3,7 @@
 mod local;
 mod mixture;
 
-pub(crate) use local::Local;
+pub(crate) use local::LocalPosterior;
 pub(crate) use mixture::Mixture;
 
 use super::kernel::Columns;
@@ -133,6 +133,12 @@ impl Estimates for (&Posterior, &Places) {
         let with = process.covariances(places, &places.only(number));
         with.column(0).into_owned()
     }
+}
+
+/// The error that all readings share at least; 0 of none.
+fn least(errors: &[f64]) -> f64 {
+    let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 0.0 }
 }
 
 /// The least surprise that counts.
@@ -324,8 +330,7 @@ impl Posterior {
 
     /// This posterior with errors of ln f that readings share, which further readings do not average out; one per reading.
     fn sharing(self, errors: &[f64]) -> Self {
-        let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
-        let least = if least.is_finite() { least } else { 0.0 };
+        let least = least(errors);
         let mut beyond = DMatrix::from_iterator(errors.len(), 1, errors.iter().map(|e| e - least));
         system::forward(&self.factor, &mut beyond);
         Self {
@@ -425,14 +430,20 @@ impl Posterior {
     }
 
     /// Variances at places once there are readings at others too, without the scale; `None` if these are singular.
+    #[cfg(test)]
     pub(crate) fn variances_with(&self, places: &Places, read: &Places) -> Option<Vec<f64>> {
+        self.lowered(&self.variances(places), places, read)
+    }
+
+    /// The variances at places, as readings at others lower them; `None` if these are singular.
+    fn lowered(&self, variances: &[f64], places: &Places, read: &Places) -> Option<Vec<f64>> {
         if read.sites.len() == 0 {
-            return Some(self.variances(places));
+            return Some(variances.to_vec());
         }
         let projected = self.projected(read, self.covariances(read, places))?;
-        let before = self.variances(places).into_iter();
         let less = projected.column_iter().map(|t| t.norm_squared());
-        Some(before.zip(less).map(|(v, l)| (v - l).max(0.0)).collect())
+        let both = variances.iter().zip(less);
+        Some(both.map(|(v, l)| (v - l).max(0.0)).collect())
     }
 
     /// Variances of sums of ln(f + ε) over places, a column of weights for each, without the scale, once there are readings at

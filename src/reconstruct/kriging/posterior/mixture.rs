@@ -1,7 +1,7 @@
 //! The accounts of some readings, each a posterior with its share.
 
 use super::super::{KIND, Kriging, MOST_COMPARED, MOST_SPARSE};
-use super::{Local, Posterior};
+use super::{LocalPosterior, Posterior};
 use crate::geometry::DirectionPair;
 use crate::measurement::Measurement;
 use crate::reconstruct::{LogNormal, Predictive, ReconstructError, Suspect, admit};
@@ -23,7 +23,7 @@ enum Accounts {
     /// Of readings that are one system.
     Whole(Vec<(f64, Posterior)>),
     /// Of more.
-    Local(Box<Local>),
+    Local(Box<LocalPosterior>),
 }
 
 impl Mixture {
@@ -37,9 +37,9 @@ impl Mixture {
     ) -> Result<Self, ReconstructError> {
         admit(KIND, measurement.readings(), MOST_SPARSE)?;
         if measurement.readings() > MOST_COMPARED {
-            let local = Local::new(kriging, measurement)?;
+            let (local, suspects) = LocalPosterior::new(kriging, measurement)?;
             return Ok(Self {
-                suspects: local.suspects().to_vec(),
+                suspects,
                 accounts: Accounts::Local(Box::new(local)),
             });
         }
@@ -89,9 +89,11 @@ impl Mixture {
             for (pairs, known) in chunks.zip(known.chunks_mut(PREDICTED)) {
                 let places = process.places(pairs);
                 let means = process.means(&places).into_iter();
-                let now = process.variances(&places).into_iter();
-                let variances = now.zip(process.variances_with(&places, &read)?);
-                let all = means.zip(variances).zip(process.shared(&places));
+                let now = process.variances(&places);
+                let then = process.lowered(&now, &places, &read)?;
+                let all = means
+                    .zip(now.into_iter().zip(then))
+                    .zip(process.shared(&places));
                 for (known, ((mean, (now, then)), shared)) in known.iter_mut().zip(all) {
                     for (known, variance) in known.iter_mut().zip([now, then]) {
                         // The mean of squares, for now.

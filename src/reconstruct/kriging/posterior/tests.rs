@@ -220,11 +220,11 @@ fn shared(n: usize) -> Vec<f64> {
 }
 
 /// Both processes of some readings.
-fn whole_and_local(data: &Data) -> (Posterior, Local) {
+fn whole_and_local(data: &Data) -> (Posterior, LocalPosterior) {
     let (kernel, shared) = (Kernel::new(Symmetry::FULL), shared(data.sites.len()));
     let whole = given(&kernel, data.clone()).sharing(&shared);
     let space = Space::usual(Symmetry::FULL);
-    let local = Local::given(&kernel, data.clone(), space, &shared).unwrap();
+    let local = LocalPosterior::given(&kernel, data.clone(), space, &shared).unwrap();
     (whole, local)
 }
 
@@ -326,7 +326,7 @@ fn the_nearest_readings_of_many_say_nearly_as_much_as_all() {
 }
 
 #[test]
-#[ignore = "a system of 4000 readings"]
+#[ignore = "thorough: a system of 4000 readings"]
 fn of_4000_readings_errors_are_expected_within_3_percent() {
     for noise in [1e-6_f64, 1e-4, 4e-4] {
         let read = pairs(0, 4000);
