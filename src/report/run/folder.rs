@@ -334,7 +334,10 @@ impl<R: Record> RunFolder<R> {
         Ok(self.dir)
     }
 
+    /// What is wrong if a write failed: of a folder that is gone, that it is gone.
     fn failed(&self, e: &io::Error) -> Error {
+        let gone = self.file.is_there().err();
+        let e = gone.as_ref().unwrap_or(e);
         Error::output(&self.dir, format!("cannot write results: {e}"))
     }
 }
