@@ -326,9 +326,8 @@ impl Comparison<'_> {
         let truths: Vec<Option<Arc<Values>>> =
             self.compared.iter().enumerate().map(truth).collect();
         let mut parts = Vec::new();
-        let slice = level.slice();
-        for (number, pairs) in level.pairs.chunks(slice).enumerate() {
-            let range = number * slice..number * slice + pairs.len();
+        for range in level.slices() {
+            let pairs = &level.pairs[range.clone()];
             let (values, seconds) = timed(|| made.copies.evaluate(pairs, go_on));
             let values = values?;
             parts.push((pairs.len(), seconds));
@@ -344,7 +343,8 @@ impl Comparison<'_> {
                 let add = |tally: &mut Tally, values: &Values| {
                     let to = tally.replicates_mut().par_iter_mut().enumerate();
                     to.for_each(|(r, to)| {
-                        level.add_replicate(r, to, truth, (values, range.clone()));
+                        let values = (values, range.start);
+                        level.add_replicate(r, to, range.clone(), truth, values);
                     });
                 };
                 add(&mut compared.tally, &values[at]);

@@ -56,9 +56,12 @@ pub struct Level {
 }
 
 impl Level {
-    /// Pairs of a slice.
-    pub fn slice(&self) -> usize {
-        self.pairs.len().div_ceil(SLICES).clamp(1, SLICE)
+    /// The ranges of pairs that are evaluated at a time, and whose sums are added one after the other.
+    pub fn slices(&self) -> impl Iterator<Item = Range<usize>> {
+        let all = self.pairs.len();
+        let slice = all.div_ceil(SLICES).clamp(1, SLICE);
+        let starts = (0..all).step_by(slice);
+        starts.map(move |start| start..all.min(start + slice))
     }
 
     /// Adds the pairs to a tally of the same set, with the values at all of them.
@@ -66,30 +69,28 @@ impl Level {
     /// # Panics
     /// If it has other replicates or measures.
     pub fn add_to(&self, tally: &mut Tally, truth: &Values, reconstruction: &Values) {
-        let all = 0..self.pairs.len();
         for (r, replicate) in tally.replicates_mut().iter_mut().enumerate() {
-            self.add_replicate(r, replicate, truth, (reconstruction, all.clone()));
+            for range in self.slices() {
+                self.add_replicate(r, replicate, range, truth, (reconstruction, 0));
+            }
         }
     }
 
-    /// Adds those pairs of one replicate to its sums at which a reconstruction was evaluated: those in a range.
+    /// Adds those pairs of one replicate to its sums that are in a range; the values of the reconstruction begin at the pair whose
+    /// number is beside them.
     pub(crate) fn add_replicate(
         &self,
         r: usize,
         to: &mut Replicate,
+        range: Range<usize>,
         truth: &Values,
-        (reconstruction, range): (&Values, Range<usize>),
+        reconstruction: (&Values, usize),
     ) {
         let lists = (self.pairs.as_slice(), self.weights.as_slice());
         let all = &self.replicates[r];
         let [first, end] =
             [range.start, range.end].map(|n| all.partition_point(|&i| (i as usize) < n));
-        to.add(
-            &all[first..end],
-            lists,
-            truth,
-            (reconstruction, range.start),
-        );
+        to.add(&all[first..end], lists, truth, reconstruction);
     }
 }
 
