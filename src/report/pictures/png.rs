@@ -11,7 +11,9 @@ pub(in crate::report) fn encoded<const N: usize>(pixels: &[[u8; N]], width: usiz
         4 => ColorType::Rgba,
         _ => ColorType::Rgb,
     };
-    file(size, color, pixels.as_flattened(), None, Filter::Adaptive)
+    // A fifth larger than balanced, in a twentieth of the time.
+    let how = (Filter::Adaptive, Compression::Fast);
+    file(size, color, pixels.as_flattened(), None, how)
 }
 
 /// A PNG file of pixels of 8 bits a channel; of a palette with its colours, and its opacities if they are not all whole.
@@ -20,13 +22,13 @@ pub(in crate::report) fn file(
     color: ColorType,
     bytes: &[u8],
     palette: Option<&(Vec<u8>, Option<Vec<u8>>)>,
-    filter: Filter,
+    (filter, compression): (Filter, Compression),
 ) -> Vec<u8> {
     file_of(|file| {
         let mut encoder = Encoder::new(file, width, height);
         encoder.set_color(color);
         encoder.set_depth(BitDepth::Eight);
-        encoder.set_compression(Compression::Balanced);
+        encoder.set_compression(compression);
         encoder.set_filter(filter);
         if let Some((colours, opacities)) = palette {
             encoder.set_palette(colours);

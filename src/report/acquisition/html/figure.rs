@@ -5,7 +5,7 @@ use crate::report::pictures::png::{Rgba, file, read};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, Render, html};
-use png::{ColorType, Filter};
+use png::{ColorType, Compression, Filter};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -132,7 +132,8 @@ fn least(picture: &Rgba) -> Vec<u8> {
     });
     // Noise is smaller without a filter, all else with one.
     let [plain, filtered] = [Filter::NoFilter, Filter::Adaptive]
-        .map(|filter| file(picture.size, color, &bytes, palette.as_ref(), filter));
+        .map(|filter| (filter, Compression::Balanced))
+        .map(|how| file(picture.size, color, &bytes, palette.as_ref(), how));
     if filtered.len() < plain.len() {
         filtered
     } else {
