@@ -114,19 +114,20 @@ impl Description {
         self.moments(&plan.base)?;
         let lights: Vec<_> = plan.lightings.iter().map(|l| l.name.as_str()).collect();
         let along: Vec<_> = plan.along.iter().map(|a| a.name()).collect();
-        let each = plan.views.len() * along.len();
+        let windows: Vec<f64> = plan.specs.iter().map(|s| s.window_deg).collect();
+        let each = plan.views.len() * along.len() * windows.len();
         let relations = plan.base.materials.len() * lights.len() * each;
         self.text(&format!(
             "\nlightings: {}\nviews: {}, along {}, window {}°\n{}\n",
             lights.join(", "),
             plan.views.len(),
             along.join(" and "),
-            plan.spec.window_deg,
+            listed(&windows),
             count(relations, "relation"),
         ))?;
         self.facts(json!({
             "lightings": lights, "along": along,
-            "window_deg": plan.spec.window_deg, "relation_count": relations,
+            "window_deg": windows, "relation_count": relations,
         }));
         Ok(())
     }

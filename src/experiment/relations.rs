@@ -15,7 +15,7 @@ use crate::brdf::{BuildError, Channels};
 use crate::error::{Error, listed};
 use crate::lighting::{self, Lighting, LightingSpec};
 use crate::moments::Profile;
-use crate::moments::relations::{Along, Relation, RelationSpec, compare};
+use crate::moments::relations::{Along, Relation, RelationSpec, SliceModel, compare};
 use crate::registry::{self, ReadError, Table, keys, with};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -26,11 +26,32 @@ keys! {
     struct Keys {
         views_deg: Vec<f64> = (1..=7).map(|i| 10.0 * f64::from(i)).collect();
         along: Vec<Along> = vec![Along::Theta, Along::Phi];
-        window_deg: f64 = RelationSpec::default().window_deg;
+        window_deg: Widths = Widths::One(RelationSpec::default().window_deg);
         azimuth_deg: f64 = RelationSpec::default().azimuth_deg;
         tolerance: f64 = RelationSpec::default().tolerance;
         max_evaluations: usize = RelationSpec::default().max_evaluations;
         max_views: usize = RelationSpec::default().max_views;
+        components: usize = RelationSpec::default().components;
+    }
+}
+
+/// Widths of the window, degrees; a config writes `20` or `[5, 20]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "window_deg: allowed is a number of degrees, or several: [5, 20]"
+)]
+enum Widths {
+    One(f64),
+    Several(Vec<f64>),
+}
+
+impl Widths {
+    fn list(&self) -> Vec<f64> {
+        match self {
+            Self::One(width) => vec![*width],
+            Self::Several(widths) => widths.clone(),
+        }
     }
 }
 
@@ -61,8 +82,8 @@ pub struct RelationsPlan {
     pub views: Vec<f64>,
     /// Directions in which the view moves.
     pub along: Vec<Along>,
-    /// Settings of the measurement of a relation.
-    pub spec: RelationSpec,
+    /// Settings of the measurement of a relation, with each width of the window.
+    pub specs: Vec<RelationSpec>,
     /// The config with every default filled in.
     pub resolved: toml::Table,
 }
@@ -76,14 +97,22 @@ impl RelationsPlan {
         let (table, lights, keys) = parts(source.table()?).map_err(|e| source.error(e))?;
         let base = MomentsPlan::from_table(source, table)?;
         let here = source.place("relations");
-        let spec = RelationSpec {
-            window_deg: keys.window_deg,
+        let windows = keys.window_deg.list();
+        let of = |window_deg: &f64| RelationSpec {
+            window_deg: *window_deg,
             azimuth_deg: keys.azimuth_deg,
             tolerance: keys.tolerance,
             max_evaluations: keys.max_evaluations,
             max_views: keys.max_views,
+            components: keys.components,
         };
-        spec.check().map_err(|e| here.refused_key(&e))?;
+        let specs: Vec<RelationSpec> = windows.iter().map(of).collect();
+        let at = here.key("window_deg");
+        refuse_empty(&at, &windows)?;
+        distinct(&at, &windows, f64::to_string)?;
+        for spec in &specs {
+            spec.check().map_err(|e| here.refused_key(&e))?;
+        }
         let at = here.key("views_deg");
         refuse_empty(&at, &keys.views_deg)?;
         distinct(&at, &keys.views_deg, f64::to_string)?;
@@ -96,6 +125,13 @@ impl RelationsPlan {
         let at = here.key("along");
         refuse_empty(&at, &keys.along)?;
         distinct(&at, &keys.along, |a| a.name())?;
+        let at_normal = keys.views_deg.contains(&0.0);
+        if let Some(i) = keys.along.iter().position(|a| *a == Along::Azimuth)
+            && at_normal
+        {
+            let allowed = "theta or phi where views_deg has 0: a view at the normal has no azimuth";
+            return Err(at.index(i).refused(Along::Azimuth.name(), allowed));
+        }
         let order = base.moments.spec.order.get();
         if order < 2 {
             let allowed = "a whole number in [2, 4] in this experiment";
@@ -135,7 +171,7 @@ impl RelationsPlan {
             lightings,
             views: keys.views_deg.iter().map(|v| v.to_radians()).collect(),
             along: keys.along,
-            spec,
+            specs,
             resolved,
         })
     }
@@ -168,7 +204,7 @@ pub struct MaterialRelations {
     pub material_key: RowKey,
     /// Name of the lighting.
     pub lighting: String,
-    /// Relations, one per direction of motion and view; the views of a direction stand together.
+    /// Relations, one per window, direction of motion and view; the views of a direction stand together, and the directions of a window.
     pub relations: Vec<Relation>,
 }
 
@@ -233,7 +269,7 @@ impl RelationsPlan {
     fn lighting(
         &self,
         light: &PlannedLight,
-        of: &Of<'_, Profile>,
+        of: &Of<'_, SliceModel>,
     ) -> Result<Arc<dyn Lighting>, Stop> {
         let is_meant = |part| of_part(of.material_key, part) == of.key;
         let mut held = light.built.lock().unwrap_or_else(PoisonError::into_inner);
@@ -256,8 +292,8 @@ impl RelationsPlan {
 
 impl PerMaterial for RelationsPlan {
     type Record = MaterialRelations;
-    /// The profile of the material, which serves all its lightings.
-    type Shared = Profile;
+    /// What the slices of the material are, for all its lightings.
+    type Shared = SliceModel;
 
     fn head(&self) -> Head<'_> {
         Head {
@@ -285,20 +321,20 @@ impl PerMaterial for RelationsPlan {
         &self,
         brdf: &Built,
         events: &mut EventSink<'_, MaterialRelations>,
-    ) -> Result<Profile, Stop> {
+    ) -> Result<SliceModel, Stop> {
         let table = &self.base.moments;
         let brdf = &brdf.counted_at(&events.counters, Stage::Moments);
         let (channel, seed) = (table.spec.channels[0], self.base.seed);
         let (profile, _) = events.counters.timed(Stage::Moments, || {
             Profile::new(brdf, channel, &table.spec, &*table.estimator, seed)
         });
-        profile.map_err(Stop::failed)
+        profile.map(SliceModel::new).map_err(Stop::failed)
     }
 
     fn record(
         &self,
         place: usize,
-        of: Of<'_, Profile>,
+        of: Of<'_, SliceModel>,
         events: &mut EventSink<'_, MaterialRelations>,
     ) -> Result<MaterialRelations, Stop> {
         let light = &self.lightings[place];
@@ -306,13 +342,15 @@ impl PerMaterial for RelationsPlan {
         let counters = events.counters.clone();
         let brdf = of.brdf.counted_at(&counters, Stage::Evaluate);
         let mut relations = Vec::new();
-        for &along in &self.along {
-            for &view in &self.views {
-                events.go_on()?;
-                let (relation, _) = counters.timed(Stage::Evaluate, || {
-                    compare(&brdf, of.shared, &*lighting, view, along, &self.spec)
-                });
-                relations.push(relation.map_err(Stop::failed)?);
+        for spec in &self.specs {
+            for &along in &self.along {
+                for &view in &self.views {
+                    events.go_on()?;
+                    let (relation, _) = counters.timed(Stage::Evaluate, || {
+                        compare(&brdf, of.shared, &*lighting, view, along, spec)
+                    });
+                    relations.push(relation.map_err(Stop::failed)?);
+                }
             }
         }
         Ok(MaterialRelations {

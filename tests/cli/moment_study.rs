@@ -154,8 +154,9 @@ fn materials_that_a_folder_does_not_have_are_left_out() {
     assert!(profiles.contains("\nbrass,") && !profiles.contains("chrome"));
 }
 
-/// One material, one view, one lighting.
+/// One material, one view, mixtures of one.
 const RELATION: &str = "--set material=[{kind=\"ggx\",alpha=0.4}] --set relations.views_deg=[30] \
+    --set relations.components=1 --set relations.window_deg=20 \
     --set relations.tolerance=1e-2 --set moments.views=9 \
     --set moments.estimator={kind=\"peak-resolving\",tolerance=1e-2}";
 
@@ -169,10 +170,10 @@ fn relations() -> String {
 fn relations_are_rendered_and_predicted() {
     let bench = bench();
     let config = relations();
-    let parts = "printed … corrected … windowed … ggx-0.4, sky-40, phi";
+    let parts = "printed … corrected … windowed … mixture … ggx-0.4, sky-40, phi … Median and largest … 20°, azimuth, mixture";
     bench.tells(format!("run {config} -o one --threads 1 {RELATION}"), parts);
     let rows = table(&bench, "one/relations.csv");
-    // Two lightings, two ways.
+    // Two lightings, three ways.
     for row in &rows {
         let number = |name: &str| number(row, name);
         assert_eq!(row["material"], "ggx-0.4");
@@ -180,10 +181,21 @@ fn relations_are_rendered_and_predicted() {
         assert!(number("rendered_energy") > 0.0 && number("views") > 1.0);
         let error = number("windowed_energy") / number("rendered_energy") - 1.0;
         assert!((error - number("windowed_energy_error")).abs() < 1e-9);
+        let error = number("mixture_kurtosis") - number("rendered_kurtosis");
+        assert!((error - number("mixture_kurtosis_error")).abs() < 1e-9);
+        assert!(row["components"] == "1" && number("misfit") > 0.0);
         assert_eq!(row["resolved"], "true");
     }
     let ways: Vec<_> = rows.iter().map(|r| r.values().nth(2).unwrap()).collect();
-    assert_eq!(ways, ["theta", "phi", "theta", "phi"]);
+    assert_eq!(ways, ["theta", "phi", "azimuth"].repeat(2));
+    // Windows of several widths stand one after the other.
+    let several = RELATION.replace("window_deg=20", "window_deg=[5,20]");
+    let one_way = "--set relations.along=[\"theta\"]";
+    bench.good(format!("run {config} -o two {several} {one_way}"));
+    let rows = table(&bench, "two/relations.csv");
+    let widths: Vec<_> = rows.iter().map(|r| number(r, "window_deg")).collect();
+    assert_eq!(widths.len(), 4);
+    assert!((widths[0] - 5.0).abs() < 1e-9 && (widths[1] - 20.0).abs() < 1e-9);
 }
 
 #[test]
@@ -199,7 +211,14 @@ fn relations_that_cannot_be_are_refused() {
         material.0.symmetry={isotropic=false} | "ggx-0.4" is anisotropic … allowed
         lighting=[] | lighting = [] … at least one
         lighting=[{kind="lamp"}] | "lamp" … allowed:  … sky … blob
-        relations.along=["psi"] | relations.along[0] = "psi" … theta, phi
+        relations.along=["psi"] | relations.along[0] = "psi" … theta, phi, azimuth
+        relations.views_deg=[0] | relations.along[2] = azimuth … no azimuth
+        relations.window_deg=[5, 5] | relations.window_deg[1] = 5 is there twice
+        relations.window_deg=[] | relations.window_deg = [] … at least one
+        relations.window_deg=0 | window_deg = 0 … (0, 60]
+        relations.window_deg=[5, 61] | window_deg = 61 … (0, 60]
+        relations.window_deg="wide" | window_deg … a number of degrees, or several
+        relations.components=5 | relations.components = 5 … [1, 4]
         relations.tolerance=0 | relations.tolerance = 0 … (0, 0.1]
         analysis.horizon=true | unknown key analysis"#,
     ) {

@@ -34,7 +34,7 @@ impl<'a> Light<'a> {
     }
 
     /// Radiance × cos θ cos² φ: times dθ dφ the irradiance.
-    fn arriving(&self, omega: Direction) -> f64 {
+    pub(super) fn arriving(&self, omega: Direction) -> f64 {
         let v = omega.vector();
         let turned = DVec3::new(
             v.x * self.cos - v.y * self.sin,
@@ -140,7 +140,7 @@ fn order(n: u8) -> Order {
     Order::new(n).unwrap_or_default()
 }
 
-/// Moments up to order 2 of weight(θ, φ) × irradiance; `centre` is the θ the weight is
+/// Moments up to order 4 of weight(θ, φ) × irradiance; `centre` is the θ the weight is
 /// concentrated at, with φ = 0.
 pub(super) fn weighted_light(
     weight: impl Fn(f64, f64) -> f64 + Send + Sync,
@@ -162,5 +162,5 @@ pub(super) fn weighted_light(
         },
     );
     let slice = Slice::new(&brdf, Channel::Luminance, centre.abs())?;
-    Ok((rule.estimate(&slice, order(2), 0).moments, sign))
+    Ok((rule.estimate(&slice, Order::MAX, 0).moments, sign))
 }

@@ -349,18 +349,22 @@ fn over_views(
     Panel::new(title, [view, Axis::linear(label)], series)
 }
 
-/// One sheet per material and lighting: rendered and predicted moments over the view, but for those that vanish.
+/// One sheet per material, lighting and window: rendered and predicted moments over the view, but for those that vanish.
 pub fn relation_sheets(rows: &[RelationRow]) -> Vec<Sheet> {
     let mut sheets: Vec<Sheet> = Vec::new();
-    let same =
-        |a: &RelationRow, b: &RelationRow| a.material == b.material && a.lighting == b.lighting;
+    let same = |a: &RelationRow, b: &RelationRow| {
+        a.material == b.material
+            && a.lighting == b.lighting
+            && a.relation.window == b.relation.window
+    };
+    let is_one = rows
+        .iter()
+        .all(|r| r.relation.window == rows[0].relation.window);
     for rows in rows.chunk_by(same) {
-        let mut title = format!(
-            "Moments of radiance: {} under {}, window {:.0}°",
-            rows[0].material,
-            rows[0].lighting,
-            rows[0].relation.window.to_degrees()
-        );
+        let window = rows[0].relation.window.to_degrees();
+        let (material, lighting) = (&rows[0].material, &rows[0].lighting);
+        let mut title =
+            format!("Moments of radiance: {material} under {lighting}, window {window:.0}°");
         let mut panels = Vec::new();
         for rows in rows.chunk_by(|a, b| a.relation.along == b.relation.along) {
             for panel in rendered_over_views(rows) {
@@ -374,7 +378,10 @@ pub fn relation_sheets(rows: &[RelationRow]) -> Vec<Sheet> {
             }
         }
         sheets.push(Sheet {
-            name: format!("{}-{}", rows[0].material, rows[0].lighting),
+            name: match is_one {
+                true => format!("{material}-{lighting}"),
+                false => format!("{material}-{lighting}-{window:.0}deg"),
+            },
             title,
             panels,
             columns: 3,
@@ -391,21 +398,21 @@ fn vanishing(panel: &Panel) -> Option<f64> {
 }
 
 /// Places of the forms in the colour cycle: no green beside red.
-const COLORS: [usize; 3] = [1, 6, 3];
+const COLORS: [usize; 4] = [1, 6, 3, 2];
 
 fn rendered_over_views(rows: &[RelationRow]) -> Vec<Panel> {
     let moments: [Moment; 3] = [
-        ("energy", |m| m.energy),
-        ("mean (°)", |m| m.mean.to_degrees()),
+        ("energy", |m| Some(m.energy)),
+        ("mean (°)", |m| Some(m.mean.to_degrees())),
         // Of a form that can be negative it has none.
         ("standard deviation (°)", |m| {
-            m.variance.max(0.0).sqrt().to_degrees()
+            Some(m.variance.max(0.0).sqrt().to_degrees())
         }),
     ];
     let panel = |(label, value): Moment| {
         let points = |of: &dyn Fn(&Relation) -> Option<AngleMoments>| -> Vec<Point> {
             let all = rows.iter().map(|row| &row.relation);
-            all.map(|r| (degrees(r.theta_o), of(r).as_ref().map(value)))
+            all.map(|r| (degrees(r.theta_o), of(r).as_ref().and_then(value)))
                 .collect()
         };
         let rendered = points(&|r| r.rendered);
@@ -417,6 +424,7 @@ fn rendered_over_views(rows: &[RelationRow]) -> Vec<Panel> {
         let title = match rows[0].relation.along {
             Along::Theta => "along θ",
             Along::Phi => "along φ",
+            Along::Azimuth => "about the normal",
         };
         Panel::new(title, ["θ_o (°)", label].map(Axis::linear), series)
     };

@@ -11,22 +11,28 @@ use serde_json::{Map, Value};
 /// A form of the relations, with its name.
 pub(super) type Form = (&'static str, fn(&Relation) -> Option<Prediction>);
 
-/// A moment, with its name.
-pub(super) type Moment = (&'static str, fn(&AngleMoments) -> f64);
+/// A moment, with its name; `None` where a form has none.
+pub(super) type Moment = (&'static str, fn(&AngleMoments) -> Option<f64>);
 
 /// The forms, in the order of the columns.
-pub(super) const FORMS: [Form; 3] = [
+pub(super) const FORMS: [Form; 4] = [
     ("printed", |r| r.printed),
     ("corrected", |r| r.corrected),
     ("windowed", |r| r.windowed),
+    ("mixture", |r| r.mixture),
 ];
 
 /// The moments of a form, in the order of the columns.
-const MOMENTS: [Moment; 3] = [
-    ("energy", |m| m.energy),
-    ("mean_rad", |m| m.mean),
-    ("variance_rad2", |m| m.variance),
+const MOMENTS: [Moment; 5] = [
+    ("energy", |m| Some(m.energy)),
+    ("mean_rad", |m| Some(m.mean)),
+    ("variance_rad2", |m| Some(m.variance)),
+    ("skewness", |m| m.skewness),
+    ("kurtosis", |m| m.kurtosis),
 ];
+
+/// Skewness and kurtosis of radiance above which their errors are summed up: nearer to 0 nothing is predicted.
+const AT_LEAST: [f64; 2] = [0.2, 0.3];
 
 /// Relations as CSV: a row per material, lighting, view and direction of its motion.
 pub fn relations_csv(rows: &[RelationRow]) -> String {
@@ -38,7 +44,8 @@ pub fn relation_objects(rows: &[RelationRow]) -> Vec<Map<String, Value>> {
     schema().objects(rows)
 }
 
-/// The columns of `relations.csv`. Errors are relative to the rendered value, those of means in rendered standard deviations.
+/// The columns of `relations.csv`. Errors are relative to the rendered value, those of means in rendered standard deviations, of
+/// skewness and (excess) kurtosis the difference.
 fn schema() -> Schema<RelationRow> {
     let mut schema = columns! { row in RelationRow;
         "material" => row.material.clone(),
@@ -53,25 +60,27 @@ fn schema() -> Schema<RelationRow> {
     };
     for (name, of) in MOMENTS {
         schema = schema.and(columns! { row in RelationRow;
-            format!("rendered_{name}") => row.relation.rendered.as_ref().map(of),
-            format!("rendered_{name}_uncertainty") => row.relation.uncertainty.as_ref().map(of),
+            format!("rendered_{name}") => row.relation.rendered.as_ref().and_then(of),
+            format!("rendered_{name}_uncertainty") => row.relation.uncertainty.as_ref().and_then(of),
         });
     }
     for (form, predicted) in FORMS {
         for (name, of) in MOMENTS {
             schema = schema.and(columns! { row in RelationRow;
-                format!("{form}_{name}") => predicted(&row.relation).map(|p| of(&p.moments)),
+                format!("{form}_{name}") => predicted(&row.relation).and_then(|p| of(&p.moments)),
             });
         }
         for (name, of) in MOMENTS {
             // They have no unit.
             let name = name.split('_').next().unwrap_or(name);
             schema = schema.and(columns! { row in RelationRow;
-                format!("{form}_{name}_error") => predicted(&row.relation).and_then(|p| p.errors.as_ref().map(of)),
+                format!("{form}_{name}_error") => predicted(&row.relation).and_then(|p| of(p.errors.as_ref()?)),
             });
         }
     }
     schema.and(columns! { row in RelationRow;
+        "components" => row.relation.components,
+        "misfit" => row.relation.misfit,
         "cut_share" => row.relation.cut_share,
         "missing_share" => row.relation.missing_share,
         "views" => row.relation.views,
@@ -85,8 +94,8 @@ pub fn relations_head() -> String {
     let moments = format!("  {:>8} {:>9} {:>9}", "energy", "mean", "variance").repeat(FORMS.len());
     format!(
         "Errors against rendering: energy and variance relative to it, mean in its standard deviations.\n\n\
-         {:40}{forms}\n{:33} {:>6}{moments}\n",
-        "", "  material, lighting, along", "view"
+         {:47}{forms}\n{:33} {:>6} {:>6}{moments}\n",
+        "", "  material, lighting, along", "window", "view"
     )
 }
 
@@ -96,11 +105,15 @@ pub fn relations_lines(rows: &[RelationRow]) -> String {
     for row in rows {
         let r = &row.relation;
         let name = format!("  {}, {}, {}", row.material, row.lighting, r.along.name());
-        out += &format!("{name:<33} {:>5.0}°", r.theta_o.to_degrees());
+        let [window, view] = [r.window, r.theta_o].map(f64::to_degrees);
+        out += &format!("{name:<33} {window:>5.0}° {view:>5.0}°");
         for (_, form) in FORMS {
             out += "  ";
             out += &match form(r).and_then(|p| p.errors) {
-                Some(e) => errors_text([e.energy, e.mean, e.variance]),
+                Some(e) => {
+                    let [energy, variance] = [e.energy, e.variance].map(|e| 100.0 * e);
+                    format!("{energy:>7.1}% {:>9.3} {variance:>8.1}%", e.mean)
+                }
                 None => format!("{:>28}", "undefined"),
             };
         }
@@ -109,31 +122,59 @@ pub fn relations_lines(rows: &[RelationRow]) -> String {
     out
 }
 
-/// Errors of energy, mean and variance.
-fn errors_text([energy, mean, variance]: [f64; 3]) -> String {
-    let [energy, variance] = [energy, variance].map(|e| 100.0 * e);
-    format!("{energy:>7.1}% {mean:>9.3} {variance:>8.1}%")
-}
-
-/// The summary of a run: median error of each form over materials, lights and views.
+/// The summary of a run: of each form the median and the largest error over materials, lights and views.
 pub fn relations_summary(rows: &[RelationRow]) -> String {
-    let mut out = String::from("\nMedian error, without its sign:\n");
-    let mut along = each_once(rows.iter().map(|r| r.relation.along));
+    let [skewness, kurtosis] = AT_LEAST;
+    let mut out = format!(
+        "\nMedian and largest error, without their signs; of skewness and kurtosis the difference, where they exceed {skewness} and {kurtosis}:\n\
+         {:28}{:>19}{:>17}{:>19}{:>17}{:>17}  without a value\n",
+        "  window, along, form", "energy", "mean", "variance", "skewness", "kurtosis"
+    );
+    let relations = || rows.iter().map(|r| &r.relation);
+    let windows = each_once(relations().map(|r| r.window.to_bits()));
+    let mut along = each_once(relations().map(|r| r.along));
     along.sort_by_key(|a| a.name());
-    for along in along {
-        out += &format!("  along {:<33}", along.name());
-        for (_, form) in FORMS {
-            let errors = rows.iter().map(|r| &r.relation);
-            let errors = errors.filter(|r| r.along == along);
-            let errors: Vec<AngleMoments> = errors.filter_map(|r| form(r)?.errors).collect();
-            let of = |value: fn(&AngleMoments) -> f64| {
-                let mut values: Vec<f64> = errors.iter().map(|e| value(e).abs()).collect();
-                upper_median(&mut values).unwrap_or(f64::NAN)
-            };
-            out += "  ";
-            out += &errors_text(MOMENTS.map(|(_, moment)| of(moment)));
+    for window in windows {
+        for along in &along {
+            let of_kind = |r: &&Relation| r.along == *along && r.window.to_bits() == window;
+            let degrees = f64::from_bits(window).to_degrees();
+            for (name, form) in FORMS {
+                let lead = format!("  {degrees:.0}°, {}, {name}", along.name());
+                out += &format!("{lead:28}");
+                let mut lacks = 0;
+                for (i, (moment, of)) in MOMENTS.iter().enumerate() {
+                    let mut errors = Vec::new();
+                    for r in relations().filter(of_kind) {
+                        let Some(rendered) = r.rendered.as_ref().and_then(of) else {
+                            continue;
+                        };
+                        if i >= 3 && !(rendered.abs() > AT_LEAST[i - 3]) {
+                            continue;
+                        }
+                        match form(r).and_then(|p| of(p.errors.as_ref()?)) {
+                            Some(error) => errors.push(error.abs()),
+                            None => lacks += usize::from(i == 0),
+                        }
+                    }
+                    out += &spread_text(moment, errors);
+                }
+                out += &format!("{lacks:>8}\n");
+            }
         }
-        out += "\n";
     }
     out
+}
+
+/// Median and largest of errors without signs.
+fn spread_text(moment: &str, mut errors: Vec<f64>) -> String {
+    let largest = errors.iter().copied().fold(0.0, f64::max);
+    let median = upper_median(&mut errors);
+    match (median, moment) {
+        (Some(median), "energy" | "variance_rad2") => {
+            format!(" {:>8.2}% {:>7.1}%", 100.0 * median, 100.0 * largest)
+        }
+        (Some(median), _) => format!(" {median:>8.3} {largest:>7.3}"),
+        (None, "energy" | "variance_rad2") => format!("{:>19}", "-"),
+        (None, _) => format!("{:>17}", "-"),
+    }
 }
