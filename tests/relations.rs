@@ -439,6 +439,7 @@ fn energies(ggx: &dyn Brdf, views_deg: &[f64], window_deg: f64) -> Vec<f64> {
     let profile = profile(ggx, 45, 1e-4);
     let spec = RelationSpec {
         window_deg,
+        tolerance: 5e-3,
         ..RelationSpec::default()
     };
     let of = |view: &f64| {
@@ -450,7 +451,7 @@ fn energies(ggx: &dyn Brdf, views_deg: &[f64], window_deg: f64) -> Vec<f64> {
         let r = compare(ggx, &profile, &blob, theta_o, Along::Theta, &spec).unwrap();
         let [windowed, mixture] = [r.windowed, r.mixture].map(|p| p.unwrap().errors.unwrap());
         println!(
-            "{window_deg}°, view {view}°, {} components: energy {:.2} %, mean {:.3}, variance {:.2} %, skewness {:.3}, kurtosis {:.3}; windowed: {:.0} %",
+            "{window_deg}°, view {view}°, {:?} components: energy {:.2} %, mean {:.3}, variance {:.2} %, skewness {:.3}, kurtosis {:.3}; windowed: {:.0} %",
             r.components,
             100.0 * mixture.energy,
             mixture.mean,
@@ -471,11 +472,46 @@ fn a_sum_of_gaussians_has_the_energy_of_a_lobe_with_tails() {
     assert!(errors[0] < 0.02, "{errors:?}");
 }
 
+/// Out of the plane, near the normal and far from it, in a light beside the plane.
+#[test]
+fn a_sum_of_gaussians_is_seen_from_views_that_turn() {
+    let brdf = model("beckmann", "alpha = 0.2\nfresnel = { kind = \"none\" }");
+    let profile = profile(&*brdf, 45, 1e-3);
+    for (along, view_deg, window_deg) in [
+        (Along::Phi, 0.1, 5.0),
+        (Along::Phi, 5.0, 5.0),
+        (Along::Phi, 40.0, 20.0),
+        (Along::Azimuth, 0.1, 5.0),
+        (Along::Azimuth, 5.0, 20.0),
+        (Along::Azimuth, 40.0, 20.0),
+    ] {
+        let theta_o = f64::to_radians(view_deg);
+        let blob = Blob {
+            centre: [-theta_o, 0.15],
+            sigma: 0.15,
+        };
+        let spec = RelationSpec {
+            window_deg,
+            tolerance: 5e-3,
+            components: 2,
+            ..RelationSpec::default()
+        };
+        let r = compare(&*brdf, &profile, &blob, theta_o, along, &spec).unwrap();
+        let e = r.mixture.unwrap().errors.unwrap();
+        println!("{along:?} {view_deg}° {window_deg}°: {e:?}");
+        assert!(
+            e.energy.abs() < 0.02 && e.mean.abs() < 0.03,
+            "{along:?} {view_deg}: {e:?}"
+        );
+        assert!(e.variance.abs() < 0.05, "{along:?} {view_deg}: {e:?}");
+    }
+}
+
 #[test]
 #[ignore = "thorough: four lobes at three views through two windows"]
 fn sums_of_gaussians_have_the_energies_of_lobes() {
     let lobes = [("ggx", 0.05), ("ggx", 0.1), ("ggx", 0.3), ("beckmann", 0.1)];
-    for (window_deg, largest) in [(5.0, 0.04), (20.0, 0.05)] {
+    for (window_deg, largest) in [(5.0, 0.025), (20.0, 0.01)] {
         let mut all = Vec::new();
         for (kind, alpha) in lobes {
             println!("{kind} {alpha}");

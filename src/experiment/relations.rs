@@ -15,7 +15,9 @@ use crate::brdf::{BuildError, Channels};
 use crate::error::{Error, listed};
 use crate::lighting::{self, Lighting, LightingSpec};
 use crate::moments::Profile;
-use crate::moments::relations::{Along, Relation, RelationSpec, SliceModel, compare};
+use crate::moments::relations::{
+    Along, LEAST_TURNING_DEG, Relation, RelationSpec, SliceModel, compare,
+};
 use crate::registry::{self, ReadError, Table, keys, with};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -125,12 +127,14 @@ impl RelationsPlan {
         let at = here.key("along");
         refuse_empty(&at, &keys.along)?;
         distinct(&at, &keys.along, |a| a.name())?;
-        let at_normal = keys.views_deg.contains(&0.0);
-        if let Some(i) = keys.along.iter().position(|a| *a == Along::Azimuth)
-            && at_normal
-        {
-            let allowed = "theta or phi where views_deg has 0: a view at the normal has no azimuth";
-            return Err(at.index(i).refused(Along::Azimuth.name(), allowed));
+        let turns = keys.along.contains(&Along::Azimuth);
+        let is_at_normal = |view: &f64| turns && *view < LEAST_TURNING_DEG;
+        if let Some(i) = keys.views_deg.iter().position(is_at_normal) {
+            let allowed = format!(
+                "at least {LEAST_TURNING_DEG} where along has azimuth: it turns about the normal"
+            );
+            let at = here.key("views_deg").index(i);
+            return Err(at.refused(keys.views_deg[i], allowed));
         }
         let order = base.moments.spec.order.get();
         if order < 2 {

@@ -193,6 +193,7 @@ fn relations_are_rendered_and_predicted() {
     let one_way = "--set relations.along=[\"theta\"]";
     bench.good(format!("run {config} -o two {several} {one_way}"));
     let rows = table(&bench, "two/relations.csv");
+    assert_eq!(bench.files("two/figures").len(), 4);
     let widths: Vec<_> = rows.iter().map(|r| number(r, "window_deg")).collect();
     assert_eq!(widths.len(), 4);
     assert!((widths[0] - 5.0).abs() < 1e-9 && (widths[1] - 20.0).abs() < 1e-9);
@@ -212,11 +213,11 @@ fn relations_that_cannot_be_are_refused() {
         lighting=[] | lighting = [] … at least one
         lighting=[{kind="lamp"}] | "lamp" … allowed:  … sky … blob
         relations.along=["psi"] | relations.along[0] = "psi" … theta, phi, azimuth
-        relations.views_deg=[0] | relations.along[2] = azimuth … no azimuth
+        relations.views_deg=[30, 0] | relations.views_deg[1] = 0 … at least 0.01 … azimuth
         relations.window_deg=[5, 5] | relations.window_deg[1] = 5 is there twice
         relations.window_deg=[] | relations.window_deg = [] … at least one
-        relations.window_deg=0 | window_deg = 0 … (0, 60]
-        relations.window_deg=[5, 61] | window_deg = 61 … (0, 60]
+        relations.window_deg=0 | window_deg = 0 … [0.001, 60]
+        relations.window_deg=[5, 61] | window_deg = 61 … [0.001, 60]
         relations.window_deg="wide" | window_deg … a number of degrees, or several
         relations.components=5 | relations.components = 5 … [1, 4]
         relations.tolerance=0 | relations.tolerance = 0 … (0, 0.1]

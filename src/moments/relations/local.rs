@@ -43,7 +43,8 @@ impl Local {
                     .iter()
                     .map(|(theta_o, moments)| (*theta_o, moments[of])),
             );
-            curve.ok_or_else(|| ParameterError::new("profile", 0, "views with moments of order 2"))
+            let allowed = "one whose slices, without its diffuse part, have a width";
+            curve.ok_or_else(|| ParameterError::new("material", "black", allowed))
         };
         let mean = curve(1)?;
         // Least squares over the views of the profile that the window sees; a hundred points of

@@ -5,8 +5,8 @@
 //! Σ_k α_k(τ) N(θ; µ_k(τ), σ_θ,k) N(φ; 0, σ_φ,k), ln α_k(τ) = ln α_k + a_k τ + q_k τ²/2, µ_k(τ) = µ_k + µ'_k τ,
 //!
 //! N(x; µ, σ) the normal density over all angles, not cut at the horizon. All numbers are fitted together to the slices of views
-//! within [`REACH`] widths v of a window exp(−τ²/(2v²)), by Poisson's deviance with weight cos θ cos² φ: in the centre of a narrow
-//! lobe and in its tails the relative error counts alike. Views beyond the normal are those mirrored there.
+//! within [`REACH`] widths v of a window exp(−τ²/(2v²)), by Poisson's deviance with weight cos θ cos² φ: relative
+//! errors count by the energy about them, those of a peak and of wide tails alike. Views beyond the normal are those mirrored there.
 
 use super::super::slice::{Batch, Kind, Slice};
 use crate::error::ParameterError;

@@ -14,7 +14,7 @@ use super::peak::PeakResolving;
 use super::profile::Profile;
 use super::slice::Slice;
 use crate::brdf::Brdf;
-use crate::error::{ParameterError, in_closed, in_left_open};
+use crate::error::{ParameterError, in_closed};
 use crate::lighting::Lighting;
 use crate::registry::{keys, named};
 use local::Local;
@@ -30,6 +30,12 @@ const LAST_VIEW: f64 = FRAC_PI_2 - 0.1 * TAU / 360.0;
 
 /// Widest window that one mixture of the slices serves, rad; wider ones are sums of such.
 const NARROW: f64 = 5.0 * TAU / 360.0;
+
+/// Widest window over the azimuth of a view that turns, rad.
+const NARROW_TURN: f64 = 0.2;
+
+/// Least elevation of a view that turns about the normal, degrees.
+pub const LEAST_TURNING_DEG: f64 = 0.01;
 
 /// Distances of directions of the light that a mixture is summed over, degrees: the next is used while it changes the moments.
 const STEPS_DEG: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
@@ -54,7 +60,7 @@ keys! {
     #[derive(PartialEq)]
     pub struct RelationSpec {
         /// Standard deviation of the Gaussian window exp(−t²/(2w²)) over the view, degrees, in
-        /// (0, 60]. It ends at 5 of them, and 0.1° before the horizon.
+        /// [0.001, 60]. It ends at 5 of them, and 0.1° before the horizon.
         window_deg: f64 = 5.0;
         /// Azimuth of the plane of incidence within the lighting, degrees.
         azimuth_deg: f64 = 0.0;
@@ -76,7 +82,7 @@ impl RelationSpec {
     /// # Errors
     /// Names the key, the value and what is allowed.
     pub fn check(&self) -> Result<(), ParameterError> {
-        in_left_open("window_deg", self.window_deg, 0.0, 60.0)?;
+        in_closed("window_deg", self.window_deg, 1e-3, 60.0)?;
         in_closed("azimuth_deg", self.azimuth_deg, -360.0, 360.0)?;
         if !(33..=100_000).contains(&self.max_views) {
             let allowed = "a whole number in [33, 100000]";
@@ -215,15 +221,16 @@ pub struct Relation {
     /// no light.
     pub windowed: Option<Prediction>,
     /// With each slice a sum of a few Gaussians, and the window a sum of narrow ones that ends where views are rendered. `None` if
-    /// there is no light.
+    /// there is no light, or it is too narrow for the sum over its directions to be within the tolerance.
     #[serde(default)]
     pub mixture: Option<Prediction>,
-    /// Gaussians of a slice of the mixture, at most.
+    /// Gaussians of a slice of the mixture, at most; `None` in rows from before there were any.
     #[serde(default)]
-    pub components: usize,
-    /// Half the deviance of slices that the mixtures did not see, over their energy: of relative residuals of size ε it is ε²/2.
+    pub components: Option<usize>,
+    /// Half the deviance of slices that were left out of a fit, over their energy: of relative residuals of size ε it is ε²/2. A fit
+    /// without a slice begins with that of all and takes three steps.
     #[serde(default)]
-    pub misfit: f64,
+    pub misfit: Option<f64>,
     /// Share of the window that is cut off at the horizon, in [0, 1].
     pub cut_share: f64,
     /// Largest share of a slice without data.
@@ -258,8 +265,8 @@ pub fn compare(
         let allowed = "an isotropic BRDF";
         return Err(ParameterError::new("material", "anisotropic", allowed));
     }
-    if along == Along::Azimuth && !(theta_o > 1e-6) {
-        let allowed = "a view beside the normal, about which its azimuth turns";
+    if along == Along::Azimuth && !(theta_o.to_degrees() >= LEAST_TURNING_DEG * (1.0 - 1e-9)) {
+        let allowed = "a view at least 0.01° beside the normal, about which its azimuth turns";
         return Err(ParameterError::new("theta_o", theta_o, allowed));
     }
     let window = spec.window_deg.to_radians();
@@ -299,7 +306,11 @@ pub fn compare(
         moments,
         errors: rendered.moments.map(|r| moments.errors(&r)),
     };
-    let mixture = Mixed::new(&scene, &model.mixtures, spec, (NARROW, scene.range()))?;
+    let widest = match along {
+        Along::Azimuth => NARROW.min(NARROW_TURN * theta_o.sin()),
+        _ => NARROW,
+    };
+    let mixture = Mixed::new(&scene, &model.mixtures, spec, (widest, scene.range()))?;
     Ok(Relation {
         along,
         theta_o,
@@ -315,8 +326,8 @@ pub fn compare(
         corrected: light.map(|l| predict(gaussian.corrected(&l))),
         windowed: full.map(|l| predict(gaussian.windowed(&l))),
         mixture: mixture.moments.map(predict),
-        components: mixture.components,
-        misfit: mixture.misfit,
+        components: Some(mixture.components),
+        misfit: Some(mixture.misfit),
         cut_share: rendered.cut_share,
         missing_share: rendered.missing_share,
         views: rendered.views,
@@ -407,9 +418,9 @@ impl Mixed {
         (widest, range): (f64, [f64; 2]),
     ) -> Result<Self, ParameterError> {
         let windows = window::narrow(scene.window, widest, range);
-        let width = windows[0].width;
-        // Mixtures stand at multiples of a width, for all views and windows.
-        let (grid, half) = (width, 0.5 * width);
+        // Mixtures stand at multiples of their width, for all views and windows.
+        let grid = scene.window.min(widest.max(NARROW));
+        let half = 0.5 * windows[0].width;
         let [lo, hi] = range;
         let fit = |w: &window::Window| {
             let t = w.centre.max(lo + half).min(hi - half);
@@ -421,7 +432,7 @@ impl Mixed {
             let place = scene.along.place(scene.slice.theta_o, t);
             let last = ((FRAC_PI_2 / grid).ceil() - 1.0) * grid;
             let at = ((place.theta_o / grid).round() * grid).min(last);
-            let mixture = mixtures.near(&scene.slice, at, width, spec.components)?;
+            let mixture = mixtures.near(&scene.slice, at, grid, spec.components)?;
             Ok((*w, place, mixture.moved(place.theta_o - at)))
         };
         let fits = windows.par_iter().map(fit);
@@ -439,17 +450,17 @@ impl Mixed {
             }
             AngleMoments::from_raw(sum)
         };
-        let mut moments = sum(STEPS_DEG[0]);
+        let is_close = |(a, b): (AngleMoments, AngleMoments)| {
+            let off = b.errors(&a);
+            let all = [off.energy, off.mean, off.variance];
+            all.iter().all(|e| e.abs() <= spec.tolerance)
+        };
+        let (mut moments, mut is_resolved) = (sum(STEPS_DEG[0]), false);
         for step in &STEPS_DEG[1..] {
             let finer = sum(*step);
-            let off = finer.zip(moments).map(|(a, b)| b.errors(&a));
+            is_resolved = finer.zip(moments).is_some_and(is_close);
             moments = finer;
-            let is_close = |e: AngleMoments| {
-                [e.energy, e.mean, e.variance]
-                    .iter()
-                    .all(|e| e.abs() <= spec.tolerance)
-            };
-            if off.is_none_or(is_close) {
+            if is_resolved {
                 break;
             }
         }
@@ -460,7 +471,7 @@ impl Mixed {
             .sum::<f64>();
         let components = fits.iter().map(|(_, _, m)| m.components.len()).max();
         Ok(Self {
-            moments,
+            moments: moments.filter(|_| is_resolved),
             components: components.unwrap_or(0),
             misfit: misfit / share,
         })
@@ -487,12 +498,13 @@ mod tests {
         }
     }
 
-    /// Errors of energy and variance through 20°, with parts of the form left out.
+    /// The larger errors of energy and variance through 20° at two views, percent, with parts of the form left out.
     #[test]
     #[ignore = "thorough: what each part of the form buys"]
     fn every_part_of_the_form_lowers_its_error() {
         let spec = RelationSpec {
             window_deg: 20.0,
+            tolerance: 5e-3,
             ..RelationSpec::default()
         };
         let names = [
@@ -502,53 +514,43 @@ mod tests {
             "one window",
             "no end",
         ];
-        let mut errors = vec![Vec::new(); names.len()];
-        let rough = Roughness::Isotropic;
-        let ggx = |alpha| {
-            let spec = MicrofacetSpec::<Ggx>::new(rough(alpha), FresnelSpec::None);
-            spec.build(Channels::Luminance).unwrap()
-        };
-        for brdf in [ggx(0.1), ggx(0.3)] {
-            let mixtures = Mixtures::default();
-            for theta_o in [40_f64, 70.0].map(f64::to_radians) {
-                let blob = Blob(theta_o);
-                let scene = Scene {
-                    slice: Slice::new(&*brdf, Channel::Luminance, theta_o).unwrap(),
-                    lighting: &blob,
-                    along: Along::Theta,
-                    azimuth: 0.0,
-                    window: 20_f64.to_radians(),
-                    rule: spec.rule(),
-                };
-                let rendered = scene.render(&spec).unwrap().moments.unwrap();
-                let cut = scene.range();
-                let forms = [
-                    (4, NARROW, cut),
-                    (1, NARROW, cut),
-                    (2, NARROW, cut),
-                    (4, 1.0, cut),
-                    (4, NARROW, [-9.0, 9.0]),
-                ];
-                for (errors, (components, widest, range)) in errors.iter_mut().zip(forms) {
-                    let spec = RelationSpec { components, ..spec };
-                    let mixed = Mixed::new(&scene, &mixtures, &spec, (widest, range)).unwrap();
-                    let e = mixed.moments.unwrap().errors(&rendered);
-                    errors.push([e.energy, e.variance].map(f64::abs));
-                }
+        let mut errors = vec![[0.0_f64; 2]; names.len()];
+        let ggx = MicrofacetSpec::<Ggx>::new(Roughness::Isotropic(0.1), FresnelSpec::None);
+        let brdf = ggx.build(Channels::Luminance).unwrap();
+        let mixtures = Mixtures::default();
+        for theta_o in [40_f64, 70.0].map(f64::to_radians) {
+            let blob = Blob(theta_o);
+            let scene = Scene {
+                slice: Slice::new(&*brdf, Channel::Luminance, theta_o).unwrap(),
+                lighting: &blob,
+                along: Along::Theta,
+                azimuth: 0.0,
+                window: 20_f64.to_radians(),
+                rule: spec.rule(),
+            };
+            let rendered = scene.render(&spec).unwrap().moments.unwrap();
+            let cut = scene.range();
+            let forms = [
+                (4, NARROW, cut),
+                (1, NARROW, cut),
+                (2, NARROW, cut),
+                (4, 1.0, cut),
+                (4, NARROW, [-9.0, 9.0]),
+            ];
+            for (errors, (components, widest, range)) in errors.iter_mut().zip(forms) {
+                let spec = RelationSpec { components, ..spec };
+                let mixed = Mixed::new(&scene, &mixtures, &spec, (widest, range)).unwrap();
+                let e = mixed.moments.unwrap().errors(&rendered);
+                let sizes = [e.energy, e.variance].map(|e| 100.0 * e.abs());
+                *errors = [0, 1].map(|k| errors[k].max(sizes[k]));
             }
         }
-        let middle = |errors: &[[f64; 2]], k: usize| {
-            let mut all: Vec<f64> = errors.iter().map(|e| e[k]).collect();
-            all.sort_by(f64::total_cmp);
-            [all[all.len() / 2], all[all.len() - 1]].map(|e| 100.0 * e)
-        };
-        for (name, errors) in names.iter().zip(&errors) {
-            let ([e, e_most], [v, v_most]) = (middle(errors, 0), middle(errors, 1));
-            println!("{name}: energy {e:.2}, {e_most:.1} %, variance {v:.2}, {v_most:.1} %");
+        for (name, [energy, variance]) in names.iter().zip(&errors) {
+            println!("{name}: energy {energy:.1} %, variance {variance:.1} %");
         }
-        let all = middle(&errors[0], 0)[1] + middle(&errors[0], 1)[1];
+        let [energy, variance] = errors[0];
         for worse in &errors[1..] {
-            assert!(middle(worse, 0)[1] + middle(worse, 1)[1] > 2.0 * all);
+            assert!(worse[0] > 2.0 * energy && worse[1] > 1.5 * variance);
         }
     }
 }

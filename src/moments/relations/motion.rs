@@ -68,14 +68,58 @@ impl Along {
         }
     }
 
-    /// The range of t in which the view of elevation `theta_o` (rad) stays at least `LAST_VIEW` from the horizon, and is at each
-    /// azimuth once.
+    /// The range of t of a view of elevation `theta_o` (rad): up to the elevation `LAST_VIEW` on either side, as long a way across, or
+    /// each azimuth once.
     pub(super) fn range(self, theta_o: f64) -> [f64; 2] {
         let last = super::LAST_VIEW;
         match self {
             Self::Theta => [-last - theta_o, last - theta_o],
             Self::Phi => [-last, last],
             Self::Azimuth => [-PI * theta_o.sin(), PI * theta_o.sin()],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Direction;
+    use crate::parametrization::view_centered;
+    use glam::DVec3;
+
+    #[test]
+    fn places_are_where_the_view_is_and_goes() {
+        let about_normal = |v: DVec3, a: f64| glam::DMat3::from_rotation_z(a) * v;
+        for along in [Along::Theta, Along::Phi, Along::Azimuth] {
+            for (theta_o, t) in [
+                (0.5, 0.0),
+                (0.5, 0.3),
+                (0.5, -0.2),
+                (0.2, -0.5),
+                (1.2, 0.25),
+            ] {
+                let place = along.place(theta_o, t);
+                let true_view = match along {
+                    Along::Theta => view_centered(theta_o + t, 0.0).vector(),
+                    Along::Phi => view_centered(theta_o, t).vector(),
+                    Along::Azimuth => {
+                        about_normal(view_centered(theta_o, 0.0).vector(), t / theta_o.sin())
+                    }
+                };
+                let view = Direction::from_spherical(place.theta_o, place.phi_o).vector();
+                assert!(
+                    (view - true_view).length() < 1e-12,
+                    "{along:?} {theta_o} {t}"
+                );
+                let h = 1e-4;
+                let [before, after] = [t - h, t + h].map(|t| along.place(theta_o, t));
+                let first = (after.theta_o - before.theta_o) / (2.0 * h);
+                let second = (after.theta_o + before.theta_o - 2.0 * place.theta_o) / (h * h);
+                let turn = (after.phi_o - before.phi_o) / (2.0 * h);
+                assert!((first - place.elevation[0]).abs() < 1e-6, "{place:?}");
+                assert!((second - place.elevation[1]).abs() < 1e-5, "{place:?}");
+                assert!((turn - place.turn).abs() < 1e-6, "{place:?}");
+            }
         }
     }
 }

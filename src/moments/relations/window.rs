@@ -8,8 +8,8 @@
 //! - c₀ = −(d²/v² + (θ − µ)²/σ_θ² + φ²/σ_φ²)/2:
 //!
 //! a normal density of τ of mean b/p and variance 1/p, which is cut to the views that are rendered. Its raw moments are summed over
-//! the light. Where the view turns about the normal by the angle ȧ τ, (θ, φ) moves by ȧ τ sin θ along φ: c_φ is that of the
-//! place, so that a lobe is sheared.
+//! the light. Where the view turns about the normal by the angle ȧ τ, (θ, φ) moves by ȧ τ sin θ along φ and by −ȧ τ cos θ tan φ along
+//! θ: c is that of each place. Near the normal, where the view turns fast, lobes are round, and c is that of the centre.
 
 use super::integrand::Light;
 use super::mixture::{Gaussian, Mixture};
@@ -23,6 +23,9 @@ pub(super) type Raw = [f64; 5];
 /// σ of what is summed over the light, on either side.
 const REACH: f64 = 7.0;
 
+/// Elevation of a view, rad, up to which its lobe is round: where the view turns about the normal, the lobe moves and does not turn.
+const ROUND: f64 = 0.25;
+
 /// Nodes per σ of the sum over the light: of smooth light 1.1 err by 1e-9.
 const PER_SIGMA: f64 = 4.0;
 
@@ -35,23 +38,22 @@ pub(super) struct Window {
     pub range: [f64; 2],
 }
 
-/// A window over the view as a sum of narrower ones at most `widest` wide (rad), and the views of its range that they are about: of
-/// width w² = u² + v², W(t) = Σ_j h w/(v u √(2π)) exp(−t_j²/(2u²)) exp(−(t − t_j)²/(2v²)), t_j = j h, h = v.
+/// A window over the view as a sum of narrower ones at most `widest` wide (rad), those that reach into its range: of width
+/// w² = u² + v², W(t) = Σ_j h w/(v u √(2π)) exp(−t_j²/(2u²)) exp(−(t − t_j)²/(2v²)), t_j = j h, h = v ≤ w/1.5. The sum is that over
+/// a Gaussian of t_j of width uv/w, to 4e-5.
 pub(super) fn narrow(width: f64, widest: f64, range: [f64; 2]) -> Vec<Window> {
-    let whole = Window {
-        centre: 0.0,
-        width,
-        amplitude: 1.0,
-        range,
-    };
     if width <= widest * (1.0 + 1e-9) {
-        return vec![whole];
+        return vec![Window {
+            centre: 0.0,
+            width,
+            amplitude: 1.0,
+            range,
+        }];
     }
-    let v = widest;
+    let v = widest.min(width / 1.5);
     let u = (width * width - v * v).sqrt();
-    let last = (4.5 * u / v).ceil() as i32;
-    let at = |j: i32| {
-        let t = f64::from(j) * v;
+    let at = |j: i64| {
+        let t = j as f64 * v;
         let amplitude = width / (u * TAU.sqrt()) * (-0.5 * (t / u).powi(2)).exp();
         Window {
             centre: t,
@@ -60,9 +62,11 @@ pub(super) fn narrow(width: f64, widest: f64, range: [f64; 2]) -> Vec<Window> {
             range,
         }
     };
+    let reach = 4.5 * u / v;
     let [lo, hi] = range;
-    let reaches = |w: &Window| w.centre > lo - 5.0 * v && w.centre < hi + 5.0 * v;
-    (-last..=last).map(at).filter(reaches).collect()
+    let first = (-reach).max(lo / v - 5.0).floor() as i64;
+    let last = reach.min(hi / v + 5.0).ceil() as i64;
+    (first..=last).map(at).collect()
 }
 
 /// Raw moments of t of the light that a mixture reflects through a window; `place` is where the view of the mixture stands,
@@ -87,45 +91,57 @@ fn of_component(g: &Gaussian, window: &Window, place: &Place, light: &Light<'_>,
     let v2 = window.width * window.width;
     let off = window.centre - place.t;
     let rate = place.elevation[0];
+    let is_turned = place.theta_o > ROUND;
+    let [_, first, second] = g.log_energy;
+    // ln α is even about the normal, of slope q θ_o beside it.
+    let slope = if is_turned {
+        first
+    } else {
+        second * place.theta_o
+    };
     let (a, q) = (
-        g.log_energy[1] * rate,
+        first * rate,
         // The window has to fall.
-        (g.log_energy[2] * rate * rate + g.log_energy[1] * place.elevation[1]).min(0.6 / v2),
+        (second * rate * rate + slope * place.elevation[1]).min(0.6 / v2),
     );
     let [mu, along] = [g.centre[0], g.centre[1] * rate];
     let [st, sp] = g.sigma;
     // Where the window and the energy together are greatest, and how wide they are: a light matters around that.
     let own = 1.0 / v2 - q;
     let (middle, spread) = ((off / v2 + a) / own, own.sqrt().recip());
-    let across = place.turn * mu.sin();
+    // And a lobe moves across as it does along θ.
+    let across = match is_turned {
+        true => place.turn * mu.sin(),
+        false => g.centre[1] * place.turn * place.theta_o.sin(),
+    };
     let theta = Nodes::new(mu + along * middle, st.hypot(along * spread), step);
     let phi = Nodes::new(across * middle, sp.hypot(across * spread), step);
     let scale = window.amplitude * g.log_energy[0].exp() / (TAU * st * sp) * theta.step * phi.step;
     let mut sum = [0.0; 5];
     for theta in theta.all() {
-        let across = place.turn * theta.sin();
-        let p = own + (along / st).powi(2) + (across / sp).powi(2);
         let x = (theta - mu) / st;
-        let (of_theta, energy_of_theta) = (
-            off / v2 + a + along * x / st,
-            -0.5 * (off * off / v2 + x * x),
-        );
-        let deviation = p.sqrt().recip();
+        let (sin, cos) = theta.sin_cos();
         for phi in phi.all() {
             let y = phi / sp;
-            let b = of_theta + across * y / sp;
-            let log = energy_of_theta - 0.5 * y * y + 0.5 * b * b / p;
+            // Velocity of the place over the σ of the lobe.
+            let [cx, cy] = match is_turned {
+                true => [along - place.turn * cos * phi.tan(), place.turn * sin],
+                false => [along, across],
+            };
+            let (cx, cy) = (cx / st, cy / sp);
+            let p = own + cx * cx + cy * cy;
+            let b = off / v2 + a + cx * x + cy * y;
+            let log = 0.5 * (b * b / p - off * off / v2 - x * x - y * y);
             if log < -40.0 {
                 continue;
             }
             let weight = log.exp() * light.arriving(view_centered(theta, phi));
             if weight > 0.0 {
-                let ends = window.range;
-                let of = cut_moments(place.t + b / p, deviation, ends);
+                let deviation = p.sqrt().recip();
+                let of = cut_moments(place.t + b / p, deviation, window.range);
                 let weight = scale * weight * deviation * TAU.sqrt();
-                sum.iter_mut()
-                    .zip(of)
-                    .for_each(|(sum, of)| *sum += weight * of);
+                let each = sum.iter_mut().zip(of);
+                each.for_each(|(sum, of)| *sum += weight * of);
             }
         }
     }
@@ -229,11 +245,13 @@ mod tests {
     fn narrow_windows_add_up_to_a_wide_one() {
         let gaussian =
             |w: &Window, t: f64| w.amplitude * (-0.5 * ((t - w.centre) / w.width).powi(2)).exp();
-        let parts = narrow(0.35, 0.09, [-1.4, 1.4]);
-        for t in (-10..=10).map(|i| 0.1 * f64::from(i)) {
-            let sum: f64 = parts.iter().map(|w| gaussian(w, t)).sum();
-            let whole = (-0.5 * (t / 0.35_f64).powi(2)).exp();
-            assert!((sum - whole).abs() < 1e-7, "{t}: {sum} {whole}");
+        for ratio in [1.0, 1.0001, 1.02, 1.1, 1.3, 1.7, 3.9, 20.0] {
+            let parts = narrow(0.35, 0.35 / ratio, [-1.4, 1.4]);
+            for t in (-10..=10).map(|i| 0.1 * f64::from(i)) {
+                let sum: f64 = parts.iter().map(|w| gaussian(w, t)).sum();
+                let whole = (-0.5 * (t / 0.35_f64).powi(2)).exp();
+                assert!((sum - whole).abs() < 1e-4, "{ratio}, {t}: {sum} {whole}");
+            }
         }
     }
 
@@ -261,7 +279,7 @@ mod tests {
         let light = Light::new(&Blob, Channel::Luminance, 0.0);
         let window = Window {
             centre: 0.05,
-            width: 0.3,
+            width: 0.18,
             amplitude: 0.8,
             range: RANGE,
         };
@@ -278,8 +296,10 @@ mod tests {
                 for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
                     let [theta, phi] = [i, j].map(|k| -0.8 + step * (f64::from(k) + 0.5));
                     let theta = theta - 0.5;
-                    let x = (theta + 0.6 + 0.7 * first * tau) / 0.2;
-                    let y = (phi - place.turn * theta.sin() * tau) / 0.15;
+                    let turned = place.turn * tau;
+                    let x =
+                        (theta + turned * theta.cos() * phi.tan() + 0.6 + 0.7 * first * tau) / 0.2;
+                    let y = (phi - turned * theta.sin()) / 0.15;
                     let lobe = (-0.5 * (x * x + y * y)).exp() / (TAU * 0.2 * 0.15);
                     let inside = theta.abs() < FRAC_PI_2;
                     sum += if inside {

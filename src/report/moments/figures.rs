@@ -1,6 +1,6 @@
 //! The diagrams of a moment experiment, after the figures of Zubiaga et al. 2015, and those of relations.
 
-use super::relations::{FORMS, Moment};
+use super::relations::{FORMS, Moment, degrees_text};
 use super::tables::{energy_errors, mean_errors, variance_errors};
 use crate::error::count;
 use crate::experiment::moments::{Group, MaterialProfiles, ProfileFits, degrees};
@@ -361,10 +361,10 @@ pub fn relation_sheets(rows: &[RelationRow]) -> Vec<Sheet> {
         .iter()
         .all(|r| r.relation.window == rows[0].relation.window);
     for rows in rows.chunk_by(same) {
-        let window = rows[0].relation.window.to_degrees();
+        let window = degrees_text(rows[0].relation.window);
         let (material, lighting) = (&rows[0].material, &rows[0].lighting);
         let mut title =
-            format!("Moments of radiance: {material} under {lighting}, window {window:.0}°");
+            format!("Moments of radiance: {material} under {lighting}, window {window}°");
         let mut panels = Vec::new();
         for rows in rows.chunk_by(|a, b| a.relation.along == b.relation.along) {
             for panel in rendered_over_views(rows) {
@@ -380,7 +380,7 @@ pub fn relation_sheets(rows: &[RelationRow]) -> Vec<Sheet> {
         sheets.push(Sheet {
             name: match is_one {
                 true => format!("{material}-{lighting}"),
-                false => format!("{material}-{lighting}-{window:.0}deg"),
+                false => format!("{material}-{lighting}-{window}deg"),
             },
             title,
             panels,

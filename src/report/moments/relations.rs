@@ -105,8 +105,8 @@ pub fn relations_lines(rows: &[RelationRow]) -> String {
     for row in rows {
         let r = &row.relation;
         let name = format!("  {}, {}, {}", row.material, row.lighting, r.along.name());
-        let [window, view] = [r.window, r.theta_o].map(f64::to_degrees);
-        out += &format!("{name:<33} {window:>5.0}° {view:>5.0}°");
+        let [window, view] = [r.window, r.theta_o].map(degrees_text);
+        out += &format!("{name:<33} {window:>5}° {view:>5}°");
         for (_, form) in FORMS {
             out += "  ";
             out += &match form(r).and_then(|p| p.errors) {
@@ -137,9 +137,9 @@ pub fn relations_summary(rows: &[RelationRow]) -> String {
     for window in windows {
         for along in &along {
             let of_kind = |r: &&Relation| r.along == *along && r.window.to_bits() == window;
-            let degrees = f64::from_bits(window).to_degrees();
+            let degrees = degrees_text(f64::from_bits(window));
             for (name, form) in FORMS {
-                let lead = format!("  {degrees:.0}°, {}, {name}", along.name());
+                let lead = format!("  {degrees}°, {}, {name}", along.name());
                 out += &format!("{lead:28}");
                 let mut lacks = 0;
                 for (i, (moment, of)) in MOMENTS.iter().enumerate() {
@@ -163,6 +163,11 @@ pub fn relations_summary(rows: &[RelationRow]) -> String {
         }
     }
     out
+}
+
+/// An angle as it was written, in degrees.
+pub(super) fn degrees_text(radians: f64) -> String {
+    ((radians.to_degrees() * 1e9).round() / 1e9).to_string()
 }
 
 /// Median and largest of errors without signs.
