@@ -8,8 +8,9 @@
 //! - c₀ = −(d²/v² + (θ − µ)²/σ_θ² + φ²/σ_φ²)/2:
 //!
 //! a normal density of τ of mean b/p and variance 1/p, which is cut to the views that are rendered. Its raw moments are summed over
-//! the light. Where the view turns about the normal by the angle ȧ τ, (θ, φ) moves by ȧ τ sin θ along φ and by −ȧ τ cos θ tan φ along
-//! θ: c is that of each place. Near the normal, where the view turns fast, lobes are round, and c is that of the centre.
+//! the light. Where the view turns about the normal by the angle ȧ τ, (θ, φ) moves by ȧ τ sin θ along φ: c_φ is that of the place, so
+//! that a lobe is sheared; that it also moves by −ȧ τ cos θ tan φ along θ is left out, since along the great circle the rise of the
+//! view cancels it in the centre. Near the normal, where the view turns fast, lobes are round, and c is that of the centre.
 
 use super::integrand::Light;
 use super::mixture::{Gaussian, Mixture};
@@ -23,8 +24,8 @@ pub(super) type Raw = [f64; 5];
 /// σ of what is summed over the light, on either side.
 const REACH: f64 = 7.0;
 
-/// Elevation of a view, rad, up to which its lobe is round: where the view turns about the normal, the lobe moves and does not turn.
-const ROUND: f64 = 0.25;
+/// Elevation of a view, rad, up to which its lobe is round: where the view turns about the normal, the lobe moves and is not sheared.
+const ROUND: f64 = 0.1;
 
 /// Nodes per σ of the sum over the light: of smooth light 1.1 err by 1e-9.
 const PER_SIGMA: f64 = 4.0;
@@ -91,10 +92,10 @@ fn of_component(g: &Gaussian, window: &Window, place: &Place, light: &Light<'_>,
     let v2 = window.width * window.width;
     let off = window.centre - place.t;
     let rate = place.elevation[0];
-    let is_turned = place.theta_o > ROUND;
+    let is_sheared = place.theta_o > ROUND;
     let [_, first, second] = g.log_energy;
     // ln α is even about the normal, of slope q θ_o beside it.
-    let slope = if is_turned {
+    let slope = if is_sheared {
         first
     } else {
         second * place.theta_o
@@ -110,7 +111,7 @@ fn of_component(g: &Gaussian, window: &Window, place: &Place, light: &Light<'_>,
     let own = 1.0 / v2 - q;
     let (middle, spread) = ((off / v2 + a) / own, own.sqrt().recip());
     // And a lobe moves across as it does along θ.
-    let across = match is_turned {
+    let across = match is_sheared {
         true => place.turn * mu.sin(),
         false => g.centre[1] * place.turn * place.theta_o.sin(),
     };
@@ -120,12 +121,12 @@ fn of_component(g: &Gaussian, window: &Window, place: &Place, light: &Light<'_>,
     let mut sum = [0.0; 5];
     for theta in theta.all() {
         let x = (theta - mu) / st;
-        let (sin, cos) = theta.sin_cos();
+        let sin = theta.sin();
         for phi in phi.all() {
             let y = phi / sp;
             // Velocity of the place over the σ of the lobe.
-            let [cx, cy] = match is_turned {
-                true => [along - place.turn * cos * phi.tan(), place.turn * sin],
+            let [cx, cy] = match is_sheared {
+                true => [along, place.turn * sin],
                 false => [along, across],
             };
             let (cx, cy) = (cx / st, cy / sp);
@@ -296,10 +297,8 @@ mod tests {
                 for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
                     let [theta, phi] = [i, j].map(|k| -0.8 + step * (f64::from(k) + 0.5));
                     let theta = theta - 0.5;
-                    let turned = place.turn * tau;
-                    let x =
-                        (theta + turned * theta.cos() * phi.tan() + 0.6 + 0.7 * first * tau) / 0.2;
-                    let y = (phi - turned * theta.sin()) / 0.15;
+                    let x = (theta + 0.6 + 0.7 * first * tau) / 0.2;
+                    let y = (phi - place.turn * theta.sin() * tau) / 0.15;
                     let lobe = (-0.5 * (x * x + y * y)).exp() / (TAU * 0.2 * 0.15);
                     let inside = theta.abs() < FRAC_PI_2;
                     sum += if inside {
