@@ -46,7 +46,7 @@ const SLICE: usize = 1 << 15;
 /// Pairs of all replicates, and their weights.
 #[derive(Clone, Debug, Default)]
 pub struct Level {
-    /// Slices of [`slice`](Self::slice) pairs each, the last with fewer. Pairs that are near each other follow each other, and every
+    /// In [`slices`](Self::slices), the last with fewer pairs. Pairs that are near each other follow each other, and every
     /// slice has pairs of all places, so that the times of evaluating them may be compared.
     pub pairs: Vec<DirectionPair>,
     /// Weights of the pairs, one list per measure.
