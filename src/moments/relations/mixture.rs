@@ -34,7 +34,7 @@ const THETAS: usize = 41;
 const PHIS: usize = 15;
 
 /// Curvature q of ln α, at most, times v²: the product with the window still falls on both sides.
-const MOST_CURVED: f64 = 0.6;
+pub(super) const MOST_CURVED: f64 = 0.6;
 
 /// Least and greatest σ, rad.
 const SIGMA: [f64; 2] = [1e-5, 3.0];

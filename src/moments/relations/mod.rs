@@ -424,11 +424,6 @@ impl Mixed {
         let [lo, hi] = range;
         let fit = |w: &window::Window| {
             let t = w.centre.max(lo + half).min(hi - half);
-            let t = if hi - lo > 2.0 * grid {
-                t
-            } else {
-                0.5 * (lo + hi)
-            };
             let place = scene.along.place(scene.slice.theta_o, t);
             let last = ((FRAC_PI_2 / grid).ceil() - 1.0) * grid;
             let at = ((place.theta_o / grid).round() * grid).min(last);

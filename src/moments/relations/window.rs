@@ -13,7 +13,7 @@
 //! view cancels it in the centre. Near the normal, where the view turns fast, lobes are round, and c is that of the centre.
 
 use super::integrand::Light;
-use super::mixture::{Gaussian, Mixture};
+use super::mixture::{Gaussian, MOST_CURVED, Mixture};
 use super::motion::Place;
 use crate::parametrization::view_centered;
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
@@ -103,7 +103,7 @@ fn of_component(g: &Gaussian, window: &Window, place: &Place, light: &Light<'_>,
     let (a, q) = (
         first * rate,
         // The window has to fall.
-        (second * rate * rate + slope * place.elevation[1]).min(0.6 / v2),
+        (second * rate * rate + slope * place.elevation[1]).min(MOST_CURVED / v2),
     );
     let [mu, along] = [g.centre[0], g.centre[1] * rate];
     let [st, sp] = g.sigma;
@@ -121,24 +121,24 @@ fn of_component(g: &Gaussian, window: &Window, place: &Place, light: &Light<'_>,
     let mut sum = [0.0; 5];
     for theta in theta.all() {
         let x = (theta - mu) / st;
-        let sin = theta.sin();
+        // Velocity of the place over the σ of the lobe.
+        let cx = along / st;
+        let cy = match is_sheared {
+            true => place.turn * theta.sin() / sp,
+            false => across / sp,
+        };
+        let p = own + cx * cx + cy * cy;
+        let deviation = p.sqrt().recip();
+        let of_theta = off / v2 + a + cx * x;
         for phi in phi.all() {
             let y = phi / sp;
-            // Velocity of the place over the σ of the lobe.
-            let [cx, cy] = match is_sheared {
-                true => [along, place.turn * sin],
-                false => [along, across],
-            };
-            let (cx, cy) = (cx / st, cy / sp);
-            let p = own + cx * cx + cy * cy;
-            let b = off / v2 + a + cx * x + cy * y;
+            let b = of_theta + cy * y;
             let log = 0.5 * (b * b / p - off * off / v2 - x * x - y * y);
             if log < -40.0 {
                 continue;
             }
             let weight = log.exp() * light.arriving(view_centered(theta, phi));
             if weight > 0.0 {
-                let deviation = p.sqrt().recip();
                 let of = cut_moments(place.t + b / p, deviation, window.range);
                 let weight = scale * weight * deviation * TAU.sqrt();
                 let each = sum.iter_mut().zip(of);
@@ -230,8 +230,7 @@ mod tests {
     }
 
     /// Raw moments of a function over the range, by the midpoint rule.
-    fn raw(f: impl Fn(f64) -> f64) -> Raw {
-        let n = 40_000;
+    fn raw(n: u32, f: impl Fn(f64) -> f64) -> Raw {
         let step = (RANGE[1] - RANGE[0]) / f64::from(n);
         let mut sum = [0.0; 5];
         for i in 0..n {
@@ -260,7 +259,7 @@ mod tests {
     fn moments_between_ends_are_those_of_a_quadrature() {
         for (mean, deviation) in [(0.0, 0.1), (0.5, 0.2), (-0.3, 0.9), (2.0, 0.3), (-1.4, 0.1)] {
             let density = |t: f64| (-0.5 * ((t - mean) / deviation).powi(2)).exp();
-            let by_sum = raw(|t| density(t) / (deviation * TAU.sqrt()));
+            let by_sum = raw(40_000, |t| density(t) / (deviation * TAU.sqrt()));
             close(&cut_moments(mean, deviation, RANGE), &by_sum, 1e-6);
         }
     }
@@ -309,14 +308,7 @@ mod tests {
                 }
                 0.8 * energy * sum * step * step
             };
-            let n = 200;
-            let step = (RANGE[1] - RANGE[0]) / f64::from(n);
-            let mut by_sum = [0.0; 5];
-            for i in 0..n {
-                let t = RANGE[0] + step * (f64::from(i) + 0.5);
-                let radiance = step * radiance(t);
-                (0..5).for_each(|k| by_sum[k] += radiance * t.powi(k as i32));
-            }
+            let by_sum = raw(200, radiance);
             let found = moments(&mixture, &window, &place, &light, 0.03);
             close(&found, &by_sum, 2e-3);
         }
