@@ -114,6 +114,7 @@ pub mod experiment;
 pub mod files;
 pub mod formats;
 pub mod geometry;
+pub mod importance;
 pub mod instrument;
 pub mod light_paths;
 pub mod lighting;

@@ -188,8 +188,8 @@ pub trait EstimatedBrdf: Send + Sync {
     fn prepare(&self) {}
 }
 
-/// A BRDF that can draw directions in proportion (roughly) to itself.
-pub trait SampleBrdf: Brdf {
+/// Drawing of light directions in proportion (roughly) to a BRDF times cos θ_i.
+pub trait SampleBrdf: Send + Sync {
     /// A light direction for the sensor direction `omega_o` from two numbers in `[0, 1)`;
     /// `None` if the draw falls below the horizon.
     fn sample(&self, omega_o: Direction, u: [f64; 2]) -> Option<Direction>;

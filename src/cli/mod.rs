@@ -36,6 +36,7 @@ mod reading;
 mod readings_file;
 mod reconstruct;
 mod run;
+mod sampling;
 mod schedule;
 mod schema;
 mod shell;
@@ -145,6 +146,8 @@ commands! {
         Symmetry(symmetry::SymmetryArgs),
         /// How far the isolines of a material are from the axes of each parametrization
         Distortion(distortion::Distortion),
+        /// Relative variance of light directions drawn from tables, by the coordinates of the tables
+        Sampling(sampling::SamplingArgs),
         /// Density of the poses of schedules in each parametrization
         Density(density::DensityArgs),
         /// Check the claims of Barla et al. 2015 about the parametrizations
