@@ -53,6 +53,8 @@ struct Row {
     bytes: Option<usize>,
     seconds: Option<f64>,
     nanoseconds: Option<f64>,
+    /// Roughness of the GGX that draws best beside the cosine.
+    alpha: Option<f64>,
 }
 
 impl Row {
@@ -60,7 +62,11 @@ impl Row {
         let finite = |v: f64| v.is_finite().then_some(v);
         let tables = compared.tried.iter().map(|tried| {
             let of = &tried.settings;
-            let ends = if of.axes.to_horizon { "horizon" } else { "fixed" };
+            let ends = if of.axes.to_horizon {
+                "horizon"
+            } else {
+                "fixed"
+            };
             Self {
                 material: material.into(),
                 sampler: of.axes.chart.name().into(),
@@ -74,6 +80,7 @@ impl Row {
                 bytes: Some(tried.bytes),
                 seconds: Some(tried.seconds),
                 nanoseconds: Some(tried.nanoseconds),
+                alpha: None,
             }
         });
         let rivals = compared.rivals.iter().map(|rival| Self {
@@ -89,6 +96,7 @@ impl Row {
             bytes: None,
             seconds: None,
             nanoseconds: None,
+            alpha: rival.alpha,
         });
         tables.chain(rivals).collect()
     }
@@ -125,7 +133,8 @@ impl SamplingArgs {
             Ok(())
         });
         if matches!(outcome, Ok(()) | Err(Error::JobsFailed { .. })) {
-            self.output.write_rows(&rows, |rows| text(rows, self.views))?;
+            self.output
+                .write_rows(&rows, |rows| text(rows, self.views))?;
         }
         outcome
     }
@@ -148,13 +157,16 @@ impl Line<'_> {
     fn variances(&self, cells: Option<usize>, cosine: Option<f64>) -> BTreeMap<&str, Option<f64>> {
         let is_asked = |row: &&&Row| row.cells == cells && row.cosine == cosine;
         let of = self.rows.iter().filter(is_asked);
-        of.map(|row| (&*row.material, row.relative_variance)).collect()
+        of.map(|row| (&*row.material, row.relative_variance))
+            .collect()
     }
 
     /// Cells of the smallest table of at most this relative variance.
     fn smallest(&self, most: f64) -> Option<(usize, usize)> {
         let good = |cells: &&usize| self.mean(Some(**cells), Some(COSINES[1])) <= Some(most);
-        let cells = *CELLS.iter().find(|c| self.mean(Some(**c), Some(COSINES[1])).is_some() && good(c))?;
+        let cells = *CELLS
+            .iter()
+            .find(|c| self.mean(Some(**c), Some(COSINES[1])).is_some() && good(c))?;
         let row = self.rows.iter().find(|row| row.cells == Some(cells))?;
         Some((cells, row.bytes?))
     }
@@ -176,7 +188,10 @@ fn text(rows: &[Row], views: usize) -> String {
         let name = row.name();
         match lines.iter_mut().find(|line| line.name == name) {
             Some(line) => line.rows.push(row),
-            None => lines.push(Line { name, rows: vec![row] }),
+            None => lines.push(Line {
+                name,
+                rows: vec![row],
+            }),
         }
     }
     let mut materials: Vec<&str> = rows.iter().map(|row| &*row.material).collect();
@@ -186,11 +201,16 @@ fn text(rows: &[Row], views: usize) -> String {
         [only] => (*only).to_owned(),
         all => format!("geometric mean over {} materials", all.len()),
     };
-    let (tables, rivals): (Vec<_>, Vec<_>) =
-        lines.into_iter().partition(|line| line.rows[0].cells.is_some());
+    let (tables, rivals): (Vec<_>, Vec<_>) = lines
+        .into_iter()
+        .partition(|line| line.rows[0].cells.is_some());
     let at = |line: &Line<'_>| line.mean(Some(AT), Some(COSINES[1]));
     let known = |line: &&Line<'_>| at(line).is_some();
-    let best = tables.iter().filter(known).min_by(|a, b| at(a).unwrap_or(f64::INFINITY).total_cmp(&at(b).unwrap_or(f64::INFINITY)));
+    let best = tables.iter().filter(known).min_by(|a, b| {
+        at(a)
+            .unwrap_or(f64::INFINITY)
+            .total_cmp(&at(b).unwrap_or(f64::INFINITY))
+    });
     let several = materials.len() > 1;
     let cells: String = CELLS.iter().map(|c| format!("\t>{c}²")).collect();
     let ratio = if several { "\t>ratio, 95 %" } else { "" };
@@ -209,14 +229,18 @@ fn text(rows: &[Row], views: usize) -> String {
         let pairs: Vec<_> = own.iter().filter_map(pair).collect();
         let paired = Paired::new(&pairs, BAND, &bootstrap);
         let text = paired.map_or("–".into(), |p| {
-            let interval = p.interval.map_or(String::new(), |[low, high]| format!(" {low:.2}–{high:.2}"));
+            let interval = p
+                .interval
+                .map_or(String::new(), |[low, high]| format!(" {low:.2}–{high:.2}"));
             format!("{:.2}{interval}", p.ratio)
         });
         format!("\t{text}")
     };
     for line in &tables {
-        let of_cells: String =
-            CELLS.iter().map(|c| format!("\t{}", shown(line.mean(Some(*c), Some(COSINES[1]))))).collect();
+        let of_cells: String = CELLS
+            .iter()
+            .map(|c| format!("\t{}", shown(line.mean(Some(*c), Some(COSINES[1])))))
+            .collect();
         let smallest = |most: f64| match line.smallest(most) {
             Some((cells, bytes)) => format!("\t{cells}², {:.0} kB", bytes as f64 / 1e3),
             None => "\t–".into(),
@@ -243,9 +267,17 @@ fn text(rows: &[Row], views: usize) -> String {
     );
     for line in &rivals {
         let missing = materials.len() - line.rows.len();
-        let of = if missing > 0 { format!(" (of {} materials)", line.rows.len()) } else { String::new() };
+        let of = if missing > 0 {
+            format!(" (of {} materials)", line.rows.len())
+        } else {
+            String::new()
+        };
         let ratio = ratio(line).replace('\t', ", ratio ");
-        out += &format!("{}: {}{ratio}{of}\n", line.name, shown(line.mean(None, None)));
+        out += &format!(
+            "{}: {}{ratio}{of}\n",
+            line.name,
+            shown(line.mean(None, None))
+        );
     }
     if let Some(best) = best {
         out += &format!("\nleast at {AT}²: {}\n", best.name);

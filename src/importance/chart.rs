@@ -82,8 +82,8 @@ pub(super) struct Place {
     pub jacobian: f64,
 }
 
-/// Below it a Jacobian is this, so that densities at poles are numbers.
-const LEAST_JACOBIAN: f64 = 1e-200;
+/// Radius below which the density at a given direction is that of this radius: the direction itself is rounded.
+const LEAST_RADIUS: f64 = 1e-14;
 
 impl View {
     pub(crate) fn new(omega_o: Direction) -> Self {
@@ -216,9 +216,9 @@ impl Axes {
             }
         };
         let stretch = end * f64::from(power) * x.powi(power - 1) * TAU;
-        (d.z > 0.0 && jacobian > 0.0).then(|| Place {
+        (d.z > 0.0 && jacobian * stretch > 0.0).then(|| Place {
             omega_i: Direction::from_unit(view.from_turned(d)),
-            jacobian: (jacobian * stretch).max(LEAST_JACOBIAN),
+            jacobian: jacobian * stretch,
         })
     }
 
@@ -236,29 +236,30 @@ impl Axes {
                 let h = DVec3::new(d.x + sin, d.y, d.z + cos);
                 let (across, length) = (h.x.hypot(h.y), h.length());
                 let along = 0.5 * length;
-                let rho = across.atan2(h.z);
-                (rho, [h.x, h.y], 4.0 * along * across / length)
+                let sin = (across / length).max(LEAST_RADIUS);
+                (across.atan2(h.z), [h.x, h.y], 4.0 * along * sin)
             }
             Chart::HBar => {
                 let h = 0.5 * DVec2::new(d.x + sin, d.y);
-                (h.length(), [h.x, h.y], 4.0 * h.length() / d.z)
+                let rho = h.length().max(LEAST_RADIUS);
+                (rho, [h.x, h.y], 4.0 * rho / d.z)
             }
             Chart::Mirror => {
                 let m = DVec3::new(cos * d.x + sin * d.z, d.y, cos * d.z - sin * d.x);
                 let s = m.x.hypot(m.y);
-                (s.atan2(m.z), [m.x, m.y], s)
+                (s.atan2(m.z), [m.x, m.y], s.max(LEAST_RADIUS))
             }
         };
         let across = a.hypot(b);
         let end = self.end(view, if across > 0.0 { a / across } else { 1.0 });
         let power = self.warp.power();
-        let share = (rho / end.max(f64::MIN_POSITIVE)).min(1.0);
+        let share = (rho.max(LEAST_RADIUS) / end.max(LEAST_RADIUS)).min(1.0);
         let x = match self.warp {
             RadialWarp::Plain => share,
             RadialWarp::SquareRoot => share.sqrt(),
             RadialWarp::FourthRoot => share.sqrt().sqrt(),
         };
         let stretch = end * f64::from(power) * x.powi(power - 1) * TAU;
-        ([x, turns(a, b)], (jacobian * stretch).max(LEAST_JACOBIAN))
+        ([x, turns(a, b)], jacobian * stretch)
     }
 }

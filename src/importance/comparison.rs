@@ -1,7 +1,7 @@
 //! Which chart draws best.
 
-use super::chart::{Axes, Chart, RadialWarp};
-use super::variance::{Nodes, VIEWS_DEG, view};
+use super::chart::Axes;
+use super::variance::{HALF_VECTOR, Nodes, VIEWS_DEG, view};
 use super::{InCells, SamplerSettings, TabulatedSampler};
 use crate::brdf::microfacet::{FresnelSpec, Ggx, Microfacet};
 use crate::brdf::{Brdf, Channels, Roughness, SampleBrdf};
@@ -17,7 +17,7 @@ pub const CELLS: [usize; 4] = [8, 16, 32, 64];
 pub const COSINES: [f64; 2] = [0.0, 0.01];
 
 /// Draws that are timed.
-const DRAWS: u64 = 1 << 14;
+const DRAWS: u64 = 1 << 12;
 
 /// Roughnesses of GGX that are tried, even in their logarithm from .001 to 1, and its shares.
 const ALPHAS: usize = 25;
@@ -45,6 +45,8 @@ pub struct Rival {
     pub name: String,
     /// As in [`Tried`].
     pub relative_variance: f64,
+    /// Roughness, of GGX.
+    pub alpha: Option<f64>,
 }
 
 /// All that was tried of one BRDF.
@@ -84,7 +86,13 @@ pub fn compare(brdf: &dyn Brdf, views: usize) -> Result<Option<Compared>, Parame
                     let Some(relative_variance) = mean(&nodes, |nodes| nodes.of(&sampler)) else {
                         return Ok(None);
                     };
-                    tried.push(Tried { settings, relative_variance, bytes, seconds, nanoseconds });
+                    tried.push(Tried {
+                        settings,
+                        relative_variance,
+                        bytes,
+                        seconds,
+                        nanoseconds,
+                    });
                 }
             }
         }
@@ -119,21 +127,24 @@ fn nanoseconds_a_draw(sampler: &TabulatedSampler) -> f64 {
 
 /// Densities that are no tables.
 fn rivals(brdf: &dyn Brdf) -> Vec<Rival> {
-    // The chart whose nodes are dense where lobes peak.
-    let axes = Axes {
-        chart: Chart::HalfVector,
-        warp: RadialWarp::SquareRoot,
-        to_horizon: true,
-    };
-    let nodes = nodes(brdf, &axes);
+    let nodes = nodes(brdf, &HALF_VECTOR);
     let mut rivals = Vec::new();
     let mut add = |name: String, variance: Option<f64>| {
-        rivals.extend(variance.map(|relative_variance| Rival { name, relative_variance }));
+        rivals.extend(variance.map(|relative_variance| Rival {
+            name,
+            relative_variance,
+            alpha: None,
+        }));
     };
     let cosine = |nodes: &Nodes, k: usize| cosine_hemisphere_pdf(nodes.pairs()[k].omega_i);
-    add("cosine".into(), mean(&nodes, |n| n.relative_variance(|k| cosine(n, k))));
+    add(
+        "cosine".into(),
+        mean(&nodes, |n| n.relative_variance(true, |k| cosine(n, k))),
+    );
     if let Some(own) = brdf.as_sample() {
-        let variance = mean(&nodes, |n| n.relative_variance(|k| own.pdf(&n.pairs()[k])));
+        let variance = mean(&nodes, |n| {
+            n.relative_variance(false, |k| own.pdf(&n.pairs()[k]))
+        });
         add("its own".into(), variance);
     }
     let best = (0..ALPHAS).into_par_iter().filter_map(|k| {
@@ -144,7 +155,7 @@ fn rivals(brdf: &dyn Brdf) -> Vec<Rival> {
         let densities: Vec<Vec<f64>> = nodes.iter().map(density).collect();
         let of = |share: f64| {
             let each = nodes.iter().zip(&densities).map(|(n, of_ggx)| {
-                n.relative_variance(|k| share * of_ggx[k] + (1.0 - share) * cosine(n, k))
+                n.relative_variance(false, |k| share * of_ggx[k] + (1.0 - share) * cosine(n, k))
             });
             let sum: Option<f64> = each.sum();
             Some((sum? / nodes.len() as f64, alpha, share))
@@ -152,8 +163,11 @@ fn rivals(brdf: &dyn Brdf) -> Vec<Rival> {
         let all = GGX_SHARES.iter().filter_map(|share| of(*share));
         all.min_by(|a, b| a.0.total_cmp(&b.0))
     });
-    if let Some((variance, ..)) = best.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))) {
-        add("GGX and cosine".into(), Some(variance));
-    }
+    let least = best.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    rivals.extend(least.map(|(relative_variance, alpha, _)| Rival {
+        name: "GGX and cosine".into(),
+        relative_variance,
+        alpha: Some(alpha),
+    }));
     rivals
 }

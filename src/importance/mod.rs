@@ -8,10 +8,12 @@ mod chart;
 mod comparison;
 mod sampler;
 mod table;
+#[cfg(test)]
+mod tests;
 mod variance;
 
 pub use chart::{Axes, Chart, RadialWarp};
 pub use comparison::{CELLS, COSINES, Compared, Rival, Tried, compare};
-pub use sampler::{SamplerSettings, TabulatedSampler};
+pub use sampler::{Conditional, SamplerSettings, TabulatedSampler};
 pub use table::InCells;
 pub use variance::{VIEWS_DEG, relative_variance};

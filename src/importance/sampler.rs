@@ -1,7 +1,7 @@
 //! Drawing of light directions in proportion to f_r cos θ_i of any BRDF.
 
-use super::chart::{Axes, Chart, RadialWarp, View};
-use super::table::{CellTable, InCells};
+use super::chart::{Axes, Chart, Place, RadialWarp, View};
+use super::table::{CellTable, InCells, Mixture};
 use crate::brdf::{Brdf, SampleBrdf};
 use crate::error::{ParameterError, in_whole};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
@@ -101,7 +101,11 @@ impl TabulatedSampler {
         settings.check()?;
         let symmetries = brdfs.iter().map(|(brdf, _)| brdf.symmetry());
         let symmetry = symmetries.fold(Symmetry::FULL, Symmetry::and);
-        let azimuths = if symmetry.isotropic { 1 } else { settings.azimuths };
+        let azimuths = if symmetry.isotropic {
+            1
+        } else {
+            settings.azimuths
+        };
         let mut sampler = Self {
             settings,
             is_folded: symmetry.isotropic && symmetry.bilateral,
@@ -177,88 +181,90 @@ impl TabulatedSampler {
         CellTable::new(columns, weights, self.settings.in_cells, !self.is_folded)
     }
 
-    /// The tables about a view, and the share of each.
-    fn about(&self, view: &View) -> SmallVec<[(usize, f64); 4]> {
+    /// The density of a view.
+    pub fn given(&self, omega_o: Direction) -> Conditional<'_> {
+        let view = View::new(omega_o);
         let views = self.settings.views;
         let at = (view.theta() / FRAC_PI_2 * views as f64 - 0.5).clamp(0.0, (views - 1) as f64);
         let low = (at as usize).min(views.saturating_sub(2));
         let t = at - low as f64;
         let elevations = [(low, 1.0 - t), (low + 1, t)];
         let m = self.azimuths;
-        let around = view.turns() * m as f64;
-        let first = around as usize % m;
-        let s = if m > 1 { around - around.floor() } else { 0.0 };
+        let around = if m > 1 { view.turns() * m as f64 } else { 0.0 };
+        let (first, s) = (around as usize % m, around.fract());
         let azimuths = [(first, 1.0 - s), ((first + 1) % m, s)];
-        let each = elevations.into_iter().flat_map(|(k, t)| azimuths.map(|(j, s)| (k * m + j, t * s)));
-        each.filter(|(_, share)| *share > 0.0).collect()
-    }
-
-    /// Density of the tables at a place of the chart, of dx dv.
-    fn of_tables(&self, about: &[(usize, f64)], [x, v]: [f64; 2]) -> f64 {
-        let v = match self.is_folded {
-            true => 2.0 * v.min(1.0 - v),
-            false => v,
-        };
-        let each = about.iter().map(|(n, share)| share * self.tables[*n].pdf([x, v]));
-        each.sum()
+        let each = elevations
+            .into_iter()
+            .flat_map(|(k, t)| azimuths.map(|(j, s)| (k * m + j, t * s)));
+        let each = each.filter(|(_, share)| *share > 0.0);
+        Conditional {
+            sampler: self,
+            view,
+            tables: Mixture(each.map(|(n, share)| (&self.tables[n], share)).collect()),
+        }
     }
 
     /// A light direction by two numbers in [0, 1), and its density, sr⁻¹; `None` below the horizon.
-    pub fn draw(&self, omega_o: Direction, [u, w]: [f64; 2]) -> Option<(Direction, f64)> {
-        if omega_o.cos_theta() <= 0.0 {
-            return None;
-        }
-        let (view, cosine) = (View::new(omega_o), self.settings.cosine);
-        let about = self.about(&view);
-        if u < cosine {
-            let omega_i = cosine_hemisphere([u / cosine, w]);
-            return (omega_i.cos_theta() > 0.0)
-                .then(|| (omega_i, self.density(&view, &about, omega_i)));
-        }
-        let mut u = (u - cosine) / (1.0 - cosine);
-        let mut table = about[about.len() - 1].0;
-        for (n, share) in &about {
-            if u < *share {
-                table = *n;
-                u /= share;
-                break;
-            }
-            u -= share;
-        }
-        let u = u.clamp(0.0, 1.0 - f64::EPSILON / 2.0);
-        let place = match self.is_folded {
-            true => {
-                let is_other = w >= 0.5;
-                let [x, v] = self.tables[table].sample([u, 2.0 * w - f64::from(u8::from(is_other))]);
-                [x, if is_other { 1.0 - 0.5 * v } else { 0.5 * v }]
-            }
-            false => self.tables[table].sample([u, w]),
-        };
-        let found = self.settings.axes.place(&view, place)?;
-        let of_tables = self.of_tables(&about, place) / found.jacobian;
-        Some((found.omega_i, self.with_cosine(of_tables, found.omega_i)))
-    }
-
-    fn with_cosine(&self, of_tables: f64, omega_i: Direction) -> f64 {
-        let cosine = self.settings.cosine;
-        (1.0 - cosine) * of_tables + cosine * cosine_hemisphere_pdf(omega_i)
-    }
-
-    fn density(&self, view: &View, about: &[(usize, f64)], omega_i: Direction) -> f64 {
-        let (place, jacobian) = self.settings.axes.at(view, omega_i);
-        self.with_cosine(self.of_tables(about, place) / jacobian, omega_i)
-    }
-
-    /// Density at a place of the chart, sr⁻¹, of a direction whose Jacobian is known there.
-    pub(super) fn pdf_at(&self, view: &View, place: [f64; 2], jacobian: f64, omega_i: Direction) -> f64 {
-        let about = self.about(view);
-        self.with_cosine(self.of_tables(&about, place) / jacobian, omega_i)
+    pub fn draw(&self, omega_o: Direction, u: [f64; 2]) -> Option<(Direction, f64)> {
+        (omega_o.cos_theta() > 0.0)
+            .then(|| self.given(omega_o))?
+            .draw(u)
     }
 
     /// Bytes of the tables, over the whole circle of azimuths.
     pub fn bytes(&self) -> usize {
         let held: usize = self.tables.iter().map(CellTable::bytes).sum();
         held * if self.is_folded { 2 } else { 1 }
+    }
+}
+
+/// The density of light directions at one view.
+pub struct Conditional<'a> {
+    sampler: &'a TabulatedSampler,
+    view: View,
+    /// Tables of the views about it.
+    tables: Mixture<'a>,
+}
+
+impl Conditional<'_> {
+    /// A light direction by two numbers in [0, 1), and its density, sr⁻¹; `None` below the horizon.
+    pub fn draw(&self, [u, w]: [f64; 2]) -> Option<(Direction, f64)> {
+        let SamplerSettings { axes, cosine, .. } = &self.sampler.settings;
+        if u < *cosine {
+            let omega_i = cosine_hemisphere([u / cosine, w]);
+            return (omega_i.cos_theta() > 0.0).then(|| (omega_i, self.pdf(omega_i)));
+        }
+        let u = (u - cosine) / (1.0 - cosine);
+        let place = match self.sampler.is_folded {
+            true if w < 0.5 => {
+                let [x, v] = self.tables.sample([u, 2.0 * w]);
+                [x, 0.5 * v]
+            }
+            true => {
+                let [x, v] = self.tables.sample([u, 2.0 * w - 1.0]);
+                [x, 1.0 - 0.5 * v]
+            }
+            false => self.tables.sample([u, w]),
+        };
+        let Place { omega_i, jacobian } = axes.place(&self.view, place)?;
+        Some((omega_i, self.pdf_at(place, jacobian, omega_i)))
+    }
+
+    /// Density of [`draw`](Self::draw) at a direction above the horizon, sr⁻¹.
+    pub fn pdf(&self, omega_i: Direction) -> f64 {
+        let (place, jacobian) = self.sampler.settings.axes.at(&self.view, omega_i);
+        self.pdf_at(place, jacobian, omega_i)
+    }
+
+    /// [`pdf`](Self::pdf) of a direction whose place in the chart is known, with dω_i over dx dv there.
+    pub(super) fn pdf_at(&self, [x, v]: [f64; 2], jacobian: f64, omega_i: Direction) -> f64 {
+        let v = match self.sampler.is_folded {
+            true => 2.0 * v.min(1.0 - v),
+            false => v,
+        };
+        let cosine = self.sampler.settings.cosine;
+        let of_tables = self.tables.pdf([x, v]) / jacobian;
+        (1.0 - cosine) * of_tables + cosine * cosine_hemisphere_pdf(omega_i)
     }
 }
 
@@ -280,7 +286,6 @@ impl SampleBrdf for TabulatedSampler {
         if !pair.is_above_horizon() {
             return 0.0;
         }
-        let view = View::new(pair.omega_o);
-        self.density(&view, &self.about(&view), pair.omega_i)
+        self.given(pair.omega_o).pdf(pair.omega_i)
     }
 }

@@ -1,7 +1,7 @@
 //! A density on the unit square from weights of its cells.
 
 use crate::registry::named;
-use crate::sampling::Steps;
+use smallvec::SmallVec;
 
 named! {
     /// Course of a density inside the cells of a table.
@@ -15,10 +15,12 @@ named! {
 /// A density on the unit square, tabulated over cells of equal size: rows along x, columns along v.
 #[derive(Clone, Debug)]
 pub(super) struct CellTable {
+    rows: usize,
     columns: usize,
-    /// Cumulative probability of the rows, and of the columns of each.
-    rows: Steps,
-    in_row: Vec<Steps>,
+    /// Probability of all rows before each, and of all.
+    before_row: Vec<f64>,
+    /// Of each row, the probability of all columns before each, and of all.
+    before_column: Vec<f64>,
     /// Densities of cells, or at their corners.
     density: Vec<f64>,
     in_cells: InCells,
@@ -36,10 +38,7 @@ impl CellTable {
         if !weights.iter().any(|w| *w > 0.0) {
             weights.fill(1.0);
         }
-        let total: f64 = weights.iter().sum();
-        let scale = weights.len() as f64 / total;
-        weights.iter_mut().for_each(|w| *w *= scale);
-        let (cells, density) = match in_cells {
+        let (cells, mut density) = match in_cells {
             InCells::Uniform => (weights.clone(), weights),
             InCells::Bilinear => {
                 let corners = corners(&weights, columns, closes);
@@ -49,74 +48,126 @@ impl CellTable {
                     let [a, b] = [at, at + width].map(|k| corners[k] + corners[k + 1]);
                     0.25 * (a + b)
                 };
-                let cells: Vec<f64> = (0..weights.len()).map(cell).collect();
-                let scale = cells.len() as f64 / cells.iter().sum::<f64>();
-                let scaled = |all: Vec<f64>| all.into_iter().map(|w| w * scale).collect();
-                (scaled(cells), scaled(corners))
+                ((0..weights.len()).map(cell).collect(), corners)
             }
         };
-        let of_rows = cells.chunks_exact(columns);
-        let sums: Vec<f64> = of_rows.clone().map(|row| row.iter().sum()).collect();
-        let in_row = of_rows.zip(&sums).map(|(row, sum)| Steps::new(row, *sum));
+        let total: f64 = cells.iter().sum();
+        let scale = cells.len() as f64 / total;
+        density.iter_mut().for_each(|d| *d *= scale);
+        let (mut before_row, mut before_column) = (vec![0.0], Vec::new());
+        let mut of_rows = 0.0;
+        for row in cells.chunks_exact(columns) {
+            let mut sum = 0.0;
+            before_column.push(0.0);
+            for cell in row {
+                sum += cell / total;
+                before_column.push(sum);
+            }
+            of_rows += sum;
+            before_row.push(of_rows);
+        }
         Self {
+            rows,
             columns,
-            in_row: in_row.collect(),
-            rows: Steps::new(&sums, (rows * columns) as f64),
+            before_row,
+            before_column,
             density,
             in_cells,
         }
     }
 
-    /// A point by two numbers in [0, 1).
-    pub(crate) fn sample(&self, [u, w]: [f64; 2]) -> [f64; 2] {
-        let (row, s) = self.rows.picked(u);
-        let (column, t) = self.in_row[row].picked(w);
-        let [s, t] = match self.in_cells {
-            InCells::Uniform => [s, t],
+    /// Densities at the corners of a cell: at its first and last column, in its first and last row; of a uniform one all are alike.
+    fn corners(&self, row: usize, column: usize) -> [f64; 4] {
+        match self.in_cells {
+            InCells::Uniform => [self.density[row * self.columns + column]; 4],
             InCells::Bilinear => {
-                let [a, b, c, d] = self.corners_of(row, column);
-                let s = linear(a + b, c + d, s);
-                let mix = |low: f64, high: f64| low + s * (high - low);
-                [s, linear(mix(a, c), mix(b, d), t)]
+                let at = row * (self.columns + 1) + column;
+                let below = at + self.columns + 1;
+                [at, at + 1, below, below + 1].map(|k| self.density[k])
             }
-        };
-        let rows = self.in_row.len() as f64;
+        }
+    }
+
+    /// Probability of the columns before one, within a row.
+    fn before(&self, row: usize, column: usize) -> f64 {
+        self.before_column[row * (self.columns + 1) + column]
+    }
+
+    /// Bytes that it holds.
+    pub(crate) fn bytes(&self) -> usize {
+        let all = [&self.before_row, &self.before_column, &self.density];
+        all.into_iter().map(|of| size_of_val(&**of)).sum()
+    }
+}
+
+/// A mixture of tables of one size, each with its share.
+pub(super) struct Mixture<'a>(pub SmallVec<[(&'a CellTable, f64); 4]>);
+
+impl Mixture<'_> {
+    /// The sum over tables of a number of each times its share.
+    #[inline]
+    fn sum(&self, of: impl Fn(&CellTable) -> f64) -> f64 {
+        self.0.iter().map(|(table, share)| share * of(table)).sum()
+    }
+
+    fn corners(&self, row: usize, column: usize) -> [f64; 4] {
+        let mut sum = [0.0; 4];
+        for (table, share) in &self.0 {
+            let of = table.corners(row, column);
+            (0..4).for_each(|i| sum[i] += share * of[i]);
+        }
+        sum
+    }
+
+    /// A point by two numbers in [0, 1), along which it goes on without a jump.
+    pub(crate) fn sample(&self, [u, w]: [f64; 2]) -> [f64; 2] {
+        let CellTable { rows, columns, .. } = *self.0[0].0;
+        let (row, s) = picked(rows, u, |n| self.sum(|table| table.before_row[n]));
+        let (column, t) = picked(columns, w, |n| self.sum(|table| table.before(row, n)));
+        let [a, b, c, d] = self.corners(row, column);
+        let s = linear(a + b, c + d, s);
+        let mix = |low: f64, high: f64| low + s * (high - low);
+        let t = linear(mix(a, c), mix(b, d), t);
         [
-            (row as f64 + s) / rows,
-            (column as f64 + t) / self.columns as f64,
+            (row as f64 + s) / rows as f64,
+            (column as f64 + t) / columns as f64,
         ]
     }
 
     /// Density at a point.
     pub(crate) fn pdf(&self, [x, v]: [f64; 2]) -> f64 {
+        let CellTable { rows, columns, .. } = *self.0[0].0;
         let along = |x: f64, cells: usize| {
             let at = x * cells as f64;
             let cell = (at as usize).min(cells - 1);
             (cell, at - cell as f64)
         };
-        let (row, s) = along(x, self.in_row.len());
-        let (column, t) = along(v, self.columns);
-        match self.in_cells {
-            InCells::Uniform => self.density[row * self.columns + column],
-            InCells::Bilinear => {
-                let [a, b, c, d] = self.corners_of(row, column);
-                (1.0 - s) * ((1.0 - t) * a + t * b) + s * ((1.0 - t) * c + t * d)
-            }
+        let ((row, s), (column, t)) = (along(x, rows), along(v, columns));
+        let [a, b, c, d] = self.corners(row, column);
+        (1.0 - s) * ((1.0 - t) * a + t * b) + s * ((1.0 - t) * c + t * d)
+    }
+}
+
+/// The step that the share `u` in [0, 1) of all of them falls on, and where on it, by the sums of the steps before each.
+fn picked(steps: usize, u: f64, before: impl Fn(usize) -> f64) -> (usize, f64) {
+    let target = u * before(steps);
+    // Steps of no height are never picked.
+    let (mut low, mut high) = (0, steps);
+    while high - low > 1 {
+        let middle = (low + high) / 2;
+        match before(middle) <= target {
+            true => low = middle,
+            false => high = middle,
         }
     }
-
-    /// Densities at the corners of a cell: at its first and last column, in its first and last row.
-    fn corners_of(&self, row: usize, column: usize) -> [f64; 4] {
-        let at = row * (self.columns + 1) + column;
-        let below = at + self.columns + 1;
-        [at, at + 1, below, below + 1].map(|k| self.density[k])
-    }
-
-    /// Bytes that it holds.
-    pub(crate) fn bytes(&self) -> usize {
-        let steps = self.in_row.iter().chain([&self.rows]);
-        steps.map(Steps::bytes).sum::<usize>() + size_of_val(&*self.density)
-    }
+    let (start, end) = (before(low), before(high));
+    let height = end - start;
+    let t = if height > 0.0 {
+        (target - start) / height
+    } else {
+        0.5
+    };
+    (low, t.clamp(0.0, 1.0))
 }
 
 /// The mean of the cells that meet at each corner.
@@ -126,10 +177,15 @@ fn corners(weights: &[f64], columns: usize, closes: bool) -> Vec<f64> {
     for row in 0..=rows {
         let of_rows = [row.saturating_sub(1), row.min(rows - 1)];
         for column in 0..=columns {
-            let [first, last] = if closes { [columns - 1, 0] } else { [0, columns - 1] };
+            let [first, last] = if closes {
+                [columns - 1, 0]
+            } else {
+                [0, columns - 1]
+            };
             let before = column.checked_sub(1).unwrap_or(first);
             let after = if column == columns { last } else { column };
-            let meet = of_rows.map(|r| weights[r * columns + before] + weights[r * columns + after]);
+            let meet =
+                of_rows.map(|r| weights[r * columns + before] + weights[r * columns + after]);
             corners.push(0.25 * (meet[0] + meet[1]));
         }
     }

@@ -1,7 +1,7 @@
 //! Relative variance of f_r cos θ_i over a density of light directions.
 
 use super::TabulatedSampler;
-use super::chart::{Axes, View};
+use super::chart::{Axes, Chart, RadialWarp, View};
 use crate::brdf::Brdf;
 use crate::geometry::{Direction, DirectionPair};
 use crate::metrics;
@@ -20,8 +20,18 @@ const CELLS: usize = 64;
 /// Halvings of the cells at the pole: the narrowest lobe has some nodes.
 const HALVINGS: i32 = 24;
 
+/// Halvings of the cells at the horizon, where grazing lobes are steep.
+const AT_HORIZON: i32 = 6;
+
 /// Nodes of a cell along either axis.
 const NODES: usize = 2;
+
+/// The chart whose nodes are dense where lobes peak.
+pub(super) const HALF_VECTOR: Axes = Axes {
+    chart: Chart::HalfVector,
+    warp: RadialWarp::SquareRoot,
+    to_horizon: true,
+};
 
 /// The view of an index of [`VIEWS_DEG`].
 pub(super) fn view(index: usize) -> Direction {
@@ -31,7 +41,8 @@ pub(super) fn view(index: usize) -> Direction {
 
 /// Light directions of a view with f_r cos θ_i: a quadrature in a chart.
 pub(super) struct Nodes {
-    view: View,
+    axes: Axes,
+    omega_o: Direction,
     places: Vec<[f64; 2]>,
     pairs: Vec<DirectionPair>,
     jacobians: Vec<f64>,
@@ -42,24 +53,42 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
-    /// Of the upper hemisphere, or of the half of it on one side of the plane of incidence, counted twice.
-    pub(crate) fn new(brdf: &dyn Brdf, axes: &Axes, omega_o: Direction) -> Self {
+    /// Of the upper hemisphere, or of the half of it on one side of the plane of incidence, counted twice; for densities over a chart.
+    /// Charts of ω_i itself are coarse where lobes are narrow: of them the nodes are those of half vectors.
+    pub(crate) fn new(brdf: &dyn Brdf, of: &Axes, omega_o: Direction) -> Self {
+        let axes = match of.chart {
+            Chart::SolidAngle | Chart::Cosine => HALF_VECTOR,
+            _ => *of,
+        };
         let symmetry = brdf.symmetry();
         let is_folded = symmetry.isotropic && symmetry.bilateral;
         let rule = gauss_legendre(NODES);
         let cell = 1.0 / CELLS as f64;
         let inner = (0..HALVINGS).map(|k| [0.5_f64.powi(k + 1) * cell, 0.5_f64.powi(k) * cell]);
-        let outer = (1..CELLS).map(|k| [k as f64 * cell, (k + 1) as f64 * cell]);
+        let outer = (1..CELLS - 1).map(|k| [k as f64 * cell, (k + 1) as f64 * cell]);
+        let last = (0..AT_HORIZON).map(|k| {
+            let before = |k: i32| {
+                1.0 - if k == AT_HORIZON {
+                    0.0
+                } else {
+                    0.5_f64.powi(k) * cell
+                }
+            };
+            [before(k), before(k + 1)]
+        });
         let around = if is_folded { CELLS / 2 } else { CELLS };
         let around = (0..around).map(|k| [k as f64 * cell, (k + 1) as f64 * cell]);
         let in_part = |[low, high]: [f64; 2]| {
             let half = 0.5 * (high - low);
-            rule.iter().map(move |(x, w)| (low + half * (1.0 + x), half * w)).collect::<Vec<_>>()
+            rule.iter()
+                .map(move |(x, w)| (low + half * (1.0 + x), half * w))
+                .collect::<Vec<_>>()
         };
         let around: Vec<_> = around.flat_map(in_part).collect();
         let view = View::new(omega_o);
         let mut nodes = Self {
-            view,
+            axes,
+            omega_o,
             places: Vec::new(),
             pairs: Vec::new(),
             jacobians: Vec::new(),
@@ -67,7 +96,7 @@ impl Nodes {
             values: Vec::new(),
         };
         let times = if is_folded { 2.0 } else { 1.0 };
-        for (x, dx) in inner.chain(outer).flat_map(in_part) {
+        for (x, dx) in inner.chain(outer).chain(last).flat_map(in_part) {
             for (v, dv) in &around {
                 if let Some(place) = axes.place(&view, [x, *v]) {
                     nodes.places.push([x, *v]);
@@ -78,35 +107,59 @@ impl Nodes {
             }
         }
         let found = metrics::evaluate(brdf, &nodes.pairs);
-        let value = |k: usize| found.get(k).map_or(0.0, |f| f.max(0.0) * nodes.pairs[k].omega_i.cos_theta());
+        let value = |k: usize| {
+            found
+                .get(k)
+                .map_or(0.0, |f| f.max(0.0) * nodes.pairs[k].omega_i.cos_theta())
+        };
         nodes.values = (0..nodes.pairs.len()).map(value).collect();
         nodes
     }
 
-    /// ∫ (f_r cos θ_i)²/p dω_i / a² − 1, a = ∫ f_r cos θ_i dω_i, of a density; infinite where it is 0 and f_r is not, `None` where
-    /// nothing is reflected.
-    pub(crate) fn relative_variance(&self, density: impl Fn(usize) -> f64) -> Option<f64> {
-        let mut square = 0.0;
-        for (k, (value, measure)) in self.values.iter().zip(&self.measures).enumerate() {
-            if *value > 0.0 {
-                square += value * (value / density(k)) * measure;
-            }
-        }
+    /// ∫ g²/p dω_i − 1 with g = f_r cos θ_i/∫ f_r cos θ_i dω_i of a density p; infinite where it is 0 and f_r is not, `None` where nothing
+    /// is reflected. Computed as ∫ (g − p)²/p dω_i + 1 − ∫ p dω_i, whose error is a share of it; `is_whole`: all draws are above the horizon,
+    /// so that ∫ p dω_i is 1.
+    pub(crate) fn relative_variance(
+        &self,
+        is_whole: bool,
+        density: impl Fn(usize) -> f64,
+    ) -> Option<f64> {
         let albedo = self.albedo();
-        // Rounding may leave −1e-16.
-        (albedo > 0.0).then(|| (square / (albedo * albedo) - 1.0).max(0.0))
+        let (mut squares, mut above) = (0.0, 0.0);
+        for (k, (value, measure)) in self.values.iter().zip(&self.measures).enumerate() {
+            let (g, p) = (value / albedo, density(k));
+            if g > 0.0 || p > 0.0 {
+                squares += (g - p) * ((g - p) / p) * measure;
+            }
+            above += p * measure;
+        }
+        let below = if is_whole {
+            0.0
+        } else {
+            (1.0 - above).max(0.0)
+        };
+        (albedo > 0.0).then_some(squares + below)
     }
 
     /// ∫ f_r cos θ_i dω_i.
     pub(crate) fn albedo(&self) -> f64 {
-        self.values.iter().zip(&self.measures).map(|(f, w)| f * w).sum()
+        self.values
+            .iter()
+            .zip(&self.measures)
+            .map(|(f, w)| f * w)
+            .sum()
     }
 
-    /// [`relative_variance`](Self::relative_variance) of a sampler of the same chart.
+    /// [`relative_variance`](Self::relative_variance) of a sampler.
     pub(crate) fn of(&self, sampler: &TabulatedSampler) -> Option<f64> {
-        self.relative_variance(|k| {
-            let omega_i = self.pairs[k].omega_i;
-            sampler.pdf_at(&self.view, self.places[k], self.jacobians[k], omega_i)
+        let density = sampler.given(self.omega_o);
+        let axes = sampler.settings().axes;
+        let is_whole = axes.to_horizon;
+        if axes != self.axes {
+            return self.relative_variance(is_whole, |k| density.pdf(self.pairs[k].omega_i));
+        }
+        self.relative_variance(is_whole, |k| {
+            density.pdf_at(self.places[k], self.jacobians[k], self.pairs[k].omega_i)
         })
     }
 

@@ -6,7 +6,6 @@
 mod hemisphere;
 mod points;
 mod quadrature;
-mod steps;
 
 pub use hemisphere::{
     cosine_hemisphere, cosine_hemisphere_pdf, ggx_half_vector, ggx_half_vector_pdf,
@@ -14,7 +13,6 @@ pub use hemisphere::{
 pub use points::{Random, RandomStream, Sobol};
 pub use quadrature::{GAUSS_KRONROD, gauss_legendre};
 pub(crate) use quadrature::{cut, halve_worst, mirrored};
-pub(crate) use steps::Steps;
 
 /// The part of a turn that is least near to any fraction of it, rad.
 pub(crate) const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;

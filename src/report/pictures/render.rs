@@ -13,8 +13,8 @@
 use super::distribution::Distribution;
 use crate::brdf::Brdf;
 use crate::geometry::{Direction, DirectionPair};
+use crate::importance::{Conditional, SamplerSettings, TabulatedSampler};
 use crate::lighting::Lighting;
-use crate::metrics;
 use crate::numeric::luminance;
 use crate::parametrization::view_centered;
 use crate::report::SphereImage;
@@ -23,7 +23,7 @@ use crate::report::pictures::sphere::{Frame, places, world};
 use crate::sampling::Sobol;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 /// Rows of the table of the light; twice as many columns.
 const LIGHT_ROWS: usize = 256;
@@ -120,10 +120,7 @@ fn render(
     let resolution = clamped(resolution);
     let points = samples.clamp(2, 1 << 16).div_ceil(2) as u64;
     let light = light_table(lighting);
-    let views = (0..VIEWS).into_par_iter();
-    let lobes: Vec<_> = views
-        .map(|i| lobe_table(brdfs, FRAC_PI_2 * (i as f64 + 0.5) / VIEWS as f64))
-        .collect();
+    let lobes = lobes(brdfs);
     let shader = Shader {
         brdfs,
         lighting,
@@ -140,14 +137,10 @@ fn render(
         let mut sum = vec![Seen::default(); (brdfs.len() - 1).max(1)];
         let share = 1.0 / places.len() as f64;
         for (part, [x, y]) in places.iter().enumerate() {
-            let theta_o = x.hypot(*y).asin();
-            let nearest = (theta_o / FRAC_PI_2 * VIEWS as f64) as usize;
-            let lobe = Lobe {
-                table: &lobes[nearest.min(VIEWS - 1)],
-                omega_o: view_centered(theta_o, 0.0),
-            };
+            let omega_o = view_centered(x.hypot(*y).asin(), 0.0);
             let seed = (pixel + part * resolution * resolution) as u64;
-            let drawn = shader.draw(&lobe, &Frame::new(*x, *y), seed, points);
+            let lobe = lobes.given(omega_o);
+            let drawn = shader.draw(omega_o, &lobe, &Frame::new(*x, *y), seed, points);
             shader.shade(&drawn, share, &mut sum);
         }
         Some(sum)
@@ -186,83 +179,39 @@ fn light_table(lighting: &dyn Lighting) -> Distribution {
     Distribution::new(edges, columns, weights)
 }
 
-/// Distribution of light directions about the mirror direction of a view: f_r cos θ_i times solid
-/// angle, of the first BRDF and, as often, of the others.
-fn lobe_table(brdfs: &[&dyn Brdf], theta_o: f64) -> Distribution {
-    const FIRST: f64 = 1e-7;
-    let widest = 4f64.to_radians();
-    let mut gammas = vec![0.0, FIRST];
-    let mut last = FIRST;
-    while last < PI {
-        last = (last + (last / 4.0).min(widest)).min(PI);
-        gammas.push(last);
-    }
-    let edge = |gamma: &f64| 2.0 * (0.5 * gamma).sin().powi(2);
-    let edges: Vec<f64> = gammas.iter().map(edge).collect();
-    let omega_o = view_centered(theta_o, 0.0);
-    let cells = gammas.windows(2).flat_map(|ring| {
-        let (s, c) = (0.5 * (ring[0] + ring[1])).sin_cos();
-        (0..SECTORS).map(move |k| {
-            let (sp, cp) = (TAU * (k as f64 + 0.5) / SECTORS as f64).sin_cos();
-            from_mirror(DVec3::new(s * cp, s * sp, c), omega_o)
-        })
-    });
-    let cells: Vec<DVec3> = cells.collect();
-    let above: Vec<_> = (0..cells.len()).filter(|&i| cells[i].z > 0.0).collect();
-    let pair = |&i: &usize| DirectionPair::new(Direction::from_unit(cells[i]), omega_o);
-    let pairs: Vec<_> = above.iter().map(pair).collect();
-    let angle = |cell: usize| {
-        let ring = cell / SECTORS;
-        (edges[ring + 1] - edges[ring]) * TAU / SECTORS as f64
+/// Light directions by f_r cos θ_i, of the first BRDF and, as often, of the others.
+fn lobes(brdfs: &[&dyn Brdf]) -> TabulatedSampler {
+    let others = brdfs.len() - 1;
+    // Half is the first's, whatever the others are like: it is looked at beside each of them.
+    let share = |b: usize| match (b, others) {
+        (_, 0) => 1.0,
+        (0, _) => 0.5,
+        _ => 0.5 / others as f64,
     };
-    let mut weights = vec![0.0; cells.len()];
-    for (b, brdf) in brdfs.iter().enumerate() {
-        let found = metrics::evaluate(*brdf, &pairs);
-        let of = above.iter().enumerate().map(|(k, &i)| {
-            let f = found.get(k);
-            f.map_or(0.0, |f| f * cells[i].z * angle(i))
-        });
-        let of: Vec<f64> = of.collect();
-        let total: f64 = of.iter().sum();
-        // Half is the first's, whatever the others are like: it is looked at beside each of them.
-        let share = match (b, brdfs.len() - 1) {
-            (_, 0) => 1.0,
-            (0, _) => 0.5,
-            (_, others) => 0.5 / others as f64,
-        };
-        if total > 0.0 {
-            for (&i, of) in above.iter().zip(of) {
-                weights[i] += share / total * of;
-            }
-        }
-    }
-    let total: f64 = weights.iter().sum();
-    for (i, cell) in cells.iter().enumerate() {
-        // Cells that reach over the horizon, for any view that is served by this table.
-        if cell.z > -0.2 {
-            weights[i] += EVEN * total * angle(i) / TAU;
-        }
-    }
-    Distribution::new(edges, SECTORS, weights)
-}
-
-/// The table of a view nearby, about the mirror direction of this one.
-struct Lobe<'a> {
-    table: &'a Distribution,
-    omega_o: Direction,
-}
-
-/// From the frame whose pole is the mirror direction, x in the plane of incidence, to the local
-/// one; the view has azimuth 0.
-fn from_mirror(d: DVec3, omega_o: Direction) -> DVec3 {
-    let o = omega_o.vector();
-    DVec3::new(o.z * d.x - o.x * d.z, d.y, o.x * d.x + o.z * d.z)
-}
-
-/// Back from [`from_mirror`].
-fn to_mirror(d: DVec3, omega_o: Direction) -> DVec3 {
-    let o = omega_o.vector();
-    DVec3::new(o.z * d.x + o.x * d.z, d.y, o.z * d.z - o.x * d.x)
+    let shares: Vec<_> = brdfs
+        .iter()
+        .enumerate()
+        .map(|(b, brdf)| (*brdf, share(b)))
+        .collect();
+    let env = |k: &str, d: f64| {
+        std::env::var(k)
+            .ok()
+            .and_then(|v| v.parse().ok())
+            .unwrap_or(d)
+    };
+    let settings = SamplerSettings {
+        axes: crate::importance::Axes {
+            chart: crate::importance::Chart::ALL[env("CH", 2.0) as usize],
+            warp: crate::importance::RadialWarp::ALL[env("WA", 1.0) as usize],
+            to_horizon: true,
+        },
+        in_cells: crate::importance::InCells::ALL[env("IC", 0.0) as usize],
+        cells: [env("NR", 32.0) as usize, env("NA", 32.0) as usize],
+        views: VIEWS,
+        azimuths: 1,
+        cosine: env("CO", 0.01),
+    };
+    TabulatedSampler::mixed(&shares, settings).unwrap()
 }
 
 struct Shader<'a> {
@@ -306,32 +255,35 @@ impl Shader<'_> {
     }
 
     /// Draws directions of light at a place of the sphere.
-    fn draw(&self, lobe: &Lobe<'_>, frame: &Frame, seed: u64, points: u64) -> Drawn {
-        let omega_o = lobe.omega_o;
+    fn draw(
+        &self,
+        omega_o: Direction,
+        lobe: &Conditional<'_>,
+        frame: &Frame,
+        seed: u64,
+        points: u64,
+    ) -> Drawn {
         let mut drawn = Drawn::default();
         // `density` is the sum of both tables', twice the mean.
-        let mut push = |local: DVec3, towards: DVec3, density: f64| {
-            let omega_i = Direction::from_unit(local);
+        let mut push = |omega_i: Direction, towards: DVec3, density: f64| {
             drawn.0.push(DirectionPair::new(omega_i, omega_o));
             let light = self.lighting.radiance(Direction::from_unit(towards));
-            let weight = local.z / density;
+            let weight = omega_i.cos_theta() / density;
             drawn.1.push(light.map(|v| v * weight / points as f64));
         };
         let mut sobol = Sobol::new(seed);
         for i in 0..points {
             let [a, b, u, v] = sobol.point(i);
-            let (about, of_lobe) = lobe.table.sample([a, b]);
-            let local = from_mirror(about, omega_o);
-            if local.z > 0.0 {
-                let towards = world(frame.camera(local));
+            if let Some((omega_i, of_lobe)) = lobe.draw([a, b]) {
+                let towards = world(frame.camera(omega_i.vector()));
                 let of_light = self.light.pdf(towards);
-                push(local, towards, of_lobe + of_light);
+                push(omega_i, towards, of_lobe + of_light);
             }
             let (towards, of_light) = self.light.sample([u, v]);
             let local = frame.local(from_world(towards));
             if local.z > 0.0 {
-                let of_lobe = lobe.table.pdf(to_mirror(local, omega_o));
-                push(local, towards, of_light + of_lobe);
+                let omega_i = Direction::from_unit(local);
+                push(omega_i, towards, of_light + lobe.pdf(omega_i));
             }
         }
         drawn

@@ -1,0 +1,110 @@
+//! Samplers made of tables, on every model: draws average to the albedo, and their variance is that of the quadrature.
+
+mod common;
+
+use common::{Level, levels, model, table};
+use gonio::brdf::{self, Brdf, Channels, laws};
+use gonio::geometry::{Direction, DirectionPair};
+use gonio::importance::{self, Axes, InCells, SamplerSettings, TabulatedSampler};
+use gonio::registry;
+use gonio::sampling::{Random, Sobol};
+
+levels! {
+    draws_average_to_the_albedo: "thorough: every model in every chart";
+}
+
+fn draws_average_to_the_albedo(level: Level) {
+    let mut brdfs: Vec<(String, Box<dyn Brdf>)> = Vec::new();
+    if level == Level::Thorough {
+        for entry in brdf::all() {
+            for text in entry.examples {
+                let spec = registry::read_text(&entry, text);
+                // Those of a file have none.
+                let built = spec
+                    .ok()
+                    .and_then(|spec| spec.build(Channels::Luminance).ok());
+                brdfs.extend(built.map(|brdf| (format!("{} {text}", entry.kind), brdf)));
+            }
+        }
+        assert!(brdfs.len() > 20);
+    } else {
+        for [kind, keys] in table(
+            r#"
+            lambert |
+            ggx | alpha = 0.001
+            ggx | alpha = [0.1, 0.4]
+            sheen | alpha = 0.3
+            retro-reflective | of = { kind = "ggx", alpha = 0.2 }"#,
+        ) {
+            brdfs.push((format!("{kind} {keys}"), model(kind, keys)));
+        }
+    }
+    let charts = match level {
+        Level::Quick => vec![SamplerSettings::default().axes],
+        // With fixed ends the cells across the horizon have few and large weights.
+        Level::Thorough => Axes::all()
+            .into_iter()
+            .filter(|axes| axes.to_horizon)
+            .collect(),
+    };
+    for (name, brdf) in &brdfs {
+        for (n, axes) in charts.iter().enumerate() {
+            let settings = SamplerSettings {
+                axes: *axes,
+                in_cells: InCells::ALL[n % 2],
+                azimuths: 16,
+                ..SamplerSettings::default()
+            };
+            let sampler = TabulatedSampler::new(&**brdf, settings).unwrap();
+            for theta in [0.5_f64, 50.0, 85.0] {
+                let omega_o = Direction::from_spherical(theta.to_radians(), 1.0);
+                let what = format!("{name}, {} at {theta}", axes.name());
+                let weight = |u: [f64; 2]| {
+                    let (omega_i, density) = sampler.draw(omega_o, u)?;
+                    let f = brdf.luminance(&DirectionPair::new(omega_i, omega_o));
+                    Some(f.unwrap_or(0.0) * omega_i.cos_theta() / density)
+                };
+                let albedo = laws::directional_albedo(&**brdf, omega_o).value[0];
+                if albedo < 1e-9 {
+                    continue;
+                }
+                let (variance, integral) =
+                    importance::relative_variance(&**brdf, &sampler, omega_o).unwrap();
+                // Where cells are far wider than the lobe, the quadrature of the chart itself is rough.
+                let rough = 0.02_f64.max(0.05 * variance.min(1.0));
+                let off = (integral / albedo - 1.0).abs();
+                assert!(off < rough, "{what}: {integral} {albedo}");
+                // Few and large weights: no number of draws shows their spread.
+                if variance > 1.0 {
+                    continue;
+                }
+                // Eight scrambled sets, each of a mean.
+                let mean = |seed: u64| {
+                    let mut sobol = Sobol::new(seed);
+                    let all = (0..2048).map(|i| weight(sobol.point(i)).unwrap_or(0.0));
+                    all.sum::<f64>() / 2048.0
+                };
+                let means: Vec<f64> = (0..8).map(mean).collect();
+                let drawn = means.iter().sum::<f64>() / 8.0;
+                let spread: f64 = means.iter().map(|m| (m - drawn).powi(2)).sum();
+                let error = (spread / 56.0).sqrt();
+                let off = (drawn - albedo).abs();
+                let most = 5.0 * error + 1e-3 * albedo;
+                assert!(off < most, "{what}: {drawn} ± {error}, not {albedo}");
+                // By independent draws: the variance has a standard error by their fourth moment.
+                let random = Random::new(5);
+                let squares = (0..8192).map(|i| weight(random.point(i)).unwrap_or(0.0));
+                let squares: Vec<f64> = squares.map(|w| (w / albedo - 1.0).powi(2)).collect();
+                let found = squares.iter().sum::<f64>() / 8192.0;
+                let fourth: f64 = squares.iter().map(|s| (s - found).powi(2)).sum();
+                let error = fourth.sqrt() / 8192.0;
+                // Cells at the horizon are drawn a few times in all, and their weights are off by as much as themselves.
+                let most = 5.0 * error + 0.1 * variance + 1e-3;
+                assert!(
+                    (found - variance).abs() < most,
+                    "{what}: {found} ± {error}, not {variance}"
+                );
+            }
+        }
+    }
+}
