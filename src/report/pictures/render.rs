@@ -2,8 +2,8 @@
 //! bright.
 //!
 //! The scene is that of [`sphere`](crate::report::sphere()). Half of the points of a pixel come from a
-//! table of the light (luminance times solid angle, in cells of 0.7°), half from a table of the
-//! BRDF times cos θ_i about the mirror direction, whose cells shrink to 1e-7 rad towards it. Either
+//! table of the light (luminance times solid angle, in cells of 0.7°), half from tables of the
+//! BRDF times cos θ_i ([`crate::importance`]), whose cells shrink to a millionth of a radian towards the mirror direction. Either
 //! may miss what the other finds; both are weighed by the mean of the two densities (the balance
 //! heuristic of Veach and Guibas 1995), so that a picture is right on average whatever the tables
 //! hold, and its noise is small where either is good: a lamp on plaster, a window in chrome.
@@ -13,7 +13,9 @@
 use super::distribution::Distribution;
 use crate::brdf::Brdf;
 use crate::geometry::{Direction, DirectionPair};
-use crate::importance::{Conditional, SamplerSettings, TabulatedSampler};
+use crate::importance::{
+    Axes, Chart, Conditional, InCells, RadialWarp, SamplerSettings, TabulatedSampler,
+};
 use crate::lighting::Lighting;
 use crate::numeric::luminance;
 use crate::parametrization::view_centered;
@@ -27,16 +29,6 @@ use std::f64::consts::{PI, TAU};
 
 /// Rows of the table of the light; twice as many columns.
 const LIGHT_ROWS: usize = 256;
-
-/// Views whose lobes are tabulated, at the middles of equal steps from 0° to 90°.
-const VIEWS: usize = 64;
-
-/// Sectors of a ring of a lobe.
-const SECTORS: usize = 24;
-
-/// Share of a lobe's directions that are even over the hemisphere: narrow features that its table
-/// has missed lie there.
-const EVEN: f64 = 0.1;
 
 /// Renders a sphere with `samples` points a pixel, rounded up to an even number, at least 2 and
 /// at most 65 536.
@@ -193,25 +185,21 @@ fn lobes(brdfs: &[&dyn Brdf]) -> TabulatedSampler {
         .enumerate()
         .map(|(b, brdf)| (*brdf, share(b)))
         .collect();
-    let env = |k: &str, d: f64| {
-        std::env::var(k)
-            .ok()
-            .and_then(|v| v.parse().ok())
-            .unwrap_or(d)
-    };
     let settings = SamplerSettings {
-        axes: crate::importance::Axes {
-            chart: crate::importance::Chart::ALL[env("CH", 2.0) as usize],
-            warp: crate::importance::RadialWarp::ALL[env("WA", 1.0) as usize],
+        axes: Axes {
+            chart: Chart::HBar,
+            // Lobes of mirrors are a millionth of a radian wide.
+            warp: RadialWarp::FourthRoot,
             to_horizon: true,
         },
-        in_cells: crate::importance::InCells::ALL[env("IC", 0.0) as usize],
-        cells: [env("NR", 32.0) as usize, env("NA", 32.0) as usize],
-        views: VIEWS,
+        in_cells: InCells::Bilinear,
+        views: 64,
+        // Views are seen from azimuth 0, whatever the symmetry.
         azimuths: 1,
-        cosine: env("CO", 0.01),
+        ..SamplerSettings::default()
     };
-    TabulatedSampler::mixed(&shares, settings).unwrap()
+    #[expect(clippy::expect_used, reason = "these settings are within their ranges")]
+    TabulatedSampler::mixed(&shares, settings).expect("a sampler")
 }
 
 struct Shader<'a> {
