@@ -2,7 +2,7 @@
 
 use super::{BrdfArgs, OutputArgs, ThreadArgs, note};
 use crate::error::{Error, in_whole};
-use crate::importance::{CELLS, COSINES, Compared, RadialWarp, compare};
+use crate::importance::{CELLS, COSINES, RadialWarp, SamplerScores, compare};
 use crate::report::Columns;
 use crate::statistics::{Bootstrap, Paired, geometric_mean};
 use clap::Args;
@@ -58,7 +58,7 @@ struct Row {
 }
 
 impl Row {
-    fn of(material: &str, compared: &Compared) -> Vec<Self> {
+    fn of(material: &str, compared: &SamplerScores) -> Vec<Self> {
         let finite = |v: f64| v.is_finite().then_some(v);
         let tables = compared.tried.iter().map(|tried| {
             let of = &tried.settings;
@@ -83,22 +83,22 @@ impl Row {
                 alpha: None,
             }
         });
-        let rivals = compared.rivals.iter().map(|rival| Self {
+        let others = compared.others.iter().map(|other| Self {
             material: material.into(),
-            sampler: rival.name.clone(),
+            sampler: other.name.clone(),
             warp: None,
             ends: None,
             in_cells: None,
             cells: None,
             views: None,
             cosine: None,
-            relative_variance: finite(rival.relative_variance),
+            relative_variance: finite(other.relative_variance),
             bytes: None,
             seconds: None,
             nanoseconds: None,
-            alpha: rival.alpha,
+            alpha: other.alpha,
         });
-        tables.chain(rivals).collect()
+        tables.chain(others).collect()
     }
 
     /// Chart, warp, ends and course in cells, in words.
@@ -176,7 +176,7 @@ impl Line<'_> {
 fn shown(v: Option<f64>) -> String {
     match v {
         None => "–".into(),
-        Some(v) if v >= 1000.0 || v < 1e-3 => format!("{v:.2e}"),
+        Some(v) if !(1e-3..1000.0).contains(&v) => format!("{v:.2e}"),
         Some(v) if v >= 1.0 => format!("{v:.2}"),
         Some(v) => format!("{v:.4}"),
     }
@@ -201,7 +201,7 @@ fn text(rows: &[Row], views: usize) -> String {
         [only] => (*only).to_owned(),
         all => format!("geometric mean over {} materials", all.len()),
     };
-    let (tables, rivals): (Vec<_>, Vec<_>) = lines
+    let (tables, others): (Vec<_>, Vec<_>) = lines
         .into_iter()
         .partition(|line| line.rows[0].cells.is_some());
     let at = |line: &Line<'_>| line.mean(Some(AT), Some(COSINES[1]));
@@ -224,8 +224,9 @@ fn text(rows: &[Row], views: usize) -> String {
         };
         let is_table = line.rows[0].cells.map(|_| AT);
         let own = line.variances(is_table, is_table.map(|_| COSINES[1]));
-        let others = best.variances(Some(AT), Some(COSINES[1]));
-        let pair = |(material, v): (&&str, &Option<f64>)| Some(((*v)?, (*others.get(*material)?)?));
+        let of_best = best.variances(Some(AT), Some(COSINES[1]));
+        let pair =
+            |(material, v): (&&str, &Option<f64>)| Some(((*v)?, (*of_best.get(*material)?)?));
         let pairs: Vec<_> = own.iter().filter_map(pair).collect();
         let paired = Paired::new(&pairs, BAND, &bootstrap);
         let text = paired.map_or("–".into(), |p| {
@@ -265,7 +266,7 @@ fn text(rows: &[Row], views: usize) -> String {
         "{of}: relative variance of f cos over the density of draws, mean over 8 views\ntables of {views} views, with 1 % of the draws by the cosine; without it where it says so; ns a draw and ms to make the tables of {AT}²\n\n{}",
         columns
     );
-    for line in &rivals {
+    for line in &others {
         let missing = materials.len() - line.rows.len();
         let of = if missing > 0 {
             format!(" (of {} materials)", line.rows.len())

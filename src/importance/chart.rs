@@ -24,7 +24,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 named! {
     /// Coordinates of the light direction at a fixed view.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Chart {
+    pub enum LightChart {
         SolidAngle = "omega_i": "light direction, equal solid angles",
         Cosine = "omega_i-cosine": "light direction, equal solid angles times cosine",
         HalfVector = "half-vector": "elevation and azimuth of the half vector",
@@ -58,7 +58,7 @@ impl RadialWarp {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axes {
     /// The chart.
-    pub chart: Chart,
+    pub chart: LightChart,
     /// The warp of its radius.
     pub warp: RadialWarp,
     /// True if radii end at the horizon of their azimuth, false at the largest of all views.
@@ -111,12 +111,12 @@ impl View {
     }
 
     /// A vector of the turned frame, in that of the sample.
-    fn from_turned(&self, d: DVec3) -> DVec3 {
+    fn unturned(&self, d: DVec3) -> DVec3 {
         let xy = self.turn.rotate(d.truncate());
         DVec3::new(xy.x, xy.y, d.z)
     }
 
-    fn to_turned(&self, d: DVec3) -> DVec3 {
+    fn turned(&self, d: DVec3) -> DVec3 {
         let xy = DVec2::new(self.turn.x, -self.turn.y).rotate(d.truncate());
         DVec3::new(xy.x, xy.y, d.z)
     }
@@ -146,8 +146,8 @@ impl Axes {
     /// Every chart, plain and by the square root of its radius, ended at the horizon, and with fixed ends where they differ.
     pub fn all() -> Vec<Self> {
         let mut all = Vec::new();
-        for chart in Chart::ALL {
-            let has_fixed = !matches!(chart, Chart::SolidAngle | Chart::Cosine);
+        for chart in LightChart::ALL {
+            let has_fixed = !matches!(chart, LightChart::SolidAngle | LightChart::Cosine);
             for to_horizon in [true, false] {
                 for warp in [RadialWarp::Plain, RadialWarp::SquareRoot] {
                     all.extend((to_horizon || has_fixed).then_some(Self {
@@ -165,17 +165,17 @@ impl Axes {
     fn end(&self, view: &View, cos_phi: f64) -> f64 {
         let delta = || (view.sin * cos_phi).atan2(view.cos);
         match (self.chart, self.to_horizon) {
-            (Chart::SolidAngle | Chart::Cosine, _) | (Chart::HBar, false) => 1.0,
-            (Chart::HalfVector, true) => FRAC_PI_4 + 0.5 * delta(),
-            (Chart::HalfVector, false) => FRAC_PI_2,
-            (Chart::HBar, true) => {
+            (LightChart::SolidAngle | LightChart::Cosine, _) | (LightChart::HBar, false) => 1.0,
+            (LightChart::HalfVector, true) => FRAC_PI_4 + 0.5 * delta(),
+            (LightChart::HalfVector, false) => FRAC_PI_2,
+            (LightChart::HBar, true) => {
                 let along = view.sin * cos_phi;
                 // 1 − sin² θ_o sin² φ.
                 let under = view.cos * view.cos + along * along;
                 0.5 * (along + under.sqrt())
             }
-            (Chart::Mirror, true) => FRAC_PI_2 + delta(),
-            (Chart::Mirror, false) => PI,
+            (LightChart::Mirror, true) => FRAC_PI_2 + delta(),
+            (LightChart::Mirror, false) => PI,
         }
     }
 
@@ -188,27 +188,27 @@ impl Axes {
         let View { sin, cos, .. } = *view;
         let polar = |s: f64, c: f64| DVec3::new(s * cos_phi, s * sin_phi, c);
         let (d, jacobian) = match self.chart {
-            Chart::SolidAngle => {
+            LightChart::SolidAngle => {
                 let d = polar((rho * (2.0 - rho)).max(0.0).sqrt(), 1.0 - rho);
                 (d, 1.0)
             }
-            Chart::Cosine => {
+            LightChart::Cosine => {
                 let c = (1.0 - rho).max(0.0).sqrt();
                 (polar(rho.sqrt(), c), 0.5 / c)
             }
-            Chart::HalfVector => {
+            LightChart::HalfVector => {
                 let (s, c) = sin_cos(rho);
                 let h = polar(s, c);
                 let along = h.x * sin + h.z * cos;
                 let d = 2.0 * along * h - DVec3::new(sin, 0.0, cos);
                 (d, 4.0 * along * s)
             }
-            Chart::HBar => {
+            LightChart::HBar => {
                 let [dx, dy] = [2.0 * rho * cos_phi - sin, 2.0 * rho * sin_phi];
                 let c = (1.0 - dx * dx - dy * dy).max(0.0).sqrt();
                 (DVec3::new(dx, dy, c), 4.0 * rho / c)
             }
-            Chart::Mirror => {
+            LightChart::Mirror => {
                 let (s, c) = sin_cos(rho);
                 let m = polar(s, c);
                 let d = DVec3::new(cos * m.x - sin * m.z, m.y, sin * m.x + cos * m.z);
@@ -217,34 +217,34 @@ impl Axes {
         };
         let stretch = end * f64::from(power) * x.powi(power - 1) * TAU;
         (d.z > 0.0 && jacobian * stretch > 0.0).then(|| Place {
-            omega_i: Direction::from_unit(view.from_turned(d)),
+            omega_i: Direction::from_unit(view.unturned(d)),
             jacobian: jacobian * stretch,
         })
     }
 
     /// The place (x, v) of a direction above the horizon, and dω_i over dx dv there.
     pub(super) fn at(&self, view: &View, omega_i: Direction) -> ([f64; 2], f64) {
-        let d = view.to_turned(omega_i.vector());
+        let d = view.turned(omega_i.vector());
         let View { sin, cos, .. } = *view;
         let (rho, [a, b], jacobian) = match self.chart {
-            Chart::SolidAngle => {
+            LightChart::SolidAngle => {
                 let sin2 = d.x * d.x + d.y * d.y;
                 (sin2 / (1.0 + d.z), [d.x, d.y], 1.0)
             }
-            Chart::Cosine => (d.x * d.x + d.y * d.y, [d.x, d.y], 0.5 / d.z),
-            Chart::HalfVector => {
+            LightChart::Cosine => (d.x * d.x + d.y * d.y, [d.x, d.y], 0.5 / d.z),
+            LightChart::HalfVector => {
                 let h = DVec3::new(d.x + sin, d.y, d.z + cos);
                 let (across, length) = (h.x.hypot(h.y), h.length());
                 let along = 0.5 * length;
                 let sin = (across / length).max(LEAST_RADIUS);
                 (across.atan2(h.z), [h.x, h.y], 4.0 * along * sin)
             }
-            Chart::HBar => {
+            LightChart::HBar => {
                 let h = 0.5 * DVec2::new(d.x + sin, d.y);
                 let rho = h.length().max(LEAST_RADIUS);
                 (rho, [h.x, h.y], 4.0 * rho / d.z)
             }
-            Chart::Mirror => {
+            LightChart::Mirror => {
                 let m = DVec3::new(cos * d.x + sin * d.z, d.y, cos * d.z - sin * d.x);
                 let s = m.x.hypot(m.y);
                 (s.atan2(m.z), [m.x, m.y], s.max(LEAST_RADIUS))

@@ -25,7 +25,7 @@ const GGX_SHARES: [f64; 9] = [0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.9, 0.99];
 
 /// A sampler that was tried, with what it is good for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tried {
+pub struct TableScore {
     /// What was tried.
     pub settings: SamplerSettings,
     /// Relative variance of f_r cos θ_i over the density, the mean over [`VIEWS_DEG`]; infinite where the density is 0 and f_r is not.
@@ -40,10 +40,10 @@ pub struct Tried {
 
 /// A density that is no table of the BRDF.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rival {
+pub struct OtherScore {
     /// Its name.
     pub name: String,
-    /// As in [`Tried`].
+    /// As in [`TableScore`].
     pub relative_variance: f64,
     /// Roughness, of GGX.
     pub alpha: Option<f64>,
@@ -51,18 +51,18 @@ pub struct Rival {
 
 /// All that was tried of one BRDF.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Compared {
+pub struct SamplerScores {
     /// By chart, course in cells, cells and share of the cosine.
-    pub tried: Vec<Tried>,
+    pub tried: Vec<TableScore>,
     /// The cosine, the sampler of the model itself, and the mixture of GGX and cosine of least variance.
-    pub rivals: Vec<Rival>,
+    pub others: Vec<OtherScore>,
 }
 
 /// Tries every chart with tables at some views. `None` of a BRDF that reflects nothing.
 ///
 /// # Errors
 /// See [`SamplerSettings::check`].
-pub fn compare(brdf: &dyn Brdf, views: usize) -> Result<Option<Compared>, ParameterError> {
+pub fn compare(brdf: &dyn Brdf, views: usize) -> Result<Option<SamplerScores>, ParameterError> {
     let mut tried = Vec::new();
     for axes in Axes::all() {
         let nodes = nodes(brdf, &axes);
@@ -86,7 +86,7 @@ pub fn compare(brdf: &dyn Brdf, views: usize) -> Result<Option<Compared>, Parame
                     let Some(relative_variance) = mean(&nodes, |nodes| nodes.of(&sampler)) else {
                         return Ok(None);
                     };
-                    tried.push(Tried {
+                    tried.push(TableScore {
                         settings,
                         relative_variance,
                         bytes,
@@ -97,8 +97,8 @@ pub fn compare(brdf: &dyn Brdf, views: usize) -> Result<Option<Compared>, Parame
             }
         }
     }
-    let rivals = rivals(brdf);
-    Ok(Some(Compared { tried, rivals }))
+    let others = others(brdf);
+    Ok(Some(SamplerScores { tried, others }))
 }
 
 /// The quadratures of all views in a chart.
@@ -126,11 +126,11 @@ fn nanoseconds_a_draw(sampler: &TabulatedSampler) -> f64 {
 }
 
 /// Densities that are no tables.
-fn rivals(brdf: &dyn Brdf) -> Vec<Rival> {
+fn others(brdf: &dyn Brdf) -> Vec<OtherScore> {
     let nodes = nodes(brdf, &HALF_VECTOR);
-    let mut rivals = Vec::new();
+    let mut others = Vec::new();
     let mut add = |name: String, variance: Option<f64>| {
-        rivals.extend(variance.map(|relative_variance| Rival {
+        others.extend(variance.map(|relative_variance| OtherScore {
             name,
             relative_variance,
             alpha: None,
@@ -164,10 +164,10 @@ fn rivals(brdf: &dyn Brdf) -> Vec<Rival> {
         all.min_by(|a, b| a.0.total_cmp(&b.0))
     });
     let least = best.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    rivals.extend(least.map(|(relative_variance, alpha, _)| Rival {
+    others.extend(least.map(|(relative_variance, alpha, _)| OtherScore {
         name: "GGX and cosine".into(),
         relative_variance,
         alpha: Some(alpha),
     }));
-    rivals
+    others
 }

@@ -1,6 +1,6 @@
 //! Drawing of light directions in proportion to f_r cos θ_i of any BRDF.
 
-use super::chart::{Axes, Chart, Place, RadialWarp, View};
+use super::chart::{Axes, LightChart, Place, RadialWarp, View};
 use super::table::{CellTable, InCells, Mixture};
 use crate::brdf::{Brdf, SampleBrdf};
 use crate::error::{ParameterError, in_whole};
@@ -40,7 +40,7 @@ impl Default for SamplerSettings {
     fn default() -> Self {
         Self {
             axes: Axes {
-                chart: Chart::HBar,
+                chart: LightChart::HBar,
                 warp: RadialWarp::SquareRoot,
                 to_horizon: true,
             },

@@ -1,7 +1,7 @@
 //! Relative variance of f_r cos θ_i over a density of light directions.
 
 use super::TabulatedSampler;
-use super::chart::{Axes, Chart, RadialWarp, View};
+use super::chart::{Axes, LightChart, RadialWarp, View};
 use crate::brdf::Brdf;
 use crate::geometry::{Direction, DirectionPair};
 use crate::metrics;
@@ -28,7 +28,7 @@ const NODES: usize = 3;
 
 /// The chart whose nodes are dense where lobes peak.
 pub(super) const HALF_VECTOR: Axes = Axes {
-    chart: Chart::HalfVector,
+    chart: LightChart::HalfVector,
     warp: RadialWarp::SquareRoot,
     to_horizon: true,
 };
@@ -57,7 +57,7 @@ impl Nodes {
     /// Charts of ω_i itself are coarse where lobes are narrow: of them the nodes are those of half vectors.
     pub(crate) fn new(brdf: &dyn Brdf, of: &Axes, omega_o: Direction) -> Self {
         let axes = match of.chart {
-            Chart::SolidAngle | Chart::Cosine => HALF_VECTOR,
+            LightChart::SolidAngle | LightChart::Cosine => HALF_VECTOR,
             _ => *of,
         };
         let symmetry = brdf.symmetry();

@@ -19,7 +19,8 @@ use gonio::error::{ParameterError, in_left_open, listed, one_of};
 use gonio::experiment::{keys_of_file, materials, split_of};
 use gonio::files::destination;
 use gonio::formats::{READ_READINGS, READ_TABLE, TableError, Tabulation, WRITE_TABLE};
-use gonio::geometry::{Direction, Symmetry};
+use gonio::geometry::{Direction, DirectionPair, Symmetry};
+use gonio::importance::{SamplerSettings, TabulatedSampler};
 use gonio::parametrization;
 use gonio::report::BouncesReport;
 use numpy::{PyArray1, PyUntypedArrayMethods};
@@ -29,7 +30,7 @@ use pyo3::types::{PyDict, PyType};
 use rayon::prelude::*;
 use std::fs;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A BRDF: a model by its kind and keys, or a table. `channels` are "luminance", "rgb" or wavelengths in nm.
 ///
@@ -42,6 +43,8 @@ pub struct PyMaterial {
     /// A short name.
     #[pyo3(get)]
     pub label: String,
+    /// Tables to draw from, once directions were drawn of a material that has no sampler of its own.
+    pub tables: OnceLock<TabulatedSampler>,
 }
 
 /// What a material was made of.
@@ -69,6 +72,7 @@ impl PyMaterial {
             brdf: Arc::from(built.map_err(refused)?),
             origin: Origin::Keys(spec.resolved()),
             label: spec.label(),
+            tables: OnceLock::new(),
         })
     }
 
@@ -78,6 +82,7 @@ impl PyMaterial {
             brdf: Arc::clone(&function) as Arc<dyn Brdf>,
             origin: Origin::Function(function),
             label,
+            tables: OnceLock::new(),
         }
     }
 
@@ -87,15 +92,23 @@ impl PyMaterial {
             brdf: Arc::clone(&array) as Arc<dyn Brdf>,
             origin: Origin::Array(array),
             label,
+            tables: OnceLock::new(),
         }
     }
 
-    fn sampler(&self) -> PyResult<&dyn SampleBrdf> {
-        self.brdf.as_sample().ok_or_else(|| {
-            let allowed = "models of one lobe (see can_sample)";
-            let name = &self.label;
-            refused(format!("{name} cannot draw directions; allowed: {allowed}"))
-        })
+    /// Its own sampler, or one by tables, which are made when they are first asked for.
+    fn sampler(&self, py: Python<'_>) -> PyResult<&dyn SampleBrdf> {
+        if let Some(own) = self.brdf.as_sample() {
+            return Ok(own);
+        }
+        if self.tables.get().is_none() {
+            let settings = SamplerSettings::default();
+            let made = detached(py, || TabulatedSampler::new(&*self.brdf, settings))?;
+            // Another thread may have been first, with the same tables.
+            _ = self.tables.set(made.map_err(refused)?);
+        }
+        let missing = || refused(format!("{} has no tables", self.label));
+        Ok(self.tables.get().ok_or_else(missing)?)
     }
 }
 
@@ -194,14 +207,18 @@ impl PyMaterial {
     }
 
     /// Light directions, (…, 3), for sensor directions from (…, 2) numbers in [0, 1), whose shapes broadcast; NaN where a draw is below the
-    /// horizon.
+    /// horizon. A material that cannot draw by itself (see `can_sample`) draws from tables. With `weights` a pair: the directions, and
+    /// f_r cos theta_i over their density, laid out as `eval` has values, 0 where a draw is below the horizon or there is no data; they
+    /// average to the albedo.
+    #[pyo3(signature = (omega_o, u, *, weights = false))]
     fn sample<'py>(
         &self,
         py: Python<'py>,
         omega_o: &Bound<'py, PyAny>,
         u: &Bound<'py, PyAny>,
-    ) -> Shaped<'py> {
-        let sampler = self.sampler()?;
+        weights: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let sampler = self.sampler(py)?;
         let sensor = Directions::read(omega_o, "omega_o")?;
         let u = numbers(u, "u")?;
         let Some(2) = u.shape().last() else {
@@ -214,22 +231,50 @@ impl PyMaterial {
         if let Some(x) = u.iter().find(|x| !(0.0..1.0).contains(*x)) {
             return Err(refused(format!("u has {x}; allowed: numbers in [0, 1)")));
         }
-        let drawn = py.detach(|| {
+        let drawn: Vec<Option<Direction>> = py.detach(|| {
             let draw = |(row, sensor): (usize, &Direction)| {
                 let at = 2 * along.at(row);
-                let light = sampler.sample(*sensor, [u[at], u[at + 1]]);
-                light.map_or([f64::NAN; 3], |light| light.vector().to_array())
+                sampler.sample(*sensor, [u[at], u[at + 1]])
             };
-            sensor.iter().enumerate().flat_map(draw).collect()
+            sensor.iter().enumerate().map(draw).collect()
         });
-        shaped(py, drawn, &to, Some(3))
+        let vector =
+            |light: &Option<Direction>| light.map_or([f64::NAN; 3], |d| d.vector().to_array());
+        let light = shaped(py, drawn.iter().flat_map(vector).collect(), &to, Some(3))?;
+        if !weights {
+            return Ok(light.into_any());
+        }
+        let n = self.brdf.channels().count();
+        let found = detached(py, || {
+            let pair = |(light, sensor): (&Option<Direction>, &Direction)| {
+                light.map(|light| DirectionPair::new(light, *sensor))
+            };
+            let pairs: Vec<_> = drawn.iter().zip(&*sensor).map(pair).collect();
+            let kept: Vec<_> = pairs.iter().flatten().copied().collect();
+            let (values, _) = self.brdf.values(&kept);
+            let mut values = values.chunks_exact(n);
+            let mut weights = Vec::with_capacity(n * pairs.len());
+            for pair in pairs {
+                let values = pair.and_then(|pair| Some((values.next()?, pair)));
+                match values {
+                    Some((values, pair)) => {
+                        let scale = pair.omega_i.cos_theta() / sampler.pdf(&pair);
+                        weights.extend(values.iter().map(|f| f * scale));
+                    }
+                    None => weights.extend(std::iter::repeat_n(0.0, n)),
+                }
+            }
+            weights
+        })?;
+        let weights = shaped(py, found, &to, Some(n))?;
+        Ok((light, weights).into_pyobject(py)?.into_any())
     }
 
     /// Density of `sample` at pairs, per steradian of omega_i, in the shape that their directions broadcast to; 0 below the horizon, of
     /// which a warning tells.
     fn pdf<'py>(&self, omega_i: &Bound<'py, PyAny>, omega_o: &Bound<'py, PyAny>) -> Shaped<'py> {
         let py = omega_i.py();
-        let sampler = self.sampler()?;
+        let sampler = self.sampler(py)?;
         let sides = Sides::read(omega_i, omega_o)?;
         let values = sides.pairs()?.map(py, 1, |pairs, out| {
             for (pair, out) in pairs.iter().zip(out) {
@@ -442,7 +487,7 @@ impl PyMaterial {
         self.brdf.symmetry().names()
     }
 
-    /// True if it can draw directions: `sample` and `pdf`.
+    /// True if it has a sampler of its own: others draw from tables.
     #[getter]
     fn can_sample(&self) -> bool {
         self.brdf.as_sample().is_some()

@@ -149,6 +149,7 @@ fn made(
     let material = PyMaterial {
         brdf: Arc::clone(&made.brdf),
         origin: Origin::Readings,
+        tables: std::sync::OnceLock::new(),
         label: made.method.label(),
     };
     let made = PyReconstruction { made, measurement };

@@ -112,3 +112,36 @@ fn a_box_is_told_and_drawn() {
          2 | subset --parametrization polar --box '' | half-difference",
     );
 }
+
+#[test]
+fn samplers_are_compared_by_their_coordinates() {
+    let bench = Bench::new();
+    let text = bench.tells(
+        "sampling ggx --set alpha=0.2 --views 4",
+        "h_bar square-root … its own: … least at 16²: ",
+    );
+    let rows = bench.json("sampling ggx --set alpha=0.2 --views 4 --json");
+    let rows = rows.as_array().unwrap();
+    let of = |sampler: &'static str| rows.iter().filter(move |row| row["sampler"] == sampler);
+    let variance = |row: &serde_json::Value| row["relative_variance"].as_f64().unwrap();
+    assert_eq!(of("omega_i").count(), 2 * 2 * 4 * 2, "{text}");
+    // Of one view, azimuths and cells: half vectors beat the directions themselves, and those beat the cosine.
+    let least = |sampler: &'static str| {
+        of(sampler)
+            .filter(|r| r["cells"] != 64)
+            .map(variance)
+            .fold(9e9, f64::min)
+    };
+    assert!(10.0 * least("half-vector") < least("omega_i"));
+    assert!(least("omega_i") < variance(of("cosine").next().unwrap()));
+    bench.write(
+        "black.toml",
+        "experiment = \"moments\"\nmaterial = [{ kind = \"lambert\", albedo = 0.0 }]\n",
+    );
+    bench.does(
+        "2 | sampling ggx --views 0 | --views … 0 … from 1 to 1024
+         2 | sampling ggx --views 2000 | --views … 2000 … from 1 to 1024
+         2 | sampling shiny | ggx
+         0 | sampling black.toml --views 2 | reflects nothing at one of the views",
+    );
+}

@@ -14,7 +14,7 @@ use super::distribution::Distribution;
 use crate::brdf::Brdf;
 use crate::geometry::{Direction, DirectionPair};
 use crate::importance::{
-    Axes, Chart, Conditional, InCells, RadialWarp, SamplerSettings, TabulatedSampler,
+    Axes, Conditional, InCells, LightChart, RadialWarp, SamplerSettings, TabulatedSampler,
 };
 use crate::lighting::Lighting;
 use crate::numeric::luminance;
@@ -187,7 +187,7 @@ fn lobes(brdfs: &[&dyn Brdf]) -> TabulatedSampler {
         .collect();
     let settings = SamplerSettings {
         axes: Axes {
-            chart: Chart::HBar,
+            chart: LightChart::HBar,
             // Lobes of mirrors are a millionth of a radian wide.
             warp: RadialWarp::FourthRoot,
             to_horizon: true,
