@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Level, levels, model, table};
+use common::{Level, levels, model, on_threads, table};
 use gonio::brdf::{self, Brdf, Channels, laws};
 use gonio::geometry::{Direction, DirectionPair};
 use gonio::importance::{self, Axes, InCells, SamplerSettings, TabulatedSampler};
@@ -119,4 +119,65 @@ fn draws_average_to_the_albedo(level: Level) {
             }
         }
     }
+}
+
+#[test]
+fn threads_do_not_matter() {
+    let brdf = model("ggx", "alpha = [0.1, 0.4]");
+    let draws = |threads: usize| -> Vec<_> {
+        let settings = SamplerSettings {
+            views: 5,
+            azimuths: 7,
+            ..SamplerSettings::default()
+        };
+        let sampler = on_threads(threads, || TabulatedSampler::new(&*brdf, settings).unwrap());
+        let random = Random::new(1);
+        let omega_o = |i: u64| Direction::from_spherical(0.02 * i as f64, i as f64);
+        let drawn = (0..64).map(|i| sampler.draw(omega_o(i), random.point(i)));
+        drawn
+            .map(|drawn| drawn.map(|(d, p)| (d.vector(), p)))
+            .collect()
+    };
+    assert_eq!(draws(1), draws(2));
+}
+
+#[test]
+fn what_no_table_can_be_is_refused() {
+    let brdf = model("lambert", "");
+    for (cells, views, says) in [
+        (
+            [1, 8],
+            8,
+            "cells = 1; allowed: a whole number from 2 to 4096",
+        ),
+        (
+            [8, 5000],
+            8,
+            "cells = 5000; allowed: a whole number from 2 to 4096",
+        ),
+        (
+            [8, 8],
+            0,
+            "views = 0; allowed: a whole number from 1 to 4096",
+        ),
+    ] {
+        let settings = SamplerSettings {
+            cells,
+            views,
+            ..SamplerSettings::default()
+        };
+        let refused = TabulatedSampler::new(&*brdf, settings).unwrap_err();
+        assert_eq!(refused.to_string(), says);
+    }
+    // Without light there is a density all the same.
+    let black = model("lambert", "albedo = 0.0");
+    let sampler = TabulatedSampler::new(&*black, SamplerSettings::default()).unwrap();
+    let up = Direction::from_spherical(0.3, 0.0);
+    assert!(sampler.draw(up, [0.5, 0.5]).unwrap().1 > 0.0);
+    assert!(importance::relative_variance(&*black, &sampler, up).is_none());
+    assert!(
+        sampler
+            .draw(Direction::from_spherical(1.6, 0.0), [0.5, 0.5])
+            .is_none()
+    );
 }

@@ -4,7 +4,7 @@ use super::{BrdfArgs, OutputArgs, ThreadArgs, note};
 use crate::error::{Error, in_whole};
 use crate::importance::{CELLS, COSINES, RadialWarp, SamplerScores, compare};
 use crate::report::Columns;
-use crate::statistics::{Bootstrap, Paired, geometric_mean};
+use crate::statistics::{Bootstrap, Paired, geometric_mean, is_exact};
 use clap::Args;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -176,6 +176,7 @@ impl Line<'_> {
 fn shown(v: Option<f64>) -> String {
     match v {
         None => "–".into(),
+        Some(v) if is_exact(v) => "0".into(),
         Some(v) if !(1e-3..1000.0).contains(&v) => format!("{v:.2e}"),
         Some(v) if v >= 1.0 => format!("{v:.2}"),
         Some(v) => format!("{v:.4}"),

@@ -26,7 +26,8 @@ pub struct SamplerSettings {
     pub axes: Axes,
     /// Course of the density inside a cell.
     pub in_cells: InCells,
-    /// Cells along the radius, and along the whole circle of azimuths, from 2 on; the latter an even number.
+    /// Cells along the radius, and along the whole circle of azimuths, from 2 on; of the latter an odd number counts as the next where a
+    /// symmetry halves the circle.
     pub cells: [usize; 2],
     /// Elevations of the view with a table each, at the middles of equal steps from 0° to 90°; from 1 on.
     pub views: usize,
