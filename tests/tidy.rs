@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// Modules from the bottom of the house to its roof; each uses only earlier ones.
 const ORDER: &str = "\
     numeric statistics error files registry geometry sampling parametrization brdf light_paths lighting \
-    schedule measurement instrument reconstruct metrics validation moments acquisition analysis formats \
+    schedule measurement instrument reconstruct metrics validation importance moments acquisition analysis formats \
     stability experiment report bench cli";
 
 /// What stands outside the house: its doors, its pages, and the package for Python, which is a crate of its own.

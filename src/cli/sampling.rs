@@ -1,13 +1,14 @@
 //! `gonio sampling`.
 
-use super::{BrdfArgs, OutputArgs, ThreadArgs, note};
+use super::{BrdfArgs, OutputArgs, ThreadArgs, note, refuse_other_endings, write_text};
 use crate::error::{Error, in_whole};
-use crate::importance::{CELLS, COSINES, RadialWarp, SamplerScores, compare};
-use crate::report::Columns;
+use crate::importance::{CELLS, COSINES, InCells, LightChart, RadialWarp, SamplerScores, compare};
+use crate::report::{self, Axis, Columns, Mark, Panel, Series};
 use crate::statistics::{Bootstrap, Paired, geometric_mean, is_exact};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// Cells by which materials are compared.
 const AT: usize = 16;
@@ -17,6 +18,7 @@ const BAND: f64 = 1.05;
 
 /// How well light directions are drawn by tables in each parametrization
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("files").multiple(true))]
 #[command(after_help = "\
 The number is the relative variance of f cos theta_i over the density of the draws, ∫ (f cos)²/p dω / a² − 1: one draw estimates the
 albedo a with this squared relative error. It is the mean over views at 10°, 40°, 70°, 85° and at four midway between those of the
@@ -30,6 +32,9 @@ pub(super) struct SamplingArgs {
     /// Elevations of the view that have a table, from 1 to 1024
     #[arg(long, value_name = "N", default_value_t = 32)]
     views: usize,
+    /// Draw the relative variance over the cells into this file (*.svg) as well
+    #[arg(long, value_name = "FILE", group = "files")]
+    picture: Option<PathBuf>,
     #[command(flatten)]
     output: OutputArgs,
     #[command(flatten)]
@@ -119,6 +124,8 @@ impl SamplingArgs {
     pub(super) fn run(self) -> Result<(), Error> {
         self.threads.apply()?;
         self.output.check()?;
+        refuse_other_endings(self.picture.as_deref(), "svg")?;
+        self.output.check_also(self.picture.as_deref())?;
         in_whole("views", self.views, [1, 1024]).map_err(|e| Error::config("--views", e))?;
         let mut rows = Vec::new();
         let outcome = self.brdf.each(self.output.place(), |material, brdf| {
@@ -135,6 +142,9 @@ impl SamplingArgs {
         if matches!(outcome, Ok(()) | Err(Error::JobsFailed { .. })) {
             self.output
                 .write_rows(&rows, |rows| text(rows, self.views))?;
+            if let Some(path) = self.picture.as_ref().filter(|_| !rows.is_empty()) {
+                write_text(path, &picture(&rows))?;
+            }
         }
         outcome
     }
@@ -183,7 +193,8 @@ fn shown(v: Option<f64>) -> String {
     }
 }
 
-fn text(rows: &[Row], views: usize) -> String {
+/// The rows of each sampler.
+fn lines(rows: &[Row]) -> Vec<Line<'_>> {
     let mut lines: Vec<Line<'_>> = Vec::new();
     for row in rows {
         let name = row.name();
@@ -195,13 +206,74 @@ fn text(rows: &[Row], views: usize) -> String {
             }),
         }
     }
-    let mut materials: Vec<&str> = rows.iter().map(|row| &*row.material).collect();
-    materials.dedup();
-    let of = match materials.as_slice() {
-        [] => return String::new(),
+    lines
+}
+
+/// The materials, and what they are called together.
+fn materials(rows: &[Row]) -> (Vec<&str>, String) {
+    let mut all: Vec<&str> = rows.iter().map(|row| &*row.material).collect();
+    all.dedup();
+    let together = match all.as_slice() {
         [only] => (*only).to_owned(),
         all => format!("geometric mean over {} materials", all.len()),
     };
+    (all, together)
+}
+
+/// The relative variance over the cells: a panel for each warp and each kind of ends, a colour for each chart.
+fn picture(rows: &[Row]) -> String {
+    let all = lines(rows);
+    let mut panels: Vec<Panel> = Vec::new();
+    for line in &all {
+        let row = line.rows[0];
+        let (Some(warp), Some(ends), Some(in_cells)) = (row.warp, row.ends, row.in_cells) else {
+            continue;
+        };
+        let warp = if warp == RadialWarp::Plain.name() {
+            "equal steps of the radius"
+        } else {
+            warp
+        };
+        let title = format!("{warp}, ends: {ends}");
+        let color = LightChart::ALL
+            .iter()
+            .position(|chart| chart.name() == row.sampler);
+        let mark = if in_cells == InCells::Bilinear.name() {
+            Mark::Line
+        } else {
+            Mark::Dashed
+        };
+        let points = CELLS.map(|c| (c as f64, line.mean(Some(c), Some(COSINES[1]))));
+        let series = Series::new(
+            format!("{}, {in_cells}", row.sampler),
+            color.unwrap_or(0),
+            mark,
+            points,
+        );
+        match panels.iter_mut().find(|panel| panel.title == title) {
+            Some(panel) => panel.series.push(series),
+            None => {
+                let axes = [
+                    Axis::log("cells along either axis"),
+                    Axis::log("relative variance"),
+                ];
+                panels.push(Panel::new(title, axes, [series]));
+            }
+        }
+    }
+    let title = format!(
+        "Relative variance of f cos over the density of draws: {}",
+        materials(rows).1
+    );
+    report::svg(&title, &panels, 2)
+}
+
+fn text(rows: &[Row], views: usize) -> String {
+    let lines = lines(rows);
+    let (materials, of) = materials(rows);
+    if materials.is_empty() {
+        return String::new();
+    }
     let (tables, others): (Vec<_>, Vec<_>) = lines
         .into_iter()
         .partition(|line| line.rows[0].cells.is_some());

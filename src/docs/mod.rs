@@ -27,7 +27,7 @@ pages! {
     terms,
     errata,
     relations with "relations.svg",
-    sampling,
+    sampling with "sampling.svg",
     parametrizations with "parametrizations.svg",
     moments with "moments.svg",
     light_paths with "light_paths.svg",

@@ -117,13 +117,16 @@ fn a_box_is_told_and_drawn() {
 fn samplers_are_compared_by_their_coordinates() {
     let bench = Bench::new();
     let text = bench.tells(
-        "sampling ggx --set alpha=0.2 --views 4",
+        "sampling ggx --set alpha=0.1 --views 16 --picture p.svg",
         "h_bar square-root … its own: … least at 16²: ",
     );
-    let rows = bench.json("sampling ggx --set alpha=0.2 --views 4 --json");
+    let picture = bench.read("p.svg");
+    assert!(picture.contains("square-root, ends: horizon") && picture.contains("h_bar, bilinear"));
+    let rows = bench.json("sampling ggx --set alpha=0.1 --views 16 --json");
     let rows = rows.as_array().unwrap();
     let of = |sampler: &'static str| rows.iter().filter(move |row| row["sampler"] == sampler);
-    let variance = |row: &serde_json::Value| row["relative_variance"].as_f64().unwrap();
+    let variance =
+        |row: &serde_json::Value| row["relative_variance"].as_f64().unwrap_or(f64::INFINITY);
     assert_eq!(of("omega_i").count(), 2 * 2 * 4 * 2, "{text}");
     // Of one view, azimuths and cells: half vectors beat the directions themselves, and those beat the cosine.
     let least = |sampler: &'static str| {
@@ -142,6 +145,8 @@ fn samplers_are_compared_by_their_coordinates() {
         "2 | sampling ggx --views 0 | --views … 0 … from 1 to 1024
          2 | sampling ggx --views 2000 | --views … 2000 … from 1 to 1024
          2 | sampling shiny | ggx
+         2 | sampling ggx --picture p.svg | --force
+         2 | sampling ggx --picture p.png | .svg
          0 | sampling black.toml --views 2 | reflects nothing at one of the views",
     );
 }
