@@ -169,6 +169,17 @@ fn what_no_table_can_be_is_refused() {
         let refused = TabulatedSampler::new(&*brdf, settings).unwrap_err();
         assert_eq!(refused.to_string(), says);
     }
+    for cosine in [-0.1, 1.0, f64::NAN] {
+        let settings = SamplerSettings {
+            cosine,
+            ..SamplerSettings::default()
+        };
+        let refused = TabulatedSampler::new(&*brdf, settings).unwrap_err();
+        assert!(
+            refused.to_string().contains("a number in [0, 0.99]"),
+            "{refused}"
+        );
+    }
     // Without light there is a density all the same.
     let black = model("lambert", "albedo = 0.0");
     let sampler = TabulatedSampler::new(&*black, SamplerSettings::default()).unwrap();

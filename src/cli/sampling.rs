@@ -1,8 +1,10 @@
 //! `gonio sampling`.
 
 use super::{BrdfArgs, OutputArgs, ThreadArgs, note, refuse_other_endings, write_text};
-use crate::error::{Error, in_whole};
-use crate::importance::{CELLS, COSINES, InCells, LightChart, RadialWarp, SamplerScores, compare};
+use crate::error::{Error, count, in_whole, listed};
+use crate::importance::{
+    CELLS, COSINES, InCells, LightChart, RadialWarp, SamplerScores, VIEWS_DEG, compare,
+};
 use crate::report::{self, Axis, Columns, Mark, Panel, Series};
 use crate::statistics::{Bootstrap, Paired, geometric_mean, is_exact};
 use clap::{ArgGroup, Args};
@@ -21,15 +23,16 @@ const BAND: f64 = 1.05;
 #[command(group = ArgGroup::new("files").multiple(true))]
 #[command(after_help = "\
 The number is the relative variance of f cos theta_i over the density of the draws, ∫ (f cos)²/p dω / a² − 1: one draw estimates the
-albedo a with this squared relative error. It is the mean over views at 10°, 40°, 70°, 85° and at four midway between those of the
-tables. Of several materials, geometric means and ratios are printed; --format csv and json have a row for each.
+albedo a with this squared relative error. It is the mean over views at 10°, 40°, 70°, 85° and at 11.25°, 39.375°, 67.5°, 84.375°, midway
+between tables of 16, 32 or 64 views. Of several materials, geometric means and ratios are printed, without those that some sampler draws
+exactly; --format csv and json have a row for each.
 
   gonio sampling ggx --set alpha=0.1
   gonio sampling MERL --format csv -o sampling.csv")]
 pub(super) struct SamplingArgs {
     #[command(flatten)]
     brdf: BrdfArgs,
-    /// Elevations of the view that have a table, from 1 to 1024
+    /// Elevations of the view that have a table, from 1 to 256
     #[arg(long, value_name = "N", default_value_t = 32)]
     views: usize,
     /// Draw the relative variance over the cells into this file (*.svg) as well
@@ -44,6 +47,9 @@ pub(super) struct SamplingArgs {
 /// A sampler on a material.
 #[derive(Serialize)]
 struct Row {
+    /// Chart, warp, ends and course in cells, in words.
+    #[serde(skip)]
+    name: String,
     material: String,
     /// Chart of the light direction, or what is drawn from in place of tables.
     sampler: String,
@@ -73,6 +79,7 @@ impl Row {
                 "fixed"
             };
             Self {
+                name: format!("{}, {}", of.axes.name(), of.in_cells.name()),
                 material: material.into(),
                 sampler: of.axes.chart.name().into(),
                 warp: Some(of.axes.warp.name()),
@@ -89,6 +96,7 @@ impl Row {
             }
         });
         let others = compared.others.iter().map(|other| Self {
+            name: other.name.clone(),
             material: material.into(),
             sampler: other.name.clone(),
             warp: None,
@@ -105,19 +113,6 @@ impl Row {
         });
         tables.chain(others).collect()
     }
-
-    /// Chart, warp, ends and course in cells, in words.
-    fn name(&self) -> String {
-        let mut name = self.sampler.clone();
-        name += &match self.warp {
-            None => String::new(),
-            Some(warp) if warp == RadialWarp::Plain.name() => String::new(),
-            Some(warp) => format!(" {warp}"),
-        };
-        let ends = self.ends.filter(|ends| *ends == "fixed");
-        name += ends.map_or("", |_| ", fixed ends");
-        name + &self.in_cells.map_or(String::new(), |of| format!(", {of}"))
-    }
 }
 
 impl SamplingArgs {
@@ -126,24 +121,36 @@ impl SamplingArgs {
         self.output.check()?;
         refuse_other_endings(self.picture.as_deref(), "svg")?;
         self.output.check_also(self.picture.as_deref())?;
-        in_whole("views", self.views, [1, 1024]).map_err(|e| Error::config("--views", e))?;
+        in_whole("views", self.views, [1, 256]).map_err(|e| Error::config("--views", e))?;
         let mut rows = Vec::new();
         let outcome = self.brdf.each(self.output.place(), |material, brdf| {
             let found = compare(brdf, self.views).map_err(Error::internal)?;
             match found {
-                Some(found) => rows.extend(Row::of(&material.name, &found)),
+                Some(found) => {
+                    if found.views < VIEWS_DEG.len() {
+                        note(&format!(
+                            "gonio: {}: only {} of {} views count, as it reflects nothing or has no data at the others",
+                            material.name,
+                            found.views,
+                            VIEWS_DEG.len()
+                        ));
+                    }
+                    rows.extend(Row::of(&material.name, &found));
+                }
                 None => note(&format!(
-                    "gonio: {} reflects nothing at one of the views, so nothing is drawn of it",
+                    "gonio: {} is left out: it reflects nothing, or has no data, at any view",
                     material.name
                 )),
             }
             Ok(())
         });
         if matches!(outcome, Ok(()) | Err(Error::JobsFailed { .. })) {
-            self.output
-                .write_rows(&rows, |rows| text(rows, self.views))?;
+            self.output.write_rows(&rows, |rows| {
+                let (compared, exact) = without_exact(rows);
+                text(&compared, &exact, self.views)
+            })?;
             if let Some(path) = self.picture.as_ref().filter(|_| !rows.is_empty()) {
-                write_text(path, &picture(&rows))?;
+                write_text(path, &picture(&without_exact(&rows).0))?;
             }
         }
         outcome
@@ -171,14 +178,13 @@ impl Line<'_> {
             .collect()
     }
 
-    /// Cells of the smallest table of at most this relative variance.
+    /// Cells of the smallest table of at most this relative variance, and its bytes, the most over the materials.
     fn smallest(&self, most: f64) -> Option<(usize, usize)> {
-        let good = |cells: &&usize| self.mean(Some(**cells), Some(COSINES[1])) <= Some(most);
-        let cells = *CELLS
-            .iter()
-            .find(|c| self.mean(Some(**c), Some(COSINES[1])).is_some() && good(c))?;
-        let row = self.rows.iter().find(|row| row.cells == Some(cells))?;
-        Some((cells, row.bytes?))
+        let mean = |cells: usize| self.mean(Some(cells), Some(COSINES[1]));
+        let is_good = |cells: &usize| mean(*cells).is_some_and(|mean| mean <= most);
+        let cells = CELLS.into_iter().find(is_good)?;
+        let of = self.rows.iter().filter(|row| row.cells == Some(cells));
+        Some((cells, of.filter_map(|row| row.bytes).max()?))
     }
 }
 
@@ -193,15 +199,27 @@ fn shown(v: Option<f64>) -> String {
     }
 }
 
+/// The rows of several materials without those of which a sampler draws one exactly, since its ratios mean nothing; and the names of these. All of
+/// one material.
+fn without_exact(rows: &[Row]) -> (Vec<&Row>, Vec<&str>) {
+    let is_one = rows.iter().all(|row| row.material == rows[0].material);
+    let exact = rows
+        .iter()
+        .filter(|row| !is_one && row.relative_variance.is_some_and(is_exact));
+    let mut exact: Vec<&str> = exact.map(|row| &*row.material).collect();
+    exact.dedup();
+    let kept = rows.iter().filter(|row| !exact.contains(&&*row.material));
+    (kept.collect(), exact)
+}
+
 /// The rows of each sampler.
-fn lines(rows: &[Row]) -> Vec<Line<'_>> {
-    let mut lines: Vec<Line<'_>> = Vec::new();
-    for row in rows {
-        let name = row.name();
-        match lines.iter_mut().find(|line| line.name == name) {
+fn lines<'a>(rows: &[&'a Row]) -> Vec<Line<'a>> {
+    let mut lines: Vec<Line<'a>> = Vec::new();
+    for &row in rows {
+        match lines.iter_mut().find(|line| line.name == row.name) {
             Some(line) => line.rows.push(row),
             None => lines.push(Line {
-                name,
+                name: row.name.clone(),
                 rows: vec![row],
             }),
         }
@@ -210,7 +228,7 @@ fn lines(rows: &[Row]) -> Vec<Line<'_>> {
 }
 
 /// The materials, and what they are called together.
-fn materials(rows: &[Row]) -> (Vec<&str>, String) {
+fn materials<'a>(rows: &[&'a Row]) -> (Vec<&'a str>, String) {
     let mut all: Vec<&str> = rows.iter().map(|row| &*row.material).collect();
     all.dedup();
     let together = match all.as_slice() {
@@ -221,7 +239,7 @@ fn materials(rows: &[Row]) -> (Vec<&str>, String) {
 }
 
 /// The relative variance over the cells: a panel for each warp and each kind of ends, a colour for each chart.
-fn picture(rows: &[Row]) -> String {
+fn picture(rows: &[&Row]) -> String {
     let all = lines(rows);
     let mut panels: Vec<Panel> = Vec::new();
     for line in &all {
@@ -268,7 +286,7 @@ fn picture(rows: &[Row]) -> String {
     report::svg(&title, &panels, 2)
 }
 
-fn text(rows: &[Row], views: usize) -> String {
+fn text(rows: &[&Row], exact: &[&str], views: usize) -> String {
     let lines = lines(rows);
     let (materials, of) = materials(rows);
     if materials.is_empty() {
@@ -336,8 +354,8 @@ fn text(rows: &[Row], views: usize) -> String {
         ));
     }
     let mut out = format!(
-        "{of}: relative variance of f cos over the density of draws, mean over 8 views\ntables of {views} views, with 1 % of the draws by the cosine; without it where it says so; ns a draw and ms to make the tables of {AT}²\n\n{}",
-        columns
+        "{of}: relative variance of f cos over the density of draws, mean over 8 views\ntables of {}, with 1 % of the draws by the cosine; without it where it says so; ns a draw and ms to make the tables of {AT}²\n\n{columns}",
+        count(views, "view")
     );
     for line in &others {
         let missing = materials.len() - line.rows.len();
@@ -355,6 +373,12 @@ fn text(rows: &[Row], views: usize) -> String {
     }
     if let Some(best) = best {
         out += &format!("\nleast at {AT}²: {}\n", best.name);
+    }
+    if !exact.is_empty() {
+        out += &format!(
+            "left out, as a sampler draws them exactly: {}\n",
+            listed(exact)
+        );
     }
     out
 }

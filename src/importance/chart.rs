@@ -170,9 +170,13 @@ impl Axes {
             (LightChart::HalfVector, false) => FRAC_PI_2,
             (LightChart::HBar, true) => {
                 let along = view.sin * cos_phi;
-                // 1 − sin² θ_o sin² φ.
-                let under = view.cos * view.cos + along * along;
-                0.5 * (along + under.sqrt())
+                // √(1 − sin² θ_o sin² φ).
+                let whole = (view.cos * view.cos + along * along).sqrt();
+                match along < 0.0 {
+                    // Without the cancellation of the sum.
+                    true => 0.5 * view.cos * view.cos / (whole - along),
+                    false => 0.5 * (along + whole),
+                }
             }
             (LightChart::Mirror, true) => FRAC_PI_2 + delta(),
             (LightChart::Mirror, false) => PI,

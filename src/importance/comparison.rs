@@ -52,13 +52,15 @@ pub struct OtherScore {
 /// All that was tried of one BRDF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SamplerScores {
+    /// Number of views of [`VIEWS_DEG`] at which something is reflected: means are over them.
+    pub views: usize,
     /// By chart, course in cells, cells and share of the cosine.
     pub tried: Vec<TableScore>,
     /// The cosine, the sampler of the model itself, and the mixture of GGX and cosine of least variance.
     pub others: Vec<OtherScore>,
 }
 
-/// Tries every chart with tables at some views. `None` of a BRDF that reflects nothing.
+/// Tries every chart with tables at some views. `None` of a BRDF that reflects nothing at any of [`VIEWS_DEG`], or has no data there.
 ///
 /// # Errors
 /// See [`SamplerSettings::check`].
@@ -97,8 +99,12 @@ pub fn compare(brdf: &dyn Brdf, views: usize) -> Result<Option<SamplerScores>, P
             }
         }
     }
-    let others = others(brdf);
-    Ok(Some(SamplerScores { tried, others }))
+    let reflects = |nodes: &&Nodes| nodes.albedo() > 0.0;
+    Ok(Some(SamplerScores {
+        views: nodes(brdf, &HALF_VECTOR).iter().filter(reflects).count(),
+        tried,
+        others: others(brdf),
+    }))
 }
 
 /// The quadratures of all views in a chart.
@@ -107,11 +113,15 @@ fn nodes(brdf: &dyn Brdf, axes: &Axes) -> Vec<Nodes> {
     views.map(|k| Nodes::new(brdf, axes, view(k))).collect()
 }
 
-/// The mean over the views; `None` if nothing is reflected at one.
+/// The mean over the views at which something is reflected; `None` if there is none.
 fn mean(nodes: &[Nodes], of: impl Fn(&Nodes) -> Option<f64> + Send + Sync) -> Option<f64> {
     let all: Vec<_> = nodes.par_iter().map(of).collect();
-    let sum: Option<f64> = all.into_iter().sum();
-    Some(sum? / nodes.len() as f64)
+    mean_of(all)
+}
+
+fn mean_of(all: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+    let all: Vec<f64> = all.into_iter().flatten().collect();
+    (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
 }
 
 fn nanoseconds_a_draw(sampler: &TabulatedSampler) -> f64 {
@@ -157,8 +167,7 @@ fn others(brdf: &dyn Brdf) -> Vec<OtherScore> {
             let each = nodes.iter().zip(&densities).map(|(n, of_ggx)| {
                 n.relative_variance(false, |k| share * of_ggx[k] + (1.0 - share) * cosine(n, k))
             });
-            let sum: Option<f64> = each.sum();
-            Some((sum? / nodes.len() as f64, alpha, share))
+            Some((mean_of(each)?, alpha, share))
         };
         let all = GGX_SHARES.iter().filter_map(|share| of(*share));
         all.min_by(|a, b| a.0.total_cmp(&b.0))

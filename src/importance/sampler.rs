@@ -3,7 +3,7 @@
 use super::chart::{Axes, LightChart, Place, RadialWarp, View};
 use super::table::{CellTable, InCells, Mixture};
 use crate::brdf::{Brdf, SampleBrdf};
-use crate::error::{ParameterError, in_whole};
+use crate::error::{ParameterError, in_closed, in_whole};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
 use crate::metrics;
 use crate::parametrization::view_centered;
@@ -19,6 +19,9 @@ const HALVINGS: i32 = 8;
 /// Most cells along one axis, and most views.
 const MOST: usize = 4096;
 
+/// Largest share of the cosine: of 1 no draw would be from the tables.
+const MOST_COSINE: f64 = 0.99;
+
 /// How the tables of a [`TabulatedSampler`] are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SamplerSettings {
@@ -33,7 +36,7 @@ pub struct SamplerSettings {
     pub views: usize,
     /// Azimuths of the view with a table each, of a BRDF that is not isotropic; from 1 on.
     pub azimuths: usize,
-    /// Share of directions that are drawn by the cosine, in [0, 1).
+    /// Share of directions that are drawn by the cosine, from 0 to 0.99.
     pub cosine: f64,
 }
 
@@ -45,7 +48,7 @@ impl Default for SamplerSettings {
                 warp: RadialWarp::SquareRoot,
                 to_horizon: true,
             },
-            in_cells: InCells::Uniform,
+            in_cells: InCells::Bilinear,
             cells: [32, 32],
             views: 32,
             azimuths: 32,
@@ -63,6 +66,7 @@ impl SamplerSettings {
         }
         in_whole("views", self.views, [1, MOST])?;
         in_whole("azimuths", self.azimuths, [1, MOST])?;
+        in_closed("cosine", self.cosine, 0.0, MOST_COSINE)?;
         Ok(())
     }
 }
@@ -71,7 +75,7 @@ impl SamplerSettings {
 ///
 /// A view between two of the grid mixes their tables, drawn from and as density; each is read in the chart at the view itself, so
 /// that poles and horizon are where they belong. The density is that of f_r cos θ_i, of luminance, in every cell: its integral over 2 × 2 points, at
-/// the pole over more. f_r cos θ_i over the density is at most what the tables blur.
+/// the pole over more.
 #[derive(Clone, Debug)]
 pub struct TabulatedSampler {
     settings: SamplerSettings,
@@ -131,7 +135,7 @@ impl TabulatedSampler {
         &self.settings
     }
 
-    /// The same tables with another share of the cosine, in [0, 1).
+    /// The same tables with another share of the cosine.
     pub(super) fn with_share_of_cosine(mut self, cosine: f64) -> Self {
         self.settings.cosine = cosine;
         self
@@ -264,7 +268,11 @@ impl Conditional<'_> {
             false => v,
         };
         let cosine = self.sampler.settings.cosine;
-        let of_tables = self.tables.pdf([x, v]) / jacobian;
+        // At 90° the square of some azimuths is a point.
+        let of_tables = match jacobian > 0.0 {
+            true => self.tables.pdf([x, v]) / jacobian,
+            false => 0.0,
+        };
         (1.0 - cosine) * of_tables + cosine * cosine_hemisphere_pdf(omega_i)
     }
 }

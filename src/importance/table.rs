@@ -119,7 +119,7 @@ impl Mixture<'_> {
         sum
     }
 
-    /// A point by two numbers in [0, 1), along which it goes on without a jump.
+    /// A point by two numbers in [0, 1): by the sums of all tables, so that it does not jump from one table's to another's.
     pub(crate) fn sample(&self, [u, w]: [f64; 2]) -> [f64; 2] {
         let CellTable { rows, columns, .. } = *self.0[0].0;
         let (row, s) = picked(rows, u, |n| self.sum(|table| table.before_row[n]));

@@ -14,7 +14,7 @@ use crate::table::{columns, of_json};
 use crate::words::in_keywords;
 use gonio::Error;
 use gonio::brdf::laws::max_albedo;
-use gonio::brdf::{Brdf, Channels, Part, SampleBrdf};
+use gonio::brdf::{Brdf, Channels, Part, Presence, SampleBrdf};
 use gonio::error::{ParameterError, in_left_open, listed, one_of};
 use gonio::experiment::{keys_of_file, materials, split_of};
 use gonio::files::destination;
@@ -251,17 +251,22 @@ impl PyMaterial {
             };
             let pairs: Vec<_> = drawn.iter().zip(&*sensor).map(pair).collect();
             let kept: Vec<_> = pairs.iter().flatten().copied().collect();
-            let (values, _) = self.brdf.values(&kept);
-            let mut values = values.chunks_exact(n);
-            let mut weights = Vec::with_capacity(n * pairs.len());
-            for pair in pairs {
-                let values = pair.and_then(|pair| Some((values.next()?, pair)));
-                match values {
-                    Some((values, pair)) => {
-                        let scale = pair.omega_i.cos_theta() / sampler.pdf(&pair);
-                        weights.extend(values.iter().map(|f| f * scale));
-                    }
-                    None => weights.extend(std::iter::repeat_n(0.0, n)),
+            let (values, presence) = self.brdf.values(&kept);
+            let mut found = values.chunks_exact(n).zip(presence);
+            let mut weights = vec![0.0; n * pairs.len()];
+            for (weights, pair) in weights.chunks_exact_mut(n).zip(&pairs) {
+                let Some((pair, (values, presence))) = pair.and_then(|p| Some((p, found.next()?)))
+                else {
+                    continue;
+                };
+                let density = sampler.pdf(&pair);
+                // At the horizon a draw may be rounded to where there is neither light nor density.
+                if presence == Presence::Present && density > 0.0 {
+                    let scale = pair.omega_i.cos_theta() / density;
+                    weights
+                        .iter_mut()
+                        .zip(values)
+                        .for_each(|(w, f)| *w = f * scale);
                 }
             }
             weights
