@@ -148,17 +148,17 @@ fn what_no_table_can_be_is_refused() {
         (
             [1, 8],
             8,
-            "cells = 1; allowed: a whole number from 2 to 4096",
+            "cells = 1: allowed is a whole number from 2 to 4096",
         ),
         (
             [8, 5000],
             8,
-            "cells = 5000; allowed: a whole number from 2 to 4096",
+            "cells = 5000: allowed is a whole number from 2 to 4096",
         ),
         (
             [8, 8],
             0,
-            "views = 0; allowed: a whole number from 1 to 4096",
+            "views = 0: allowed is a whole number from 1 to 4096",
         ),
     ] {
         let settings = SamplerSettings {
