@@ -16,5 +16,5 @@ pub use chart::{Axes, LightChart, RadialWarp};
 pub use comparison::{CELLS, COSINES, OtherScore, SamplerScores, TableScore, compare};
 pub use sampler::{Conditional, SamplerSettings, TabulatedSampler};
 pub use table::InCells;
-pub(crate) use variance::VIEWS_DEG;
-pub use variance::relative_variance;
+
+pub use variance::{VIEWS_DEG, relative_variance};
