@@ -65,6 +65,12 @@ pub struct SamplerScores {
 /// # Errors
 /// See [`SamplerSettings::check`].
 pub fn compare(brdf: &dyn Brdf, views: usize) -> Result<Option<SamplerScores>, ParameterError> {
+    let of_half_vectors = nodes(brdf, &HALF_VECTOR);
+    let reflects = |nodes: &&Nodes| nodes.albedo() > 0.0;
+    let views_with_light = of_half_vectors.iter().filter(reflects).count();
+    if views_with_light == 0 {
+        return Ok(None);
+    }
     let mut tried = Vec::new();
     for axes in Axes::all() {
         let nodes = nodes(brdf, &axes);
@@ -99,11 +105,10 @@ pub fn compare(brdf: &dyn Brdf, views: usize) -> Result<Option<SamplerScores>, P
             }
         }
     }
-    let reflects = |nodes: &&Nodes| nodes.albedo() > 0.0;
     Ok(Some(SamplerScores {
-        views: nodes(brdf, &HALF_VECTOR).iter().filter(reflects).count(),
+        views: views_with_light,
         tried,
-        others: others(brdf),
+        others: others(brdf, &of_half_vectors),
     }))
 }
 
@@ -136,8 +141,7 @@ fn nanoseconds_a_draw(sampler: &TabulatedSampler) -> f64 {
 }
 
 /// Densities that are no tables.
-fn others(brdf: &dyn Brdf) -> Vec<OtherScore> {
-    let nodes = nodes(brdf, &HALF_VECTOR);
+fn others(brdf: &dyn Brdf, nodes: &[Nodes]) -> Vec<OtherScore> {
     let mut others = Vec::new();
     let mut add = |name: String, variance: Option<f64>| {
         others.extend(variance.map(|relative_variance| OtherScore {
@@ -149,10 +153,10 @@ fn others(brdf: &dyn Brdf) -> Vec<OtherScore> {
     let cosine = |nodes: &Nodes, k: usize| cosine_hemisphere_pdf(nodes.pairs()[k].omega_i);
     add(
         "cosine".into(),
-        mean(&nodes, |n| n.relative_variance(true, |k| cosine(n, k))),
+        mean(nodes, |n| n.relative_variance(true, |k| cosine(n, k))),
     );
     if let Some(own) = brdf.as_sample() {
-        let variance = mean(&nodes, |n| {
+        let variance = mean(nodes, |n| {
             n.relative_variance(false, |k| own.pdf(&n.pairs()[k]))
         });
         add("its own".into(), variance);
