@@ -22,6 +22,7 @@ mod cross_validation;
 mod density;
 mod distortion;
 mod energy;
+mod explore;
 mod init;
 mod list;
 mod measure;
@@ -146,6 +147,8 @@ commands! {
         Symmetry(symmetry::SymmetryArgs),
         /// How far the isolines of a material are from the axes of each parametrization
         Distortion(distortion::Distortion),
+        /// Write a page that shows a material, its readings and an instrument, and answers a hand
+        Explore(explore::Explore),
         /// Relative variance of light directions drawn from tables, by the coordinates of the tables
         Sampling(sampling::SamplingArgs),
         /// Density of the poses of schedules in each parametrization

@@ -129,7 +129,7 @@ pub(super) fn orders() -> impl TypedValueParser<Value = Order> {
 }
 
 /// Poses depend on a material by its symmetries alone: a config that names none is for those that have all.
-fn suppose_material(source: &mut Source) -> Result<(), Error> {
+pub(super) fn suppose_material(source: &mut Source) -> Result<(), Error> {
     let table = source.table()?;
     let table = table.get_ref();
     if table.contains_key("material") || table.contains_key("materials_dir") {

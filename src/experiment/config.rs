@@ -134,6 +134,8 @@ keys! {
         slices: bool = false;
         /// `results.parquet` beside `results.csv`: the same columns with their types.
         parquet: bool = false;
+        /// `explore.html`: a page that shows the first material, its readings by the largest schedule, and the instrument on its tour.
+        explore: bool = false;
         /// Seconds that each step of a job may be repeated for, so that its time has a range; 0: never.
         repeat_seconds: f64 = 0.002;
     }
@@ -406,8 +408,15 @@ pub(super) fn check_output(config: &Config<'_>) -> Result<(), Error> {
         );
         Err(config.source.place("output").key(key).problem(predicate))
     };
-    if config.output.slices && !cfg!(feature = "pictures") {
-        return lacks("slices", "draw pictures", "pictures");
+    let drawn = [
+        ("slices", config.output.slices),
+        ("explore", config.output.explore),
+    ];
+    if let Some((key, _)) = drawn
+        .into_iter()
+        .find(|(_, is_asked)| *is_asked && !cfg!(feature = "pictures"))
+    {
+        return lacks(key, "draw pictures", "pictures");
     }
     if config.output.parquet && !cfg!(feature = "parquet") {
         return lacks("parquet", "write Parquet", "parquet");

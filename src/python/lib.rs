@@ -7,6 +7,7 @@
 mod advice;
 mod arrays;
 mod errors;
+mod explore;
 mod files;
 mod given;
 mod html;
@@ -40,6 +41,8 @@ mod _gonio {
     use super::advice::advise;
     #[pymodule_export]
     use super::arrays::{angles, direction};
+    #[pymodule_export]
+    use super::explore::{PyPage, explore};
     #[pymodule_export]
     use super::instrument::{PyInstrument, measure};
     #[pymodule_export]

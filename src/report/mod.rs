@@ -3,6 +3,8 @@
 mod acquisition;
 mod analysis;
 mod columns;
+#[cfg(feature = "pictures")]
+pub mod explore;
 mod moments;
 #[cfg(feature = "pictures")]
 pub mod pictures;

@@ -18,7 +18,6 @@ mod instruments;
 mod laboratory;
 mod moment_study;
 mod moments;
-mod overview;
 mod pages;
 mod paths;
 mod picture;

@@ -7,10 +7,11 @@ use crate::experiment::{
     ByProduct, Event, Findings, Kind, Metric, Observer, Plan, QuantityGroup, Row, Shard,
 };
 use crate::metrics::{Measure, MetricsSpec};
+use crate::report::explore::explored;
 use crate::report::{
-    Below, PARQUET, RANKING, REPORT, RESULTS, RunFolder, Studio, TIMES, Table, calibration,
-    instruments, levels_text, ranking, ranking_csv, results_csv, schedule_stem, slice_name,
-    study_curves, study_html, study_text, study_timings, verdict_text, write_slice,
+    Below, EXPLORE, PARQUET, RANKING, REPORT, RESULTS, RunFolder, Studio, TIMES, Table,
+    calibration, instruments, levels_text, ranking, ranking_csv, results_csv, schedule_stem,
+    slice_name, study_curves, study_html, study_text, study_timings, verdict_text, write_slice,
 };
 use std::cell::RefCell;
 use std::io::Write;
@@ -93,6 +94,12 @@ impl Shown for Plan {
         let Some((findings, html)) = report else {
             return Ok(());
         };
+        if self.output.explore {
+            match explored(self) {
+                Ok(page) => folder.write_file(EXPLORE, page)?,
+                Err(e) => note(&format!("gonio: {EXPLORE} is left out: {e}")),
+            }
+        }
         let figure = study_curves(&findings);
         folder.write_below(Below::Pictures, "errors.svg", |out| {
             out.write_all(figure.as_bytes())

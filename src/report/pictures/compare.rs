@@ -199,7 +199,7 @@ impl Comparison {
 }
 
 /// The smallest difference, over the truth's white, that has a colour.
-const LEAST: f64 = 1e-3;
+pub(in crate::report) const LEAST: f64 = 1e-3;
 
 /// Place of a difference on the scale of colours, in [−1, 1]: its logarithm from [`LEAST`] to 1.
 pub(super) fn place(difference: f64) -> f64 {
@@ -208,7 +208,7 @@ pub(super) fn place(difference: f64) -> f64 {
 }
 
 /// The colour of a place: from dark blue (−1) over white to dark red (1), evenly darker to both sides.
-pub(super) fn signed(t: f64) -> [u8; 3] {
+pub(in crate::report) fn signed(t: f64) -> [u8; 3] {
     /// At 0, 1/3, 2/3 and 1, one and the other side (Brewer's RdBu).
     const COLOURS: [[[f64; 3]; 4]; 2] = [
         [

@@ -20,6 +20,7 @@ mod stops;
 mod uncertainty;
 
 pub use compare::Comparison;
+pub(super) use compare::{LEAST, signed};
 pub use errors::ErrorMap;
 pub use functions::test_functions_svg;
 pub use hemispheres::hemispheres_svg;

@@ -31,6 +31,8 @@ const CONFIG_HEAD: &str = "\
 pub const RESULTS: &str = "results.csv";
 /// [`RESULTS`] with typed columns.
 pub const PARQUET: &str = "results.parquet";
+/// A page that answers a hand, if asked.
+pub const EXPLORE: &str = "explore.html";
 /// Every choice at every allowance with its statistics.
 pub const RANKING: &str = "ranking.csv";
 /// The report of a study: rankings, comparisons and a verdict.
@@ -52,12 +54,13 @@ pub const RELATIONS: &str = "relations.csv";
 const WRITTEN: usize = 4096;
 
 /// Files made from all records: removed as soon as there is another record.
-const OF_ALL: [&str; 11] = [
+const OF_ALL: [&str; 12] = [
     MANIFEST,
     RESULTS,
     PARQUET,
     RANKING,
     REPORT,
+    EXPLORE,
     TIMES,
     PROFILES,
     FITS,

@@ -126,6 +126,11 @@ impl MerlGrid {
         Self { nodes, ..self }
     }
 
+    /// Where in its cell a value is exact.
+    pub fn nodes(self) -> Nodes {
+        self.nodes
+    }
+
     /// Cells along theta_h, theta_d, phi_d: the file's header.
     pub fn dims(self) -> [usize; 3] {
         let phi = if self.reciprocal { 180 } else { 360 };

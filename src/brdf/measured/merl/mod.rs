@@ -108,6 +108,11 @@ impl Merl {
         self
     }
 
+    /// How values between nodes are found.
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
     /// The layout.
     pub fn grid(&self) -> MerlGrid {
         self.grid

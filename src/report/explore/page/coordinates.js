@@ -1,0 +1,277 @@
+// A BRDF in a parametrization: two of its axes, with the third on a slider, and the poses of a set.
+
+import { colours, data, materials, signedPlace } from "./data.js";
+import { RAD, angles, charts, direction, warps } from "./geometry.js";
+import { argument, bar, isDifference, paint, quantity, ratio, shown, tone, value } from "./look.js";
+import { Axis, digits, frame } from "./plot.js";
+import { isTaken, readings } from "./readings.js";
+import { set, state } from "./state.js";
+import { theme } from "./theme.js";
+import { View } from "./view.js";
+
+/** @typedef {import("./geometry.js").Pair} Pair */
+
+/** Pixels along each side of the picture. */
+const SIDE = 128;
+
+/** The most poses that are drawn. */
+const MOST = 5000;
+
+/** Isolines to a factor of ten, by how many such factors there are. @param {number} decades */
+const perDecade = (decades) => [10, 5, 4, 3, 2, 1].find((n) => n * decades <= 12) ?? 0.5;
+
+export class Coordinates extends View {
+  constructor() {
+    super({
+      id: "coordinates",
+      title: "Coordinates",
+      about: "The first two axes of a parametrization, warped or not; the slider moves along the third. Lines are values in equal ratios. Points are poses: brighter ones lie near the slice. Drag or arrow keys move the pair of directions that the hemisphere shows.",
+      ratio: 1.14,
+      needs: ["chart", "warp1", "warp2", "third", "show", "scale", "channel", "cosine", "light", "sensor", "time", "look"],
+    });
+    this.image = document.createElement("canvas");
+    this.key = "";
+    /** @type {Float32Array} */
+    this.values = new Float32Array(SIDE * SIDE);
+    /** @type {import("./pen.js").Box} */
+    this.box = [62, 10, 100, 100];
+  }
+
+  /** The parametrization. */
+  chart() {
+    return data.charts.find((c) => c.kind === state.chart) ?? data.charts[0];
+  }
+
+  /** The warp of an axis, 0 or 1. @param {number} axis */
+  warp(axis) {
+    const { warps: all } = this.chart().axes[axis];
+    return all.find((w) => w.name === [state.warp1, state.warp2][axis]) ?? all[0];
+  }
+
+  /** Coordinates of places in [0, 1]. @param {number} u @param {number} v @param {number} w */
+  coordinates(u, v, w) {
+    const { axes } = this.chart();
+    return [u, v, w].map((place, i) => {
+      const { low, high } = axes[i];
+      const warp = i < 2 ? this.warp(i) : undefined;
+      const plain = warp && warp.family !== "none" ? warps[warp.family][0](place, warp.parameter) : place;
+      return low + plain * (high - low);
+    });
+  }
+
+  /** The pair at places in [0, 1]. @param {number} u @param {number} v @returns {Pair | undefined} */
+  pair(u, v, w = state.third) {
+    return charts[this.chart().kind].inverse(this.coordinates(u, v, w));
+  }
+
+  /** Places in [0, 1] of a pair. @param {Pair} pair */
+  places(pair) {
+    const { axes, kind } = this.chart();
+    return charts[kind].forward(pair).map((c, i) => {
+      const { low, high } = axes[i];
+      const plain = Math.min(1, Math.max(0, (c - low) / (high - low)));
+      const warp = i < 2 ? this.warp(i) : undefined;
+      return warp && warp.family !== "none" ? warps[warp.family][1](plain, warp.parameter) : plain;
+    });
+  }
+
+  /** Values of the slice, by rows from the top; drawn again only where they change. */
+  fill() {
+    const { chart, warp1, warp2, third, show, scale, channel, cosine, look } = state;
+    const key = [chart, warp1, warp2, third, show, scale, channel, cosine, look, materials.map((m) => m.facts.argument)].join();
+    if (key === this.key || !materials.length) return;
+    this.key = key;
+    const difference = isDifference(show);
+    const axis = tone(shown());
+    paint(this.image, SIDE, SIDE, (x, y) => {
+      const pair = this.pair((x + 0.5) / SIDE, 1 - (y + 0.5) / SIDE);
+      const v = !pair ? NaN : difference ? ratio(...pair) : value(shown(), ...pair);
+      this.values[y * SIDE + x] = v;
+      if (!pair) return 0;
+      return difference ? colours.signed.word(0.5 + 0.5 * signedPlace(v)) : colours.sequential.word(axis.place(v));
+    });
+  }
+
+  /** @param {import("./pen.js").Pen} pen @param {number} width @param {number} height */
+  draw(pen, width, height) {
+    const { ink, faint, paper, accent } = theme();
+    const { axes } = this.chart();
+    this.box = [62, 12, width - 76, height - 120];
+    const [left, top, w, h] = this.box;
+    const all = axes.slice(0, 2).map((_, i) => this.axis(i));
+    const names = axes.map((a, i) => `${a.symbol}${a.angle ? ", degrees" : ""}${i < 2 && this.warp(i).name !== "none" ? ` (${this.warp(i).name})` : ""}`);
+    frame(pen, this.box, all[0], all[1], names[0], names[1]);
+    this.fill();
+    pen.path([[left, top], [left + w, top], [left + w, top + h], [left, top + h]], { fill: faint, alpha: 0.5 }, true);
+    if (materials.length) pen.image(this.box, this.image);
+    if (materials.length && !isDifference(state.show)) this.isolines(pen, paper);
+    this.ticks(pen, ink);
+    this.poses(pen);
+    const [u, v] = this.places([direction(...state.light), direction(...state.sensor)]);
+    const [px, py] = [left + u * w, top + (1 - v) * h];
+    pen.circle(px, py, 7, { stroke: paper, width: 4 });
+    pen.circle(px, py, 7, { stroke: accent, width: 2 });
+    const box = /** @type {import("./pen.js").Box} */ ([left, top + h + 52, w, 10]);
+    if (materials.length) bar(pen, box, isDifference(state.show), tone(shown()), isDifference(state.show) ? "ln(B/A)" : quantity());
+  }
+
+  /** An axis of places, without ticks: those are warped. @param {number} i */
+  axis(i) {
+    const axis = new Axis(0, 1);
+    axis.ticks = () => [];
+    return axis;
+  }
+
+  /** Ticks at round coordinates. @param {import("./pen.js").Pen} pen @param {string} ink */
+  ticks(pen, ink) {
+    const [left, top, w, h] = this.box;
+    this.chart().axes.slice(0, 2).forEach((axis, i) => {
+      const factor = axis.angle ? 1 / RAD : 1;
+      const plain = new Axis(axis.low * factor, axis.high * factor);
+      let last = -1;
+      for (const v of plain.ticks(8)) {
+        const t = plain.place(v);
+        const warp = this.warp(i);
+        const place = warp.family === "none" ? t : warps[warp.family][1](t, warp.parameter);
+        if (place - last < 0.09 && last >= 0) continue;
+        last = place;
+        const word = String(Number(v.toPrecision(3))).replace("-", "−");
+        if (i === 0) {
+          pen.path([[left + place * w, top + h], [left + place * w, top + h + 4]], { stroke: ink });
+          pen.text(left + place * w, top + h + 15, word, { colour: ink, align: "middle", size: 11 });
+        } else {
+          pen.path([[left - 4, top + h - place * h], [left, top + h - place * h]], { stroke: ink });
+          pen.text(left - 6, top + h - place * h + 4, word, { colour: ink, align: "end", size: 11 });
+        }
+      }
+    });
+  }
+
+  /** Lines of equal values, by marching squares. @param {import("./pen.js").Pen} pen @param {string} stroke */
+  isolines(pen, stroke) {
+    const [left, top, w, h] = this.box;
+    const { lo, hi } = tone(shown());
+    const least = Math.max(lo, hi * 1e-6);
+    const n = perDecade(Math.log10(hi / least));
+    const { values } = this;
+    const points = [];
+    for (let k = Math.ceil(Math.log10(least) * n); k <= Math.log10(hi) * n; k++) {
+      const level = 10 ** (k / n);
+      for (let y = 0; y + 1 < SIDE; y++) {
+        for (let x = 0; x + 1 < SIDE; x++) {
+          const i = y * SIDE + x;
+          const [a, b, c, d] = [values[i], values[i + 1], values[i + SIDE + 1], values[i + SIDE]];
+          const high = (a > level ? 1 : 0) + (b > level ? 2 : 0) + (c > level ? 4 : 0) + (d > level ? 8 : 0);
+          if (high === 0 || high === 15 || a + b + c + d !== a + b + c + d) continue;
+          const ends = [];
+          if ((a > level) !== (b > level)) ends.push([x + (level - a) / (b - a), y]);
+          if ((b > level) !== (c > level)) ends.push([x + 1, y + (level - b) / (c - b)]);
+          if ((d > level) !== (c > level)) ends.push([x + (level - d) / (c - d), y + 1]);
+          if ((a > level) !== (d > level)) ends.push([x, y + (level - a) / (d - a)]);
+          for (let e = 0; e + 1 < ends.length; e += 2) points.push(ends[e], ends[e + 1], [NaN, 0]);
+        }
+      }
+    }
+    const at = (/** @type {number[]} */ [x, y]) => [left + ((x + 0.5) * w) / SIDE, top + ((y + 0.5) * h) / SIDE];
+    pen.path(points.map(at), { stroke, width: 0.8, alpha: 0.8 });
+  }
+
+  /** Poses of the set that is shown. */
+  *posed() {
+    const every = Math.ceil(readings.length / MOST);
+    for (let i = 0; i < readings.length; i += every) {
+      const reading = readings[i];
+      if (isTaken(reading)) yield { reading, at: this.places([reading.light, reading.sensor]) };
+    }
+  }
+
+  /** @param {import("./pen.js").Pen} pen */
+  poses(pen) {
+    const [left, top, w, h] = this.box;
+    const { ink, paper } = theme();
+    for (const { at } of this.posed()) {
+      const isNear = Math.abs(at[2] - state.third) < 0.08;
+      pen.circle(left + at[0] * w, top + (1 - at[1]) * h, isNear ? 2.5 : 1.2, { fill: isNear ? paper : ink, stroke: isNear ? ink : undefined, width: 0.7, alpha: isNear ? 1 : 0.4 });
+    }
+  }
+
+  /** Shares of variance along the axes, as the program has them. */
+  shares() {
+    const name = materials[shown()]?.facts.name;
+    const found = data.distortion.find((d) => d.chart === this.chart().kind && d.material === name);
+    if (!found) return "";
+    const { axes } = this.chart();
+    const percent = (/** @type {number | null} */ v) => (v === null ? "–" : `${(100 * v).toFixed(1)} %`);
+    const along = axes.map((a, i) => `${a.symbol} ${percent(found.gradients[i])}`).join(", ");
+    const alone = axes.slice(0, 2).map((a, i) => `${a.symbol} ${percent(found.shares[i])}`).join(", ");
+    return ` Squared gradient of ln(f + 0.001): ${along} (± ${(100 * found.error).toFixed(1)}). Variance that a function of one axis has: ${alone}; of both ${percent(found.both)}.`;
+  }
+
+  words() {
+    const pair = /** @type {Pair} */ ([direction(...state.light), direction(...state.sensor)]);
+    const { axes, kind } = this.chart();
+    const c = charts[kind].forward(pair).map((v, i) => `${axes[i].symbol} ${axes[i].angle ? `${(v / RAD).toFixed(2)}°` : v.toFixed(4)}`);
+    const values = materials.map((m, i) => `${"AB"[i]} ${digits(value(i, ...pair))}`);
+    const at = this.coordinates(0, 0, state.third)[2];
+    const slice = `Slice at ${axes[2].symbol} ${axes[2].angle ? `${(at / RAD).toFixed(0)}°` : at.toFixed(2)}. `;
+    return `${slice}${c.join(", ")}${values.length ? `: ${values.join(", ")}` : ""}.${this.shares()}`;
+  }
+
+  commandLine() {
+    const name = argument(shown());
+    return name ? `gonio distortion ${name} --table shares` : `gonio schedule CONFIG --parametrization ${this.chart().kind}`;
+  }
+
+  rows() {
+    const head = [...this.chart().axes.map((a) => a.symbol), "value"];
+    this.fill();
+    /** @type {(string | number)[][]} */
+    const rows = [head];
+    for (let y = 0; y < SIDE; y += 4) {
+      for (let x = 0; x < SIDE; x += 4) {
+        const c = this.coordinates((x + 0.5) / SIDE, 1 - (y + 0.5) / SIDE, state.third);
+        rows.push([...c, this.values[y * SIDE + x]]);
+      }
+    }
+    return rows;
+  }
+
+  /** Shows a pair on the hemisphere. @param {Pair | undefined} pair */
+  go(pair) {
+    if (!pair) return;
+    const [light, sensor] = pair.map(angles);
+    set({ light: [Math.min(89, light[0]), light[1]], sensor: [Math.min(89, sensor[0]), sensor[1]] });
+  }
+
+  /** @param {number} x @param {number} y */
+  placeAt(x, y) {
+    const [left, top, w, h] = this.box;
+    return [(x - left) / w, 1 - (y - top) / h].map((v) => Math.min(1, Math.max(0, v)));
+  }
+
+  /** @param {number} x @param {number} y */
+  drag(x, y) {
+    const [u, v] = this.placeAt(x, y);
+    this.go(this.pair(u, v));
+  }
+
+  /** @param {number} x @param {number} y */
+  hover(x, y) {
+    if (Number.isNaN(x)) return;
+    const [left, top, w, h] = this.box;
+    let best = 6;
+    let found;
+    for (const { reading, at } of this.posed()) {
+      const off = Math.hypot(x - left - at[0] * w, y - top - (1 - at[1]) * h);
+      if (off < best) [best, found] = [off, reading];
+    }
+    if (found) this.go([found.light, found.sensor]);
+  }
+
+  /** @param {number} right @param {number} up */
+  step(right, up) {
+    const [u, v, w] = this.places([direction(...state.light), direction(...state.sensor)]);
+    const moved = [u + right / 90, v + up / 90].map((p) => Math.min(1, Math.max(0, p)));
+    this.go(this.pair(moved[0], moved[1], w));
+  }
+}

@@ -1,0 +1,144 @@
+// Files that are dropped onto the page: MERL tables and gonio's readings. Nothing leaves the page.
+
+import { Material, data, materials } from "./data.js";
+import { direction } from "./geometry.js";
+import { about, showReadings } from "./readings.js";
+import { redraw } from "./state.js";
+import { Table } from "./table.js";
+
+/** @typedef {import("./readings.js").Reading} Reading */
+
+/** Scales of R, G, B of the database's tables, and weights of their luminance. */
+const SCALES = [1 / 1500, 1.15 / 1500, 1.66 / 1500];
+const LUMINANCE = [0.2126, 0.7152, 0.0722];
+
+/** The largest file that is read: a table of 360 columns with room to spare. */
+const MOST_BYTES = 80e6;
+const MOST_READINGS = 20_000;
+
+/** Reads a MERL table. @param {string} name @param {ArrayBuffer} buffer @returns {Material | string} or what is wrong */
+export function merl(name, buffer) {
+  const dims = buffer.byteLength >= 12 ? Array.from(new Int32Array(buffer, 0, 3)) : [];
+  const cells = dims[0] * dims[1] * dims[2];
+  const isTable = dims[0] === 90 && dims[1] === 90 && (dims[2] === 180 || dims[2] === 360);
+  if (!isTable) return `${name} is no MERL table of 90 × 90 × 180 or 360 cells: its header says ${dims.join(" × ") || "nothing"}`;
+  if (buffer.byteLength !== 12 + 24 * cells) return `${name} has ${buffer.byteLength} bytes, where its header asks for ${12 + 24 * cells}`;
+  // Doubles lie at multiples of eight; every machine with a browser stores them as the file does.
+  const stored = new Float64Array(buffer.slice(12));
+  const channels = SCALES.map(() => new Float32Array(cells));
+  const shown = [];
+  for (let j = 0; j < cells; j++) {
+    const [r, g, b] = [stored[j], stored[cells + j], stored[2 * cells + j]];
+    const isData = r >= 0 && g >= 0 && b >= 0 && r + g + b < Infinity;
+    channels[0][j] = isData ? r * SCALES[0] : NaN;
+    channels[1][j] = isData ? g * SCALES[1] : NaN;
+    channels[2][j] = isData ? b * SCALES[2] : NaN;
+    if (isData && j % 97 === 0) shown.push(LUMINANCE.reduce((sum, w, c) => sum + w * channels[c][j], 0));
+  }
+  if (!shown.length) return `${name} has no cell with data`;
+  const bright = shown.filter((v) => v > 0).sort((a, b) => a - b);
+  const most = bright[bright.length - 1] ?? 1;
+  const range = /** @type {[number, number]} */ ([bright[Math.floor(bright.length / 100)] ?? most / 10, bright[Math.floor((bright.length - 1) * 0.99)] ?? most]);
+  const table = { dims, reciprocal: dims[2] === 180, shift: 0.5, nearest: false, step: 0, low: 0, luminance: LUMINANCE };
+  const facts = {
+    name: name.replace(/\.binary$/, ""),
+    argument: name,
+    symmetry: "isotropic",
+    isotropic: true,
+    channels: ["R", "G", "B"],
+    coloured: true,
+    table: { ...table, blob: "" },
+    note: bright.length ? "a dropped file" : "all of its values are 0",
+    range,
+  };
+  return new Material(facts, new Table(table, channels));
+}
+
+/** Cells of a line of CSV. @param {string} line */
+const cells = (line) => line.split(",").map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
+
+/** Weights of channels in luminance: of wavelengths those of a mean by the trapezoid rule. @param {string[]} channels */
+function luminanceOf(channels) {
+  if (channels.join() === "r,g,b") return LUMINANCE;
+  const nm = channels.map((name) => parseFloat(name));
+  const last = nm.length - 1;
+  if (last < 1 || nm.some(Number.isNaN)) return channels.map(() => 1 / channels.length);
+  return nm.map((_, i) => (nm[Math.min(i + 1, last)] - nm[Math.max(i - 1, 0)]) / 2 / (nm[last] - nm[0]));
+}
+
+/** Reads the program's readings. @param {string} name @param {string} text @returns {{readings: Reading[], channels: string[], all: number} | string} or what is wrong */
+export function readCsv(name, text) {
+  const lines = text.split(/\r?\n/);
+  const head = lines.findIndex((line) => line && !line.startsWith("#"));
+  const names = head < 0 ? [] : cells(lines[head]);
+  const column = (/** @type {string} */ key) => names.indexOf(key);
+  const angle = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"].map(column);
+  const values = names.flatMap((key, i) => (/^value(_|$)/.test(key) ? [i] : []));
+  const has = angle[0] >= 0 && angle[2] >= 0 && angle[3] >= 0 && values.length > 0;
+  if (!has) return `${name} has not the columns theta_i_deg, phi_i_deg, theta_o_deg, phi_o_deg and value of gonio's readings; gonio explore --readings ${name} -o page.html reads what others write`;
+  const channels = values.map((i) => names[i].replace(/^value_?/, ""));
+  const weights = luminanceOf(channels);
+  const uncertainty = column(names[values[0]].replace("value", "uncertainty"));
+  const full = lines.flatMap((line, i) => (i > head && line && !line.startsWith("#") ? [i] : []));
+  const every = Math.ceil(full.length / MOST_READINGS);
+  /** @type {Reading[]} */
+  const readings = [];
+  for (const at of full.filter((_, i) => i % every === 0)) {
+    const row = cells(lines[at]);
+    const number = (/** @type {number} */ i) => (i < 0 || row[i] === "" || row[i] === undefined ? NaN : Number(row[i]));
+    const [ti, pi, to, po] = angle.map((i) => (i < 0 ? 0 : number(i)));
+    const spectrum = values.map(number);
+    const value = spectrum.reduce((sum, v, c) => sum + v * weights[c], 0);
+    if (![ti, pi, to, po].every((v) => Math.abs(v) <= 360.001)) return `${name}:${at + 1}: a direction is no number of degrees`;
+    if (Number.isNaN(value)) continue;
+    const u = number(uncertainty);
+    readings.push({
+      light: direction(ti, pi),
+      sensor: direction(to, po),
+      value,
+      u: u > 0 && channels.length === 1 ? u : 0,
+      expected: NaN,
+      expectedU: 0,
+      suspected: false,
+      line: at + 1,
+      visit: 0,
+      spectrum,
+    });
+  }
+  return readings.length ? { readings, channels, all: full.length } : `${name} has no reading with a value`;
+}
+
+/** Shows a dropped file; returns a sentence about it. @param {File} file @param {boolean} isFirst of those dropped at once */
+export async function drop(file, isFirst) {
+  const name = file.name.slice(0, 200);
+  if (file.size > MOST_BYTES) return `${name} has ${(file.size / 1e6).toFixed(0)} MB; a page reads up to ${MOST_BYTES / 1e6}`;
+  if (name.endsWith(".binary")) {
+    const made = merl(name, await file.arrayBuffer());
+    if (typeof made === "string") return made;
+    const place = isFirst ? 0 : Math.min(1, materials.length);
+    materials[place] = made;
+    forget(place);
+    redraw();
+    return `${"AB"[place]} is ${made.facts.name}`;
+  }
+  if (name.endsWith(".csv")) {
+    const made = readCsv(name, await file.text());
+    if (typeof made === "string") return made;
+    const { readings, channels, all } = made;
+    const note = readings.length < all ? `${readings.length} of ${all} readings, evenly thinned` : "";
+    data.machine = null;
+    showReadings(readings, { ...about, name, note, channels, isotropic: true });
+    return `${readings.length} readings of ${name}${note ? `: ${note}` : ""}`;
+  }
+  return `${name} is neither a MERL table (.binary) nor gonio's readings (.csv); for others: gonio explore ${name} -o page.html`;
+}
+
+/** Forgets what was computed of a material that is no longer shown. @param {number} place */
+function forget(place) {
+  data.errors = [];
+  data.skyError = null;
+  data.uncertainty = null;
+  data.distortion = [];
+  data.sky[place] = null;
+  data.moments[place] = null;
+}

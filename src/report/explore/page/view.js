@@ -1,0 +1,182 @@
+// A view: a canvas that answers the pointer and the keys, with what it shows in words, and files of it.
+
+import { CanvasPen, SvgPen } from "./pen.js";
+import { theme } from "./theme.js";
+import { onChange } from "./state.js";
+
+/** @typedef {import("./pen.js").Pen} Pen */
+
+/**
+ * @typedef {object} Options
+ * @property {string} id
+ * @property {string} title
+ * @property {string} about what it shows and how it is moved, for the reader of a screen too
+ * @property {number} ratio height over width of the drawing
+ * @property {string[]} needs names of the state that it shows
+ */
+
+/** An element with attributes and children. @param {string} tag @param {Record<string, string>} [attributes] @param {(Node | string)[]} children */
+export function element(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children);
+  return made;
+}
+
+/** Offers a file to be kept. @param {string} name @param {Blob} blob */
+export function save(name, blob) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+/** A cell of CSV. @param {string | number} cell */
+const cell = (cell) => (/[",\n]/.test(String(cell)) ? `"${String(cell).replaceAll('"', '""')}"` : String(cell));
+
+/** Rows as CSV. @param {(string | number)[][]} rows */
+export const csv = (rows) => rows.map((row) => `${row.map(cell).join(",")}\n`).join("");
+
+/** Base of all views. */
+export class View {
+  /** @param {Options} options */
+  constructor(options) {
+    this.options = options;
+    this.canvas = document.createElement("canvas");
+    const { id, title, about } = options;
+    for (const [name, value] of Object.entries({ tabindex: "0", role: "application", "aria-label": title, "aria-describedby": `${id}-about` })) {
+      this.canvas.setAttribute(name, value);
+    }
+    this.said = element("output", { id: `${id}-said`, "aria-live": "polite" });
+    this.controls = element("div", { class: "controls" });
+    this.files = element("p", { class: "files" });
+    this.root = element(
+      "section",
+      { id, "aria-labelledby": `${id}-title` },
+      element("h2", { id: `${id}-title` }, title),
+      element("p", { id: `${id}-about`, class: "about" }, about),
+      this.controls,
+      element("div", { class: "drawing" }, this.canvas),
+      this.said,
+      this.files,
+    );
+    this.size = [0, 0];
+    this.isSeen = true;
+    this.isStale = true;
+  }
+
+  /** Puts the view into the page. @param {HTMLElement} into */
+  open(into) {
+    into.append(this.root);
+    for (const [name, make] of Object.entries(this.saves())) {
+      const button = element("button", { type: "button" }, name);
+      button.addEventListener("click", make);
+      this.files.append(button, " ");
+    }
+    this.command = element("code");
+    this.files.append(this.command);
+    this.listen();
+    new IntersectionObserver((all) => {
+      this.isSeen = all[all.length - 1].isIntersecting;
+      if (this.isSeen && this.isStale) this.show();
+    }).observe(this.canvas);
+    new ResizeObserver(() => this.show()).observe(this.canvas.parentElement ?? this.canvas);
+    onChange((changed) => {
+      if (!this.options.needs.some((name) => changed.has(name))) return;
+      this.isStale = true;
+      if (this.isSeen) this.show();
+    });
+  }
+
+  /** Draws the view on its canvas. */
+  show() {
+    const width = Math.max(240, Math.round(this.canvas.parentElement?.clientWidth ?? 0));
+    const height = Math.round(width * this.options.ratio);
+    this.canvas.style.height = `${height}px`;
+    this.size = [width, height];
+    this.draw(new CanvasPen(this.canvas, width, height), width, height);
+    this.isStale = false;
+    const said = this.words();
+    if (this.said.textContent !== said) this.said.textContent = said;
+    if (this.command && this.command.textContent !== this.commandLine()) this.command.textContent = this.commandLine();
+  }
+
+  /** Files of the view, by what they are. @returns {Record<string, () => void>} */
+  saves() {
+    const { id } = this.options;
+    return {
+      SVG: () => save(`${id}.svg`, new Blob([this.svg()], { type: "image/svg+xml" })),
+      PNG: () => this.canvas.toBlob((blob) => blob && save(`${id}.png`, blob)),
+      CSV: () => save(`${id}.csv`, new Blob([csv(this.rows())], { type: "text/csv" })),
+    };
+  }
+
+  /** The drawing as SVG. */
+  svg() {
+    const [width, height] = this.size;
+    const pen = new SvgPen(width, height, theme().paper);
+    this.draw(pen, width, height);
+    return pen.toString();
+  }
+
+  listen() {
+    const canvas = this.canvas;
+    const place = (/** @type {PointerEvent} */ event) => {
+      const box = canvas.getBoundingClientRect();
+      return /** @type {[number, number]} */ ([event.clientX - box.left, event.clientY - box.top]);
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      if (!this.grab(...place(event))) return;
+      canvas.setPointerCapture(event.pointerId);
+      event.preventDefault();
+      canvas.focus({ preventScroll: true });
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const isHeld = canvas.hasPointerCapture(event.pointerId);
+      if (isHeld) this.drag(...place(event));
+      else this.hover(...place(event));
+    });
+    canvas.addEventListener("pointerleave", () => this.hover(NaN, NaN));
+    canvas.addEventListener("keydown", (event) => {
+      const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+      const step = /** @type {Record<string, number[]>} */ (steps)[event.key];
+      if (!step || event.ctrlKey || event.altKey || event.metaKey) return;
+      event.preventDefault();
+      this.step(step[0], step[1], event.shiftKey);
+    });
+  }
+
+  /** Draws into a box at the origin. @param {Pen} pen @param {number} width @param {number} height */
+  draw(pen, width, height) {}
+
+  /** What is shown, in words. @returns {string} */
+  words() {
+    return "";
+  }
+
+  /** A command that makes the same. @returns {string} */
+  commandLine() {
+    return "";
+  }
+
+  /** What is shown, in numbers: the first row is of names. @returns {(string | number)[][]} */
+  rows() {
+    return [];
+  }
+
+  /** A place is pressed; true if it can be dragged. @param {number} x @param {number} y @returns {boolean} */
+  grab(x, y) {
+    this.drag(x, y);
+    return true;
+  }
+
+  /** @param {number} x @param {number} y */
+  drag(x, y) {}
+
+  /** The pointer is over a place; not a number: it has left. @param {number} x @param {number} y */
+  hover(x, y) {}
+
+  /** An arrow key, with the shift key held or not. @param {number} right @param {number} up @param {boolean} shift */
+  step(right, up, shift) {}
+}
