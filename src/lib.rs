@@ -94,7 +94,7 @@
 //! [`docs::moments`]: how many readings a moment needs.
 //! [`docs::light_paths`]: which coordinates separate the scattering orders of light.
 //! [`docs::pictures`]: instruments that read a picture at a stop. [`docs::planning`]: which poses to read next. [`docs::stability`]: what becomes of digits at the edges. [`docs::relations`]: moments of a slice and of the picture.
-//! [`docs::sampling`]: light directions drawn in proportion to a BRDF. [`docs::formats`]: files. [`docs::inputs`]: what is refused, doubted and counted. [`docs::cluster`]: many machines at once.
+//! [`docs::explore`]: a page that answers a hand. [`docs::sampling`]: light directions drawn in proportion to a BRDF. [`docs::formats`]: files. [`docs::inputs`]: what is refused, doubted and counted. [`docs::cluster`]: many machines at once.
 //! [`docs::python`]: NumPy arrays in and out.
 //! [`docs::terms`]: one word for one thing. [`docs::changelog`].
 

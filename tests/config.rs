@@ -238,14 +238,16 @@ fn the_resolved_config_means_the_same() {
 fn output_needs_a_build_that_can_make_it() {
     let cases = [
         ("slices", "pictures", cfg!(feature = "pictures")),
+        ("explore", "pictures", cfg!(feature = "pictures")),
         ("parquet", "parquet", cfg!(feature = "parquet")),
     ];
     for (key, feature, is_there) in cases {
         let set = format!("output.{key}=true");
         if is_there {
             let output = plan(GOOD, &[&set]).unwrap().output;
-            let found = [output.slices, output.parquet];
-            assert_eq!(found, ["slices", "parquet"].map(|of| of == key));
+            let found = [output.slices, output.explore, output.parquet];
+            let names = ["slices", "explore", "parquet"];
+            assert_eq!(found, names.map(|of| of == key));
         } else {
             let told = format!(
                 "output.{key} = true: this build of gonio cannot  … it lacks the feature {feature} \

@@ -33,6 +33,7 @@ pages! {
     light_paths with "light_paths.svg",
     pictures with "pictures.svg",
     planning,
+    explore,
     cluster,
     python,
     stability,

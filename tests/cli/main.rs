@@ -10,6 +10,7 @@ mod configs;
 mod convert;
 mod door;
 mod explain;
+mod explore;
 mod faults;
 mod files;
 mod foreign;

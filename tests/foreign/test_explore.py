@@ -320,3 +320,26 @@ def test_bad_input_is_one_sentence_and_odd_input_a_page(browser, pages, gonio, t
     gonio("explore", "--schedule", at("poses.csv"), "-o", at("none.html"), code=2)
     gonio("explore", "nonsense", "-o", at("none.html"), code=2)
     assert not at("none.html").exists()
+
+
+def test_python_has_the_page_of_the_command(browser, pages, tmp_path):
+    a, b = (g.Material.open(str(pages / f"{name}.binary")) for name in "ab")
+    page = g.explore(a, b)
+    page.write(str(tmp_path / "page.html"))
+    assert (tmp_path / "page.html").read_text() == page.html
+    opened(browser, tmp_path / "page.html")
+    mine = browser.evaluate("[gonio.data.errors, gonio.data.moments, gonio.data.distortion.map(d => d.shares)]")
+    opened(browser, pages / "two.html")
+    assert mine == browser.evaluate("[gonio.data.errors, gonio.data.moments, gonio.data.distortion.map(d => d.shares)]")
+    # A notebook shows it in a frame, which may do nothing but run.
+    shown = xml.dom.minidom.parseString(page._repr_html_()).documentElement
+    assert (shown.tagName, shown.getAttribute("sandbox")) == ("iframe", "allow-scripts allow-downloads")
+    assert shown.getAttribute("srcdoc") == page.html
+    (tmp_path / "notebook.html").write_text(f"<!DOCTYPE html><body>{page._repr_html_()}</body>")
+    browser.open((tmp_path / "notebook.html").as_uri())
+    settle(browser)
+    assert browser.errors == [] and browser.requests in ([], ["about:srcdoc"]), (browser.errors, browser.requests)
+    readings = g.measure(a, g.plan("sobol", 40, "half-difference"))
+    assert "readings by kriging" in g.explore(readings=readings).html
+    with pytest.raises(ValueError, match="b: there is no a"):
+        g.explore(b=b)

@@ -2,6 +2,8 @@
 mod acquisition;
 mod columns;
 #[cfg(feature = "pictures")]
+mod explore;
+#[cfg(feature = "pictures")]
 mod moments;
 #[cfg(feature = "parquet")]
 mod parquet;
