@@ -25,7 +25,10 @@ fn pages_are_written_whole_or_not_at_all() {
     assert_eq!(page, bench.read("one.html"));
     let reading = format!("{READINGS}30,0,20,180,0.5\n");
     bench.write("reading.csv", &reading);
-    bench.write("poses.csv", "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n30,0,20,180\n");
+    bench.write(
+        "poses.csv",
+        "theta_i_deg,phi_i_deg,theta_o_deg,phi_o_deg\n30,0,20,180\n",
+    );
     bench.does(
         "0 | explore --readings reading.csv -o reading.html
          0 | explore -o blank.html

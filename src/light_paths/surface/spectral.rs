@@ -13,8 +13,9 @@ use crate::error::{ParameterError, in_closed};
 use crate::registry::declare;
 use crate::sampling::Random;
 use rayon::prelude::*;
+use rustfft::algorithm::{BluesteinsAlgorithm, Radix4};
 use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use rustfft::{Fft, FftDirection};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::f64::consts::TAU;
@@ -166,8 +167,8 @@ fn synthesise(
     let expected = across.iter().sum::<f64>() / (n * n) as f64;
     let scale = sx / expected.sqrt();
 
-    let mut plan = FftPlanner::new();
-    let [forward, back] = [plan.plan_fft_forward(n), plan.plan_fft_inverse(n)];
+    let [forward, back] =
+        [FftDirection::Forward, FftDirection::Inverse].map(|way| transform(n, way));
     let random = Random::new(seed);
     let mut field = vec![Complex::new(0.0, 0.0); n * n];
     field.par_chunks_mut(n).enumerate().for_each(|(y, row)| {
@@ -187,6 +188,17 @@ fn synthesise(
     along_both(&back, &mut field, n);
     let heights: Vec<f64> = field.into_iter().map(|value| value.re).collect();
     Ok(HeightField::new([n, n], &heights)?)
+}
+
+/// The transform of `n` numbers: of powers of two, which others are embedded in, so that those of primes are not compiled.
+fn transform(n: usize, way: FftDirection) -> Arc<dyn Fft<f64>> {
+    match n.is_power_of_two() {
+        true => Arc::new(Radix4::new(n, way)),
+        false => {
+            let around = Radix4::new((2 * n - 1).next_power_of_two(), way);
+            Arc::new(BluesteinsAlgorithm::new(n, Arc::new(around)))
+        }
+    }
 }
 
 /// Transforms rows, and then columns; what comes out is transposed.

@@ -84,7 +84,7 @@ pub(super) fn charts() -> Vec<Json> {
             })
         });
         let axes: Vec<Json> = axes.collect();
-        json!({"kind": entry.kind, "summary": entry.summary, "axes": axes})
+        json!({"kind": entry.kind, "axes": axes})
     });
     all.collect()
 }

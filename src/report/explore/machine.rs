@@ -74,16 +74,8 @@ impl Tour<'_> {
             columns.extend(pair.omega_o.vector().to_array());
             columns.extend(&visit.positions[..axes.len()]);
         }
-        let lost = self
-            .itinerary
-            .unreachable
-            .iter()
-            .take(NAMED)
-            .map(|(pose, why)| {
-                let pair = self.schedule.poses[*pose as usize].pair;
-                let pair = [pair.omega_i, pair.omega_o].map(|v| v.vector().to_array());
-                json!({"pose": pose, "why": why.name(), "pair": pair})
-            });
+        let lost = self.itinerary.unreachable.iter().take(NAMED);
+        let lost = lost.map(|(pose, why)| json!({"pose": pose, "why": why.name()}));
         let errors = self.errors.iter().map(|e| {
             let [nrmse, error] = e.nrmse;
             json!({

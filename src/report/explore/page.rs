@@ -195,9 +195,6 @@ impl Exploration<'_> {
             },
         );
         Ok(json!({
-            "program": format!("gonio {}", env!("CARGO_PKG_VERSION")),
-            "command": self.command,
-            "notes": self.notes,
             "materials": tables,
             "colours": {
                 "sequential": hex(ramp),

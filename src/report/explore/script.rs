@@ -27,7 +27,7 @@ pub(super) const STYLE: &str = include_str!("page/style.css");
 
 /// SHA-256 of [`script`] and of [`STYLE`], which the policy of a page allows and nothing else.
 pub(super) const HASHES: [&str; 2] = [
-    "GLbO6K0hoZEmmpB+oni1iS3bv6fGNRIzqHn3slHXO+U=",
+    "USDY4wmGpL6ltupa6ynNtrbXbG4Ly4ZAbsv6wpMhXbQ=",
     "ELSvq/qhWbHBj+zpuznA6a7wWw227hKCbwoCJ6Ojg8U=",
 ];
 

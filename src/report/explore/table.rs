@@ -225,7 +225,6 @@ impl Grid {
             "name": name,
             "argument": argument,
             "symmetry": self.symmetry.to_string(),
-            "isotropic": self.symmetry.isotropic,
             "channels": self.channels,
             "coloured": self.is_coloured,
             "table": {

@@ -167,7 +167,7 @@ export class Appearance extends View {
   words() {
     const errors = data.errors.map((e) => `${e.measure} nrmse ${e.nrmse === null ? "–" : digits(e.nrmse)} ± ${e.error === null ? "–" : digits(e.error)}`);
     const image = data.skyError && data.skyError.nrmse !== null ? `; of the picture under the sky nrmse ${digits(data.skyError.nrmse)}` : "";
-    const names = materials.map((m, i) => `${"AB"[i]} ${m.facts.name}`).join(", ");
+    const names = materials.map((m, i) => `${"AB"[i]} ${m.facts.name} (${m.facts.symmetry})`).join(", ");
     return `${names}${errors.length ? `. B against A: ${errors.join(", ")}${image}` : ""}. ${state.lit === "sky" ? "Sky" : "Point light"}, exposure ${state.exposure}.`;
   }
 

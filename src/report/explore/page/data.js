@@ -12,7 +12,6 @@ import { Colours } from "./theme.js";
  * @property {string} name
  * @property {string} argument of commands
  * @property {string} symmetry
- * @property {boolean} isotropic
  * @property {string[]} channels names of the planes of its table but the first, which is luminance
  * @property {boolean} coloured the channels are R, G, B
  * @property {TableFacts & {blob: string}} table
@@ -30,7 +29,6 @@ import { Colours } from "./theme.js";
  * @typedef {object} ReadingFacts
  * @property {string} name of the file, or of the material that was read
  * @property {string} note
- * @property {number} all as many there are, also those that are left out here
  * @property {string} blob light x y z, sensor x y z, luminance, uncertainty (0: unknown), expected, its uncertainty (0: unknown), suspected, line, visit, then the spectrum
  * @property {number} columns
  * @property {string[]} channels of the spectrum
@@ -45,7 +43,7 @@ import { Colours } from "./theme.js";
  * @property {{light: number, sensor: number, sample: number}} ends the axis that each is on, −1: fixed
  * @property {string} blob of the visits: pose, stop, seconds until it is read, light x y z, sensor x y z, the axes' positions (rad)
  * @property {number} columns
- * @property {{pose: number, why: string, pair: [Vector, Vector]}[]} lost poses out of reach
+ * @property {{pose: number, why: string}[]} lost poses out of reach
  * @property {number} lostCount as many there are
  * @property {{visits: number, minutes: number, nrmse: number | null, error: number | null, method: string}[]} errors of reconstructions from the first readings
  * @property {string} command
@@ -64,15 +62,11 @@ import { Colours } from "./theme.js";
  * A parametrization.
  * @typedef {object} ChartFacts
  * @property {string} kind
- * @property {string} summary
  * @property {{symbol: string, low: number, high: number, angle: boolean, warps: {name: string, family: string, parameter: number}[]}[]} axes
  */
 
 /**
  * @typedef {object} PageData
- * @property {string} program
- * @property {string} command that makes the page
- * @property {string[]} notes
  * @property {MaterialFacts[]} materials A, and B
  * @property {{sequential: string, signed: string}} colours
  * @property {{least: number, most: number}} signed sizes of differences of the first and of the last colour

@@ -44,7 +44,6 @@ export function merl(name, buffer) {
     name: name.replace(/\.binary$/, ""),
     argument: name,
     symmetry: "isotropic",
-    isotropic: true,
     channels: ["R", "G", "B"],
     coloured: true,
     table: { ...table, blob: "" },

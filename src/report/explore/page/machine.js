@@ -223,12 +223,14 @@ export class Machine extends View {
   rows() {
     const facts = data.machine;
     /** @type {(string | number)[][]} */
-    const rows = [["pose", "minutes", "theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg", ...(facts?.axes.map((a) => `${a.name}_deg`) ?? [])]];
+    const rows = [["pose", "minutes", "theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg", ...(facts?.axes.map((a) => `${a.name}_deg`) ?? []), "out_of_reach"]];
     for (let i = 0; i < this.count(); i++) {
       const vector = (/** @type {number} */ c) => angles([this.cell(i, c), this.cell(i, c + 1), this.cell(i, c + 2)]);
       const axes = facts?.axes.map((_, k) => (this.cell(i, AXES + k) * 180) / Math.PI) ?? [];
-      rows.push([this.cell(i, 0), this.cell(i, UNTIL) / 60, ...vector(LIGHT), ...vector(SENSOR), ...axes]);
+      rows.push([this.cell(i, 0), this.cell(i, UNTIL) / 60, ...vector(LIGHT), ...vector(SENSOR), ...axes, ""]);
     }
+    const gaps = Array(rows[0].length - 2).fill("");
+    for (const { pose, why } of facts?.lost ?? []) rows.push([pose, ...gaps, why]);
     return rows;
   }
 

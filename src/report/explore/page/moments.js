@@ -77,7 +77,7 @@ export class Moments extends View {
         });
         pen.path([at(state.view, y.lo), at(state.view, y.hi)], { stroke: accent, dash: [2, 3] });
       });
-      legend(pen, 62, 16, materials.map((m, i) => ({ name: m.facts.name.slice(0, 24), style: { stroke: [a, b][i], width: 2, dash: i ? [6, 4] : [] } })));
+      legend(pen, 62, 16, materials.map((m, i) => ({ name: `${"AB"[i]} ${m.facts.name}`.slice(0, 24), style: { stroke: [a, b][i], width: 2, dash: i ? [6, 4] : [] } })));
     } else {
       pen.text(62, height * 0.2, "there are no profiles here", { colour: ink });
     }

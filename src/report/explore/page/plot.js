@@ -111,6 +111,6 @@ export function legend(pen, x, y, all) {
     if (style.stroke) pen.path([[x, y - 4], [x + 18, y - 4]], { ...style, fill: undefined });
     else pen.circle(x + 9, y - 4, 4, style);
     pen.text(x + 23, y, name, { colour: ink, size: 11 });
-    x += 36 + 6.3 * name.length;
+    x += 34 + 5.6 * name.length;
   }
 }

@@ -94,7 +94,7 @@ export class Slices extends View {
         pen.circle(px, py, 3.5, { fill: dot.suspected ? warn : ink });
       }
     });
-    const named = materials.map((m, i) => ({ name: m.facts.name.slice(0, 16), style: { stroke: [a, b][i], width: 2, dash: i ? [6, 4] : [] } }));
+    const named = materials.map((m, i) => ({ name: `${"AB"[i]} ${m.facts.name}`.slice(0, 14), style: { stroke: [a, b][i], width: 2, dash: i ? [6, 4] : [] } }));
     const all = [...named, ...(bands ? [{ name: "± 2u", style: { fill: b, alpha: 0.3 } }] : []), ...(dots.length ? [{ name: "readings", style: { fill: ink } }] : [])];
     legend(pen, 62, 16, all);
     this.polar(pen, width, height, curves, dots, y);
