@@ -14,7 +14,7 @@ use crate::instrument::Order;
 use crate::measurement::Measurement;
 use crate::report::explore::{Carried, Exploration, ShownMaterial, ShownReadings};
 use crate::schedule::Assume;
-use clap::{Args, FromArgMatches};
+use clap::{ArgGroup, Args, FromArgMatches};
 use std::path::{Path, PathBuf};
 
 /// Writes a page that shows materials, coordinates, arms, readings and uncertainties, and answers a hand
@@ -28,6 +28,8 @@ use std::path::{Path, PathBuf};
 The page asks for no other file. Without a material it is blank: MERL tables and readings that are dropped onto
 it are shown. Readings are reconstructed from where there is room for B.")]
 #[command(mut_group("ReadingArgs", |group| group.requires("readings")))]
+#[command(mut_arg("seed", |seed| seed.requires("tour")))]
+#[command(group = ArgGroup::new("tour").args(["plan", "schedule"]))]
 pub(super) struct Explore {
     /// A: a config (*.toml) with one material, a table, readings, or a kind of material
     #[arg(value_name = "CONFIG|BRDF")]
@@ -45,13 +47,13 @@ pub(super) struct Explore {
     #[arg(long, value_name = "FILE")]
     readings: Option<PathBuf>,
     /// A schedule that an instrument carries out
-    #[arg(long, value_name = "FILE", conflicts_with = "plan")]
+    #[arg(long, value_name = "FILE")]
     schedule: Option<PathBuf>,
-    /// A config whose first schedule is carried out, by its first instrument
+    /// A config whose largest schedule of at most 5000 poses is carried out, by its first instrument
     #[arg(long, value_name = "CONFIG")]
     plan: Option<PathBuf>,
     /// Another instrument for it: a preset (see `gonio list instruments`) or a file
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", requires = "tour")]
     instrument: Option<String>,
     #[command(flatten)]
     seed: SeedArgs,
@@ -98,7 +100,14 @@ impl Explore {
         self.threads.apply()?;
         match (&self.gallery, &self.output) {
             (Some(folder), _) => self.write_gallery(folder),
-            (None, Some(output)) => self.write(output),
+            (None, Some(output)) => {
+                let words = std::env::args().skip_while(|word| word != "explore");
+                let words = words
+                    .filter(|word| word != "--force")
+                    .map(|word| quoted(&word));
+                let words: Vec<String> = words.collect();
+                self.write(output, format!("gonio {}", words.join(" ")))
+            }
             // The parser asks for either.
             (None, None) => Ok(()),
         }
@@ -112,17 +121,18 @@ impl Explore {
         }
         for (path, words) in pages {
             let output = path.to_string_lossy().into_owned();
+            let command = format!("gonio explore {words} -o {}", quoted(&output));
             let words = words.split(' ').map(str::to_owned);
             let words = words.chain(["--force".into(), "-o".into(), output]);
             let parser = Self::augment_args(clap::Command::new("explore").no_binary_name(true));
             let matches = parser.try_get_matches_from(words);
             let page = matches.and_then(|matches| Self::from_arg_matches(&matches));
-            page.map_err(Error::internal)?.write(&path)?;
+            page.map_err(Error::internal)?.write(&path, command)?;
         }
         Ok(())
     }
 
-    fn write(&self, output: &Path) -> Result<(), Error> {
+    fn write(&self, output: &Path, command: String) -> Result<(), Error> {
         refuse_unwritable(output, self.force)?;
         let mut materials = Vec::new();
         for (target, set) in [(&self.a, &self.set), (&self.b, &self.set_b)] {
@@ -144,14 +154,14 @@ impl Explore {
         let readings = match (&read, &simulated) {
             (Some((name, argument, measurement)), _) => Some(ShownReadings {
                 name,
-                argument,
+                argument: Some(argument),
                 measurement,
             }),
             (None, Some((a, measurement))) => {
                 notes.push(format!("The readings are simulated, of {}.", a.name));
                 Some(ShownReadings {
                     name: &a.name,
-                    argument: &a.argument,
+                    argument: None,
                     measurement,
                 })
             }
@@ -159,7 +169,7 @@ impl Explore {
         };
         let truth = simulated.as_ref().map(|(a, read)| (&*a.brdf, read));
         let page = Exploration {
-            command: self.command(output),
+            command,
             materials: materials.iter().map(Loaded::shown).collect(),
             readings,
             tour: carried
@@ -168,31 +178,6 @@ impl Explore {
             notes,
         };
         write_text(output, &page.html()?)
-    }
-
-    /// The command that makes the page.
-    fn command(&self, output: &Path) -> String {
-        let mut words = vec!["gonio explore".to_owned()];
-        words.extend(self.a.iter().chain(&self.b).map(|w| quoted(w)));
-        let sets = self.set.iter().map(|k| ("--set", k.clone()));
-        let sets = sets.chain(self.set_b.iter().map(|k| ("--set-b", k.clone())));
-        let files = [
-            ("--readings", &self.readings),
-            ("--schedule", &self.schedule),
-            ("--plan", &self.plan),
-        ];
-        let files = files
-            .into_iter()
-            .filter_map(|(name, file)| Some((name, file.as_ref()?.to_string_lossy().into_owned())));
-        let instrument = self
-            .instrument
-            .iter()
-            .map(|name| ("--instrument", name.clone()));
-        for (option, value) in sets.chain(files).chain(instrument) {
-            words.push(format!("{option} {}", quoted(&value)));
-        }
-        words.push(format!("-o {}", quoted(&output.to_string_lossy())));
-        words.join(" ")
     }
 
     /// Name, argument and readings of a file.
@@ -231,9 +216,10 @@ impl Explore {
             };
             let instrument = PlannedInstrument::load(&name, Order::default())?;
             let path = quoted(&path.to_string_lossy());
+            let config = material.map_or("CONFIG", |m| &m.argument);
+            let name = quoted(&name);
             let command = format!(
-                "gonio measure {path} --config CONFIG --instrument {}",
-                quoted(&name)
+                "gonio measure {path} --config {config} --instrument {name} -o readings.csv"
             );
             return Ok(Some((Carried::of_file(file, instrument)?, command)));
         }
@@ -251,10 +237,13 @@ impl Explore {
         if let Some(name) = &self.instrument {
             plan.instruments = vec![planned_instrument(&plan, name)?];
         }
-        let command = format!(
-            "gonio schedule {} -o schedules/",
-            quoted(&path.to_string_lossy())
-        );
+        let by = self
+            .instrument
+            .iter()
+            .map(|name| format!(" --instrument {}", quoted(name)));
+        let by: String = by.collect();
+        let path = quoted(&path.to_string_lossy());
+        let command = format!("gonio schedule {path}{by} --skip-unreachable -o schedules/");
         Ok(Some((Carried::of_plan(&plan, symmetry)?, command)))
     }
 }

@@ -79,7 +79,7 @@ pub fn explore(
                 .collect(),
             readings: read.as_ref().map(|measurement| ShownReadings {
                 name: "readings",
-                argument: "readings.csv",
+                argument: Some("readings.csv"),
                 measurement,
             }),
             ..Exploration::default()

@@ -39,6 +39,9 @@ fn pages_are_written_whole_or_not_at_all() {
          2 | explore --schedule poses.csv -o x.html | poses.csv … no instrument; allowed: with --instrument
          3 | explore --schedule reading.csv --instrument cornell -o x.html | reading.csv
          2 | explore lambert --schedule poses.csv --instrument nonsense -o x.html | nonsense
+         2+ | explore lambert --instrument cornell -o x.html | required
+         2+ | explore lambert --seed 3 -o x.html | required
+         0 | explore lambert --readings reading.csv --schedule poses.csv --instrument cornell -o both.html
          2+ | explore lambert --gallery pages | cannot be used with
          0 | explore lambert --schedule poses.csv --instrument cornell -o tour.html",
     );

@@ -3,6 +3,7 @@
 use super::Bench;
 use super::common::{Level, levels};
 use super::pages::{blocks, commands, read, squeezed};
+use std::path::Path;
 
 /// Commands that this test, a test itself, leaves to others: `.ci/run` has those of cargo; `.ci/foreign` builds the wheel that
 /// pip builds, and submits the recipe.

@@ -284,6 +284,8 @@ def test_files_are_dropped(browser, pages):
     value = browser.evaluate("gonio.views.directions.word && gonio.views.slices.curve(0)[300][1]")
     opened(browser, pages / "two.html")
     near(browser.evaluate("gonio.views.slices.curve(0)[300][1]"), value)
+    drop("first.binary", (pages / "b.binary").read_bytes())
+    assert browser.evaluate("gonio.materials.length") == 2
     drop("readings.csv", (pages / "few.csv").read_bytes())
     browser.wait("document.getElementById('said').textContent.includes('few') || gonio.readings.length < 5000")
     header = struct.pack("<3i", 90, 90, 180)

@@ -121,7 +121,7 @@ pub(crate) fn explored(plan: &Plan) -> Result<String, Error> {
             }],
             readings: Some(ShownReadings {
                 name,
-                argument: "readings.csv",
+                argument: None,
                 measurement: &measurement,
             }),
             tour: carried.tour(Some((&*brdf, &measurement)), command),

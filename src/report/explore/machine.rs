@@ -59,7 +59,8 @@ impl Tour<'_> {
             .zip(machine.axes())
             .map(|(template, axis)| {
                 let parent = template.parent.map_or(-1, |parent| parent as i64);
-                json!({"name": axis.name, "parent": parent, "vector": template.vector})
+                let wraps = axis.motion.wraps;
+                json!({"name": axis.name, "parent": parent, "vector": template.vector, "wraps": wraps})
             });
         let axes: Vec<Json> = axes.collect();
         let end = |axis: Option<usize>| axis.map_or(-1, |axis| axis as i64);

@@ -1,7 +1,7 @@
 //! A page: what it shows, and its text.
 
 use super::facts::{charts, distortion_of, errors, hex, moments, sky};
-use super::machine::{Tour, visits};
+use super::machine::{MOST_VISITS, Tour, visits};
 use super::packed::Parts;
 use super::readings;
 use super::script::{HASHES, STYLE, script};
@@ -43,8 +43,8 @@ pub struct ShownMaterial<'a> {
 pub struct ShownReadings<'a> {
     /// Name of the file, or of the material that was read.
     pub name: &'a str,
-    /// What commands call a material of these readings.
-    pub argument: &'a str,
+    /// What commands call a material of these readings; `None` of those of the tour.
+    pub argument: Option<&'a str>,
     /// The readings.
     pub measurement: &'a Measurement,
 }
@@ -75,18 +75,52 @@ impl Exploration<'_> {
         let replicated = made.as_ref().map(Reconstruction::replicated);
         let replicated = replicated.transpose().map_err(failed)?.flatten();
         let mut materials = self.materials.clone();
-        let name = made.as_ref().zip(self.readings);
-        let name = name.map(|(made, read)| format!("{} by {}", read.name, made.method.label()));
-        if let (Some(made), Some(read), Some(name)) = (&made, self.readings, &name) {
+        let mut notes = self.notes.clone();
+        let named = made.as_ref().zip(self.readings).map(|(made, read)| {
+            let method = made.method.label();
+            let of = |path| format!("{path} --set reconstruction.kind={method}");
+            let suspects = read.measurement.readings() - made.measurement.readings();
+            if suspects > 0 {
+                let which = "that the others contradict";
+                notes.push(format!(
+                    "{} is made without {suspects} readings {which}.",
+                    read.name
+                ));
+            }
+            (
+                format!("{} by {method}", read.name),
+                read.argument.map_or_else(String::new, of),
+            )
+        });
+        if let (Some(made), Some((name, argument))) = (&made, &named) {
             materials.push(ShownMaterial {
                 name,
-                argument: read.argument,
+                argument,
                 brdf: &*made.brdf,
                 is_slow: true,
             });
         }
+        let visits = self
+            .tour
+            .as_ref()
+            .map_or(0, |tour| tour.itinerary.visits.len());
+        if visits > MOST_VISITS {
+            notes.push(format!(
+                "The first {MOST_VISITS} of {visits} visits are here."
+            ));
+        }
+        // A value of a reconstruction takes a thousand times as long as one of a grid of its values.
+        let dense = |m: &ShownMaterial<'_>| if m.is_slow { dense(m.brdf) } else { None };
+        let dense: Vec<Option<Box<dyn Brdf>>> = materials.iter().map(dense).collect();
+        for (m, dense) in materials.iter().zip(&dense) {
+            let error = dense.iter().flat_map(|dense| errors(&[m.brdf, &**dense]));
+            if let Some(nrmse) = error.take(1).find_map(|e| e["nrmse"].as_f64()) {
+                let of = format!("{} is shown between {DENSE} of its values", m.name);
+                notes.push(format!("{of}, which err by a cosine nrmse of {nrmse:.4}."));
+            }
+        }
         let parts = Parts::default();
-        let data = self.data(&materials, replicated, &parts)?;
+        let data = self.data(&materials, &dense, replicated, &parts)?;
         // No text of the data ends its element.
         let data = data.to_string().replace('<', "\\u003c");
         let policy = format!(
@@ -111,7 +145,7 @@ impl Exploration<'_> {
                 body {
                     header {
                         h1 { (title) }
-                        @for note in &self.notes { p { (note) } }
+                        @for note in &notes { p { (note) } }
                         p id="said" role="status" {}
                         div id="controls" {}
                         noscript { p { "This page is drawn by its script, which this browser does not run." } }
@@ -141,22 +175,18 @@ impl Exploration<'_> {
     fn data(
         &self,
         materials: &[ShownMaterial<'_>],
+        dense: &[Option<Box<dyn Brdf>>],
         replicated: Option<&Replicated>,
         parts: &Parts,
     ) -> Result<Json, Error> {
         let failed = |e| Error::config("readings", e);
-        // A value of a reconstruction takes a thousand times as long as one of a grid of its values.
-        let dense = |m: &ShownMaterial<'_>| {
-            if m.is_slow { dense(m.brdf) } else { None }
-        };
-        let dense: Vec<Option<Box<dyn Brdf>>> = materials.iter().map(dense).collect();
-        let brdfs = materials.iter().zip(&dense);
+        let brdfs = materials.iter().zip(dense);
         let brdfs: Vec<&dyn Brdf> = brdfs.map(|(m, d)| d.as_deref().unwrap_or(m.brdf)).collect();
         let shown: Vec<_> = materials.iter().zip(&brdfs).enumerate().collect();
         let own: Vec<&dyn Brdf> = materials.iter().map(|m| m.brdf).collect();
         let tables = || {
             let of = |(i, (m, brdf)): &(usize, (&ShownMaterial<'_>, &&dyn Brdf))| {
-                Grid::of(**brdf).facts(*i, m.name, m.argument, parts)
+                Grid::of(**brdf, m.is_slow).facts(*i, m.name, m.argument, parts)
             };
             shown.par_iter().map(of).collect::<Vec<Json>>()
         };
@@ -172,10 +202,9 @@ impl Exploration<'_> {
                 .map(|brdf| moments(*brdf))
                 .collect::<Vec<_>>()
         };
-        let visit = self
-            .tour
-            .as_ref()
-            .map(|t| visits(t.itinerary, t.schedule.poses.len()));
+        let of_tour = self.readings.is_some_and(|read| read.argument.is_none());
+        let visit = self.tour.as_ref().filter(|_| of_tour);
+        let visit = visit.map(|t| visits(t.itinerary, t.schedule.poses.len()));
         let readings = || {
             self.readings.map(|shown| {
                 readings::facts(shown.name, shown.measurement, visit.as_deref(), parts)

@@ -27,8 +27,8 @@ pub(super) const STYLE: &str = include_str!("page/style.css");
 
 /// SHA-256 of [`script`] and of [`STYLE`], which the policy of a page allows and nothing else.
 pub(super) const HASHES: [&str; 2] = [
-    "USDY4wmGpL6ltupa6ynNtrbXbG4Ly4ZAbsv6wpMhXbQ=",
-    "ELSvq/qhWbHBj+zpuznA6a7wWw227hKCbwoCJ6Ojg8U=",
+    "bUx+GGIB21VGGD2ZjZSuV09yT9SGXekwcogCr/pJLyU=",
+    "lVEtV826bme0YDLxAdAdKtHWG7DXxIfjI81Vj4UP/QQ=",
 ];
 
 /// The script: the modules in one, each a function of those that it uses.

@@ -82,8 +82,9 @@ pub(super) fn node(dims: &[usize], symmetry: Symmetry, cell: &[usize]) -> Option
 }
 
 impl Grid {
-    /// The values of a BRDF; cells of a MERL table are its own.
-    pub fn of(brdf: &dyn Brdf) -> Self {
+    /// The values of a BRDF; cells of a MERL table are its own. A coarse grid has a quarter of the nodes, which is enough between some
+    /// thousand readings.
+    pub fn of(brdf: &dyn Brdf, is_coarse: bool) -> Self {
         let symmetry = brdf.symmetry();
         let merl = brdf.as_merl();
         let grid = match (merl, symmetry.reciprocal) {
@@ -92,6 +93,10 @@ impl Grid {
             (None, false) => MerlGrid::FULL,
         };
         let dims = match symmetry.isotropic {
+            true if is_coarse => {
+                let [n_h, n_d, n_phi] = grid.dims();
+                vec![n_h, n_d / 2, n_phi / 2]
+            }
             true => grid.dims().to_vec(),
             false => {
                 let mut dims = TURNED.to_vec();

@@ -29,7 +29,7 @@ export class Appearance extends View {
       title: "Appearance",
       about: "A sphere: left of the line A, right of it B. Drag over it moves a point light; drag the line to wipe. Below, the lobe of the light on the hemisphere; drag turns it. Arrow keys turn it by 5°, with shift they move the line.",
       ratio: 1.3,
-      needs: ["light", "channel", "show", "scale", "lit", "exposure", "wipe", "turn", "look"],
+      needs: ["light", "channel", "show", "scale", "lit", "exposure", "wipe", "turn", "lamp", "look"],
     });
     this.image = document.createElement("canvas");
     /** @type {Float32Array[]} */
@@ -39,8 +39,6 @@ export class Appearance extends View {
     this.timer = 0;
     this.held = "";
     this.from = [0, 0, 0, 0];
-    /** Direction of the point light, z to the viewer. @type {Vector} */
-    this.lamp = unit([-0.5, 0.6, 0.8]);
   }
 
   /** Unpacks the pictures. */
@@ -56,18 +54,21 @@ export class Appearance extends View {
   /** Linear R, G, B of a place of the sphere under the point light, whose irradiance is π, into `out`. @param {number} place @param {Vector} n @param {number[]} out */
   lit(place, n, out) {
     const material = materials[place];
-    const cos = dot(n, this.lamp);
+    const lamp = direction(...state.lamp);
+    const cos = dot(n, lamp);
     if (cos <= 0) {
       out[0] = out[1] = out[2] = 0;
       return;
     }
     const t = unit(cross([0, 1, 0], n));
     const b = cross(n, t);
-    const l = this.lamp;
-    const [ix, iy, ox, oy] = [dot(l, t), dot(l, b), t[2], b[2]];
+    const [ix, iy, ox, oy] = [dot(lamp, t), dot(lamp, b), t[2], b[2]];
     const of = (/** @type {number} */ plane) => Math.PI * cos * material.table.value(plane, ix, iy, cos, ox, oy, n[2]);
     if (material.facts.coloured && state.channel === 0) for (let c = 0; c < 3; c++) out[c] = of(c + 1);
-    else out[0] = out[1] = out[2] = of(material.plane(state.channel));
+    else {
+      const plane = material.plane(state.channel);
+      out[0] = out[1] = out[2] = plane < 0 ? NaN : of(plane);
+    }
   }
 
   /** The same under the sky, of a picture that the program has drawn. @param {number} place @param {number} u @param {number} v @param {number[]} out */
@@ -81,14 +82,16 @@ export class Appearance extends View {
     const at = (/** @type {number} */ w) => Math.min(side - 1, Math.max(0, Math.floor(((w + 1) / 2) * side)));
     const i = 3 * (at(-v) * side + at(u));
     for (let c = 0; c < 3; c++) out[c] = this.skies[place][i + c] / white;
-    if (state.channel > 0) out[0] = out[1] = out[2] = out[Math.min(2, state.channel - 1)];
+    if (state.channel === 0) return;
+    const { coloured } = materials[place].facts;
+    out[0] = out[1] = out[2] = coloured ? out[state.channel - 1] : NaN;
   }
 
   /** Paints the sphere, unless it is as it was. */
   fill() {
     const side = SIDES[this.isMoving ? 0 : 1];
     const { show, channel, lit, exposure, wipe, look } = state;
-    const key = [side, show, channel, lit, exposure, wipe, look, this.lamp, materials.map((m) => m.facts.argument), this.skies.length].join();
+    const key = [side, show, channel, lit, exposure, wipe, look, state.lamp, materials.map((m) => m.serial), this.skies.length].join();
     if (key === this.key) return;
     this.key = key;
     const difference = isDifference(show);
@@ -129,6 +132,9 @@ export class Appearance extends View {
       pen.path([[at, y - r - 4], [at, y + r + 4]], { stroke: ink });
       pen.text(at - 6, y - r + 8, "A", { colour: ink, align: "end" });
       pen.text(at + 6, y - r + 8, "B", { colour: ink });
+    }
+    if (isDifference(state.show)) {
+      pen.text(x, y + r + 16, "B − A: red is more, blue less; from 0.001 of white to white", { colour: ink, align: "middle", size: 11 });
     }
     if (materials.length) this.lobes(pen);
   }
@@ -212,10 +218,8 @@ export class Appearance extends View {
     else {
       // The normal that faces the lamp; beyond the rim it turns behind the sphere.
       const [u, v] = [(x - s.x) / s.r, (s.y - y) / s.r];
-      const n = Math.hypot(u, v);
-      const angle = Math.min(Math.PI * 0.95, n * (Math.PI / 2));
-      this.lamp = n > 0 ? [(u / n) * Math.sin(angle), (v / n) * Math.sin(angle), Math.cos(angle)] : [0, 0, 1];
-      set({ lit: "point" });
+      const lamp = /** @type {[number, number]} */ ([Math.min(170, 90 * Math.hypot(u, v)), Math.atan2(v, u) / RAD]);
+      set({ lamp, lit: "point" });
     }
     this.isMoving = true;
     clearTimeout(this.timer);

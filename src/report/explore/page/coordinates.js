@@ -4,7 +4,7 @@ import { colours, data, materials, signedPlace } from "./data.js";
 import { RAD, angles, charts, direction, warps } from "./geometry.js";
 import { argument, bar, isDifference, paint, quantity, ratio, shown, tone, value } from "./look.js";
 import { Axis, digits, frame } from "./plot.js";
-import { isTaken, readings } from "./readings.js";
+import { about, isTaken, readings } from "./readings.js";
 import { set, state } from "./state.js";
 import { theme } from "./theme.js";
 import { View } from "./view.js";
@@ -31,6 +31,9 @@ export class Coordinates extends View {
     });
     this.image = document.createElement("canvas");
     this.key = "";
+    this.placedKey = "";
+    /** @type {{reading: import("./readings.js").Reading, at: number[]}[]} */
+    this.placed = [];
     /** @type {Float32Array} */
     this.values = new Float32Array(SIDE * SIDE);
     /** @type {import("./pen.js").Box} */
@@ -78,7 +81,7 @@ export class Coordinates extends View {
   /** Values of the slice, by rows from the top; drawn again only where they change. */
   fill() {
     const { chart, warp1, warp2, third, show, scale, channel, cosine, look } = state;
-    const key = [chart, warp1, warp2, third, show, scale, channel, cosine, look, materials.map((m) => m.facts.argument)].join();
+    const key = [chart, warp1, warp2, third, show, scale, channel, cosine, look, materials.map((m) => m.serial)].join();
     if (key === this.key || !materials.length) return;
     this.key = key;
     const difference = isDifference(show);
@@ -177,12 +180,15 @@ export class Coordinates extends View {
   }
 
   /** Poses of the set that is shown. */
-  *posed() {
-    const every = Math.ceil(readings.length / MOST);
-    for (let i = 0; i < readings.length; i += every) {
-      const reading = readings[i];
-      if (isTaken(reading)) yield { reading, at: this.places([reading.light, reading.sensor]) };
+  posed() {
+    const key = [state.chart, state.warp1, state.warp2, about.name, readings.length].join();
+    if (key !== this.placedKey) {
+      this.placedKey = key;
+      const every = Math.ceil(readings.length / MOST);
+      const some = readings.filter((_, i) => i % every === 0);
+      this.placed = some.map((reading) => ({ reading, at: this.places([reading.light, reading.sensor]) }));
     }
+    return this.placed.filter(({ reading }) => isTaken(reading));
   }
 
   /** @param {import("./pen.js").Pen} pen */

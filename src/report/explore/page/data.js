@@ -39,7 +39,7 @@ import { Colours } from "./theme.js";
  * An instrument and its tour.
  * @typedef {object} MachineFacts
  * @property {string} name
- * @property {{name: string, parent: number, vector: Vector}[]} axes parent: −1 is the base
+ * @property {{name: string, parent: number, vector: Vector, wraps: boolean}[]} axes parent: −1 is the base
  * @property {{light: number, sensor: number, sample: number}} ends the axis that each is on, −1: fixed
  * @property {string} blob of the visits: pose, stop, seconds until it is read, light x y z, sensor x y z, the axes' positions (rad)
  * @property {number} columns
@@ -112,13 +112,23 @@ export class Material {
   constructor(facts, table) {
     this.facts = facts;
     this.table = table;
+    /** Another number for each material that is shown. */
+    this.serial = Material.made++;
   }
 
-  /** The plane of a channel of the state, which the material may lack. @param {number} channel */
+  static made = 0;
+
+  /** The plane of a channel of A: 0 is luminance; −1: the material has none of that name. @param {number} channel */
   plane(channel) {
-    return channel < this.table.planes.length ? channel : 0;
+    if (channel === 0) return 0;
+    const name = channelName(channel);
+    const at = name === undefined ? -1 : this.facts.channels.indexOf(name);
+    return at < 0 ? -1 : at + 1;
   }
 }
+
+/** The name of a channel of A; none of luminance. @param {number} channel */
+export const channelName = (channel) => materials[0]?.facts.channels[channel - 1];
 
 /** Materials on show: A, and B. @type {Material[]} */
 export const materials = [];

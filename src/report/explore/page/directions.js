@@ -1,10 +1,10 @@
 // The hemisphere of the sensor's directions at a light that is dragged, and the readings there.
 
 import { colours, materials, signedPlace } from "./data.js";
-import { apart, direction } from "./geometry.js";
+import { angles, direction } from "./geometry.js";
 import { argument, bar, hatched, isDifference, paint, quantity, ratio, shown, tone, value } from "./look.js";
 import { degrees, digits } from "./plot.js";
-import { about, add, basket, near, poseOf, schedule } from "./readings.js";
+import { about, add, basket, near, poseOf, schedule, shownValue } from "./readings.js";
 import { set, state } from "./state.js";
 import { theme } from "./theme.js";
 import { View, element, save } from "./view.js";
@@ -20,7 +20,7 @@ export class Directions extends View {
     super({
       id: "directions",
       title: "Directions",
-      about: "Values over the hemisphere of the sensor: elevation is the radius. Drag the light (sun) or the sensor (cross); arrow keys move the light by 1°, with shift the sensor. Dots are readings whose light is near.",
+      about: "Values over the hemisphere of the sensor: elevation is the radius. Drag the light (sun) or the sensor (cross); arrow keys move the light by 1°, with shift the sensor. Dots are readings whose light is near; N and P go from one to the next.",
       ratio: 1.14,
       needs: ["light", "sensor", "channel", "show", "scale", "cosine", "near", "time", "look"],
     });
@@ -86,8 +86,11 @@ export class Directions extends View {
     const { x, y, r } = this.disc();
     const light = direction(...state.light);
     const axis = tone(shown());
+    const close = near(light);
+    if (!close.some(({ reading }) => reading === this.pointed)) this.pointed = undefined;
     if (materials.length) {
-      const side = SIDES[this.isMoving ? 0 : 1];
+      const isDear = this.isMoving && materials[shown()].table.turns > 1;
+      const side = isDear ? SIDES[0] / 2 : SIDES[this.isMoving ? 0 : 1];
       const sensor = /** @type {Vector} */ ([0, 0, 1]);
       paint(this.image, side, side, (column, row) => {
         const [u, v] = [(2 * column + 1) / side - 1, 1 - (2 * row + 1) / side];
@@ -105,9 +108,10 @@ export class Directions extends View {
       pen.circle(x, y, (r * ring) / 90, { stroke: ring === 90 ? ink : faint, width: 1 });
       pen.text(x + 3, y - (r * ring) / 90 - 3, `${ring}°`, { colour: ink, size: 10 });
     }
-    for (const { reading, sensor } of near(light)) {
+    for (const { reading, sensor } of close) {
       const [px, py] = this.placeOf(sensor);
-      const fill = materials.length ? colours.sequential.css(axis.place(state.cosine ? reading.value * reading.light[2] : reading.value)) : accent;
+      const isHollow = isDifference(state.show);
+      const fill = isHollow ? undefined : materials.length ? colours.sequential.css(axis.place(shownValue(reading))) : accent;
       pen.circle(px, py, reading === this.pointed ? 6 : 4, { fill, stroke: reading.suspected ? warn : ink, width: reading.suspected ? 3 : 1 });
     }
     const [mx, my] = this.place([state.light[0], state.light[1] + 180]);
@@ -153,7 +157,8 @@ export class Directions extends View {
     const u = reading.u > 0 ? ` ± ${digits(reading.u)}` : "";
     const line = reading.line > 0 ? `, line ${reading.line} of ${about.name}` : "";
     const known = Number.isFinite(reading.expected);
-    const expected = known ? `; the others let expect ${digits(reading.expected)} ± ${digits(reading.expectedU)}` : "";
+    const within = reading.expectedU > 0 ? ` ± ${digits(reading.expectedU)}` : "";
+    const expected = known ? `; the others let expect ${digits(reading.expected)}${within}` : "";
     return `Reading ${digits(reading.value)}${u} sr⁻¹${line}${expected}${reading.suspected ? "; they contradict it" : ""}`;
   }
 
@@ -217,8 +222,22 @@ export class Directions extends View {
   hover(x, y) {
     const found = Number.isNaN(x) ? undefined : this.reading(x, y);
     if (!found || found.reading === this.pointed) return;
-    this.pointed = found.reading;
-    const [theta, phi] = [apart(found.sensor, [0, 0, 1]), (Math.atan2(found.sensor[1], found.sensor[0]) * 180) / Math.PI];
+    this.point(found.reading, found.sensor);
+  }
+
+  /** To the next reading near the light. @param {number} way */
+  next(way) {
+    const close = near(direction(...state.light));
+    if (!close.length) return;
+    const at = close.findIndex(({ reading }) => reading === this.pointed);
+    const { reading, sensor } = close[(at + way + close.length) % close.length];
+    this.point(reading, sensor);
+  }
+
+  /** Points at a reading that is seen in a direction. @param {Reading} reading @param {Vector} sensor */
+  point(reading, sensor) {
+    this.pointed = reading;
+    const [theta, phi] = angles(sensor);
     set({ sensor: [Math.min(89, theta), phi] });
     this.show();
   }

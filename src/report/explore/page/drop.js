@@ -2,7 +2,7 @@
 
 import { Material, data, materials } from "./data.js";
 import { direction } from "./geometry.js";
-import { about, showReadings } from "./readings.js";
+import { about, clock, showReadings } from "./readings.js";
 import { redraw } from "./state.js";
 import { Table } from "./table.js";
 
@@ -42,7 +42,7 @@ export function merl(name, buffer) {
   const table = { dims, reciprocal: dims[2] === 180, shift: 0.5, nearest: false, step: 0, low: 0, luminance: LUMINANCE };
   const facts = {
     name: name.replace(/\.binary$/, ""),
-    argument: name,
+    argument: quoted(name),
     symmetry: "isotropic",
     channels: ["R", "G", "B"],
     coloured: true,
@@ -58,14 +58,14 @@ const cells = (line) => line.split(",").map((cell) => cell.trim().replace(/^"(.*
 
 /** Weights of channels in luminance: of wavelengths those of a mean by the trapezoid rule. @param {string[]} channels */
 function luminanceOf(channels) {
-  if (channels.join() === "r,g,b") return LUMINANCE;
+  if (channels.join() === "R,G,B") return LUMINANCE;
   const nm = channels.map((name) => parseFloat(name));
   const last = nm.length - 1;
   if (last < 1 || nm.some(Number.isNaN)) return channels.map(() => 1 / channels.length);
   return nm.map((_, i) => (nm[Math.min(i + 1, last)] - nm[Math.max(i - 1, 0)]) / 2 / (nm[last] - nm[0]));
 }
 
-/** Reads the program's readings. @param {string} name @param {string} text @returns {{readings: Reading[], channels: string[], all: number} | string} or what is wrong */
+/** Reads the program's readings. @param {string} name @param {string} text @returns {{readings: Reading[], channels: string[], isotropic: boolean, every: number, left: number} | string} or what is wrong */
 export function readCsv(name, text) {
   const lines = text.split(/\r?\n/);
   const head = lines.findIndex((line) => line && !line.startsWith("#"));
@@ -74,22 +74,29 @@ export function readCsv(name, text) {
   const angle = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg"].map(column);
   const values = names.flatMap((key, i) => (/^value(_|$)/.test(key) ? [i] : []));
   const has = angle[0] >= 0 && angle[2] >= 0 && angle[3] >= 0 && values.length > 0;
-  if (!has) return `${name} has not the columns theta_i_deg, phi_i_deg, theta_o_deg, phi_o_deg and value of gonio's readings; gonio explore --readings ${name} -o page.html reads what others write`;
-  const channels = values.map((i) => names[i].replace(/^value_?/, ""));
+  if (!has) return `${name} has not the columns theta_i_deg, phi_i_deg, theta_o_deg, phi_o_deg and value of gonio's readings; gonio explore --readings ${quoted(name)} -o page.html reads what others write`;
+  const channels = values.map((i) => names[i].replace(/^value_?/, "").replace(/^([rgb])$/, (c) => c.toUpperCase()).replace(/(\d)nm$/, "$1 nm"));
+  const symmetry = lines.slice(0, head).find((line) => /^# *symmetry *=/.test(line));
+  const isotropic = !symmetry || !/isotropic"? *: *false/.test(symmetry);
   const weights = luminanceOf(channels);
   const uncertainty = column(names[values[0]].replace("value", "uncertainty"));
   const full = lines.flatMap((line, i) => (i > head && line && !line.startsWith("#") ? [i] : []));
   const every = Math.ceil(full.length / MOST_READINGS);
   /** @type {Reading[]} */
   const readings = [];
+  let left = 0;
   for (const at of full.filter((_, i) => i % every === 0)) {
     const row = cells(lines[at]);
     const number = (/** @type {number} */ i) => (i < 0 || row[i] === "" || row[i] === undefined ? NaN : Number(row[i]));
     const [ti, pi, to, po] = angle.map((i) => (i < 0 ? 0 : number(i)));
     const spectrum = values.map(number);
     const value = spectrum.reduce((sum, v, c) => sum + v * weights[c], 0);
-    if (![ti, pi, to, po].every((v) => Math.abs(v) <= 360.001)) return `${name}:${at + 1}: a direction is no number of degrees`;
-    if (Number.isNaN(value)) continue;
+    const isDirection = Math.abs(ti) <= 90 && Math.abs(to) <= 90 && Math.abs(pi) <= 360.001 && Math.abs(po) <= 360.001;
+    if (!isDirection) return `${name}:${at + 1}: a direction is not above the surface, or no number of degrees`;
+    if (!Number.isFinite(value)) {
+      left++;
+      continue;
+    }
     const u = number(uncertainty);
     readings.push({
       light: direction(ti, pi),
@@ -104,32 +111,39 @@ export function readCsv(name, text) {
       spectrum,
     });
   }
-  return readings.length ? { readings, channels, all: full.length } : `${name} has no reading with a value`;
+  return readings.length ? { readings, channels, isotropic, every, left } : `${name} has no reading with a value`;
 }
 
-/** Shows a dropped file; returns a sentence about it. @param {File} file @param {boolean} isFirst of those dropped at once */
-export async function drop(file, isFirst) {
+/** A name as one word of a shell. @param {string} name */
+const quoted = (name) => (/^[\w./=,:@+-]+$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`);
+
+/** Shows a dropped file; returns a sentence about it. @param {File} file */
+export async function drop(file) {
   const name = file.name.slice(0, 200);
+  const ending = name.toLowerCase();
   if (file.size > MOST_BYTES) return `${name} has ${(file.size / 1e6).toFixed(0)} MB; a page reads up to ${MOST_BYTES / 1e6}`;
-  if (name.endsWith(".binary")) {
+  if (ending.endsWith(".binary")) {
     const made = merl(name, await file.arrayBuffer());
     if (typeof made === "string") return made;
-    const place = isFirst ? 0 : Math.min(1, materials.length);
+    // The first is A, the next B; of a page with both A is replaced.
+    const place = materials.length === 1 ? 1 : 0;
     materials[place] = made;
     forget(place);
     redraw();
     return `${"AB"[place]} is ${made.facts.name}`;
   }
-  if (name.endsWith(".csv")) {
+  if (ending.endsWith(".csv")) {
     const made = readCsv(name, await file.text());
     if (typeof made === "string") return made;
-    const { readings, channels, all } = made;
-    const note = readings.length < all ? `${readings.length} of ${all} readings, evenly thinned` : "";
+    const { readings, channels, isotropic, every, left } = made;
+    const thinned = every > 1 ? `every ${every}th of its readings` : "";
+    const note = [thinned, left ? `${left} rows without a value` : ""].filter(Boolean).join("; ");
     data.machine = null;
-    showReadings(readings, { ...about, name, note, channels, isotropic: true });
+    clock.visits = Infinity;
+    showReadings(readings, { ...about, name, note, channels, isotropic });
     return `${readings.length} readings of ${name}${note ? `: ${note}` : ""}`;
   }
-  return `${name} is neither a MERL table (.binary) nor gonio's readings (.csv); for others: gonio explore ${name} -o page.html`;
+  return `${name} is neither a MERL table (.binary) nor gonio's readings (.csv); for others: gonio explore ${quoted(name)} -o page.html`;
 }
 
 /** Forgets what was computed of a material that is no longer shown. @param {number} place */
@@ -140,4 +154,5 @@ function forget(place) {
   data.distortion = [];
   data.sky[place] = null;
   data.moments[place] = null;
+  if (data.machine) data.machine.errors = [];
 }

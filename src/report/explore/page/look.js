@@ -1,6 +1,6 @@
 // Values as the state asks for them, and pictures of them.
 
-import { colours, materials, signedPlace } from "./data.js";
+import { channelName, colours, materials, signedPlace } from "./data.js";
 import { state } from "./state.js";
 import { Axis } from "./plot.js";
 import { theme } from "./theme.js";
@@ -11,7 +11,9 @@ import { theme } from "./theme.js";
 /** The value of a material at a pair, of the channel that is chosen, times the cosine where that is asked for. @param {number} place 0: A, 1: B @param {Vector} light @param {Vector} sensor */
 export function value(place, light, sensor) {
   const material = materials[place];
-  const f = material.table.value(material.plane(state.channel), ...light, ...sensor);
+  const plane = material.plane(state.channel);
+  if (plane < 0) return NaN;
+  const f = material.table.value(plane, ...light, ...sensor);
   return state.cosine ? f * light[2] : f;
 }
 
@@ -19,6 +21,7 @@ export function value(place, light, sensor) {
 export function ratio(light, sensor) {
   const [a, b] = [value(0, light, sensor), value(1, light, sensor)];
   if (a === 0 && b === 0) return 0;
+  if (Number.isNaN(a + b)) return NaN;
   return Math.log(Math.max(b, 1e-9) / Math.max(a, 1e-9));
 }
 
@@ -84,7 +87,7 @@ export function bar(pen, box, signed, axis, says) {
 
 /** What values are, in words. */
 export function quantity() {
-  const channel = materials[0]?.facts.channels[state.channel - 1];
+  const channel = channelName(state.channel);
   const of = channel ? `, ${channel}` : materials[0]?.facts.channels.length === 1 ? "" : ", luminance";
   return `f${state.cosine ? " cos θ_i" : ""}${of} (sr⁻¹)`;
 }

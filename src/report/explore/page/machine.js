@@ -3,7 +3,6 @@
 import { data, numbers } from "./data.js";
 import { angles, cross, dot } from "./geometry.js";
 import { Axis, digits, frame } from "./plot.js";
-import { clock } from "./readings.js";
 import { set, state } from "./state.js";
 import { theme } from "./theme.js";
 import { View, element } from "./view.js";
@@ -30,12 +29,10 @@ export class Machine extends View {
       title: "The machine",
       about: "Light (sun), sensor (box) and sample of the instrument on its tour. Play it, or move along it by the slider or the arrow keys; readings appear in the other views as they are taken. Drag turns the scene.",
       ratio: 1.14,
-      needs: ["time", "look"],
+      needs: ["time", "scene", "look"],
     });
     this.visits = new Float32Array(0);
     this.columns = 1;
-    this.yaw = 35;
-    this.pitch = 20;
     this.playing = 0;
     this.grabbed = [0, 0, 0, 0];
     this.play = element("button", { type: "button" }, "Play");
@@ -74,7 +71,6 @@ export class Machine extends View {
   /** Goes to a time. @param {number} seconds */
   go(seconds) {
     const time = Math.min(this.total(), Math.max(0, seconds));
-    clock.visits = this.done(time);
     set({ time: time >= this.total() ? -1 : time });
   }
 
@@ -115,9 +111,10 @@ export class Machine extends View {
     const before = Math.max(0, next - 1);
     const [from, to] = [next ? this.cell(before, UNTIL) : 0, this.cell(next, UNTIL)];
     const share = to > from ? Math.min(1, Math.max(0, (time - from) / (to - from))) : 1;
-    return facts.axes.map((_, i) => {
+    return facts.axes.map((axis, i) => {
       const [a, b] = [next ? this.cell(before, AXES + i) : 0, this.cell(next, AXES + i)];
-      const way = Math.abs(b - a) > Math.PI ? b - a - 2 * Math.PI * Math.sign(b - a) : b - a;
+      const isShorter = axis.wraps && Math.abs(b - a) > Math.PI;
+      const way = isShorter ? b - a - 2 * Math.PI * Math.sign(b - a) : b - a;
       return a + share * way;
     });
   }
@@ -131,7 +128,7 @@ export class Machine extends View {
 
   /** A point of the laboratory on paper, and how near it is. @param {Vector} p @param {number} cx @param {number} cy @param {number} r @returns {[number, number, number]} */
   seen([x, y, z], cx, cy, r) {
-    const [a, b] = [(this.yaw * Math.PI) / 180, (this.pitch * Math.PI) / 180];
+    const [a, b] = state.scene.map((v) => (v * Math.PI) / 180);
     const [u, v] = [x * Math.cos(a) - y * Math.sin(a), x * Math.sin(a) + y * Math.cos(a)];
     return [cx + r * u, cy - r * (z * Math.cos(b) - v * Math.sin(b)), v * Math.cos(b) + z * Math.sin(b)];
   }
@@ -236,21 +233,24 @@ export class Machine extends View {
 
   /** @param {number} x @param {number} y */
   grab(x, y) {
-    this.grabbed = [x, y, this.yaw, this.pitch];
+    this.grabbed = [x, y, ...state.scene];
     return true;
   }
 
   /** @param {number} x @param {number} y */
   drag(x, y) {
     const [x0, y0, yaw, pitch] = this.grabbed;
-    this.yaw = yaw + (x - x0) / 2;
-    this.pitch = Math.min(89, Math.max(-10, pitch + (y - y0) / 2));
-    this.show();
+    set({ scene: [yaw + (x - x0) / 2, Math.min(89, Math.max(-10, pitch + (y - y0) / 2))] });
   }
 
   /** To the next visit, or the one before. @param {number} right @param {number} up */
   step(right, up) {
-    const visit = this.done(this.now()) - 1 + right + up;
-    this.go(visit < 0 ? 0 : this.cell(Math.min(visit, this.count() - 1), UNTIL));
+    const done = this.done(this.now());
+    if (right + up > 0) return this.go(this.cell(Math.min(done, this.count() - 1), UNTIL));
+    // All pairs of a picture are read at once.
+    const end = done ? this.cell(done - 1, UNTIL) : 0;
+    let visit = done - 1;
+    while (visit >= 0 && this.cell(visit, UNTIL) >= end) visit--;
+    this.go(visit < 0 ? 0 : this.cell(visit, UNTIL));
   }
 }

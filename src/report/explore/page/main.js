@@ -112,10 +112,13 @@ async function open() {
     slider("exposure", "exposure", -6, 6, 0.25),
   );
   const moments = new Moments();
-  moments.controls.append(slider("view", "view", 0, 89, 1));
+  moments.controls.append(slider("view", "view", 0, data.moments.find(Boolean)?.views.at(-1) ?? 89, 1));
   const all = [directions, slices, coordinates, ...(data.machine ? [machine] : []), appearance, moments];
+  // Before any view is drawn.
+  onChange((changed) => {
+    if (changed.has("time")) clock.visits = data.machine ? machine.done(machine.now()) : Infinity;
+  });
   for (const view of all) view.open(views);
-  if (data.machine) clock.visits = machine.done(machine.now());
   onChange((changed) => {
     if (changed.has("look")) {
       applyLook();
@@ -153,13 +156,12 @@ function isEmpty(id) {
 function listenToFiles() {
   const take = async (/** @type {FileList | null | undefined} */ files) => {
     const words = [];
-    const tables = [...(files ?? [])].slice(0, 3);
-    let isFirst = true;
-    for (const file of tables) {
-      words.push(await drop(file, isFirst));
-      if (file.name.endsWith(".binary")) isFirst = false;
-    }
+    for (const file of [...(files ?? [])].slice(0, 3)) words.push(await drop(file));
     say(words.join("; "));
+    const names = materials.map((m) => m.facts.name).join(" and ");
+    document.title = names || document.title;
+    const heading = document.querySelector("h1");
+    if (heading && names) heading.textContent = names;
   };
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => {

@@ -22,6 +22,7 @@ export class Moments extends View {
       title: "Moments",
       about: "A moment of slices over the elevation of the view, with its uncertainty, and the slice at the view of the slider over angles of the light in and across the plane of view, with the ellipse of one standard deviation. Drag or arrow keys move the view.",
       ratio: 1.14,
+      touch: "pan-y",
       needs: ["view", "moment", "show", "scale", "channel", "look"],
     });
     this.image = document.createElement("canvas");
@@ -144,11 +145,17 @@ export class Moments extends View {
   /** @param {number} x */
   drag(x) {
     const [left, , width] = this.box;
-    set({ view: Math.min(89, Math.max(0, (90 * (x - left)) / width)) });
+    this.go((90 * (x - left)) / width);
   }
 
   /** @param {number} right @param {number} up */
   step(right, up) {
-    set({ view: Math.min(89, Math.max(0, state.view + right + up)) });
+    this.go(state.view + right + up);
+  }
+
+  /** Goes to a view, within those of the profiles. @param {number} view degrees */
+  go(view) {
+    const last = data.moments.find(Boolean)?.views.at(-1) ?? 89;
+    set({ view: Math.min(last, Math.max(0, view)) });
   }
 }

@@ -48,10 +48,10 @@ function pieces(points) {
   return all;
 }
 
-/** A pen on a canvas, which it clears. @implements {Pen} */
+/** A pen on a canvas, which it covers with paper. @implements {Pen} */
 export class CanvasPen {
-  /** @param {HTMLCanvasElement} canvas @param {number} width @param {number} height */
-  constructor(canvas, width, height) {
+  /** @param {HTMLCanvasElement} canvas @param {number} width @param {number} height @param {string} paper its colour */
+  constructor(canvas, width, height, paper) {
     const ratio = Math.min(globalThis.devicePixelRatio || 1, 2);
     const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
     if (canvas.width !== w || canvas.height !== h) {
@@ -62,7 +62,8 @@ export class CanvasPen {
     if (!to) throw new Error("this browser has no canvas");
     this.to = to;
     to.setTransform(ratio, 0, 0, ratio, 0, 0);
-    to.clearRect(0, 0, width, height);
+    to.fillStyle = paper;
+    to.fillRect(0, 0, width, height);
   }
 
   /** @param {Style} style */

@@ -58,18 +58,17 @@ export class Axis {
 
   /** About as many round values. @param {number} most @returns {number[]} */
   ticks(most) {
-    if (this.scale === "logarithm") {
-      const [a, b] = [Math.ceil(Math.log10(this.lo) - 1e-9), Math.floor(Math.log10(this.hi) + 1e-9)];
-      if (b - a >= 1) {
-        const step = Math.ceil((b - a + 1) / most);
-        const all = [];
-        for (let k = a; k <= b; k += step) all.push(10 ** k);
-        return all;
-      }
+    if (this.scale === "logarithm" && this.hi > 3 * this.lo) {
+      const [a, b] = [Math.floor(Math.log10(this.lo)), Math.floor(Math.log10(this.hi) + 1e-9)];
+      const step = Math.ceil((b - a) / most);
+      const parts = b - a > 2 ? [1] : [1, 2, 5];
+      const all = [];
+      for (let k = a; k <= b; k += Math.max(1, step)) all.push(...parts.map((part) => part * 10 ** k));
+      return all.filter((v) => v >= this.lo * (1 - 1e-9) && v <= this.hi * (1 + 1e-9));
     }
     const rough = (this.hi - this.lo) / most;
     const size = 10 ** Math.floor(Math.log10(rough));
-    const steps = this.hi > 60 && rough > 5 && rough < 50 ? [10, 15, 30, 45, 60] : [size, 2 * size, 5 * size, 10 * size];
+    const steps = this.hi > 60 && rough > 5 && rough <= 90 ? [10, 15, 30, 45, 60, 90] : [size, 2 * size, 5 * size, 10 * size];
     const step = steps.find((s) => s >= rough) ?? rough;
     const all = [];
     for (let k = Math.ceil(this.lo / step - 1e-9); k * step <= this.hi + 1e-9 * step; k++) all.push(k * step);

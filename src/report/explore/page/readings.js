@@ -1,6 +1,6 @@
 // Readings of the page, and a basket of poses to be read.
 
-import { data, numbers } from "./data.js";
+import { channelName, data, numbers } from "./data.js";
 import { angles, apart, turned } from "./geometry.js";
 import { redraw, state } from "./state.js";
 
@@ -73,11 +73,20 @@ function seen(reading) {
   return [turn(light), turn(sensor)];
 }
 
+/** The value of a reading in the channel of the state, times the cosine where that is asked for; not a number: it has none. @param {Reading} reading */
+export function shownValue(reading) {
+  const name = channelName(state.channel);
+  const at = name === undefined ? -1 : about.channels.indexOf(name);
+  const value = state.channel === 0 ? reading.value : at < 0 ? NaN : reading.spectrum[at];
+  return state.cosine ? value * reading.light[2] : value;
+}
+
 /** Readings whose light is near a direction: where each is seen. @param {Vector} light @returns {{reading: Reading, sensor: Vector}[]} */
 export function near(light) {
   const all = [];
   for (const reading of readings) {
     if (!isTaken(reading)) continue;
+    if (Number.isNaN(shownValue(reading))) continue;
     const [at, sensor] = seen(reading);
     if (apart(at, light) <= state.near) all.push({ reading, sensor });
   }

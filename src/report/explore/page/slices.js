@@ -4,7 +4,7 @@ import { materials } from "./data.js";
 import { RAD, angles, cross, direction, dot, unit } from "./geometry.js";
 import { argument, quantity, value } from "./look.js";
 import { Axis, degrees, digits, frame, legend } from "./plot.js";
-import { near } from "./readings.js";
+import { near, shownValue } from "./readings.js";
 import { set, state } from "./state.js";
 import { theme } from "./theme.js";
 import { band } from "./uncertainty.js";
@@ -29,10 +29,13 @@ export class Slices extends View {
       title: "Slices",
       about: "Values along the sensor's elevation at the light of the hemisphere, in the plane of the azimuth that the slider turns (0°: the plane of incidence; negative elevations are on the side of the mirror direction). Drag moves the sensor; arrow keys by 1°, up and down turn the plane.",
       ratio: 1.14,
+      touch: "pan-y",
       needs: ["light", "sensor", "channel", "scale", "cosine", "plane", "near", "time", "look", "show"],
     });
     /** @type {import("./pen.js").Box} */
     this.box = [62, 26, 100, 100];
+    /** The point of the polar plot that lengths are from. */
+    this.foot = [0, 0];
   }
 
   /** A curve of a material. @param {number} place @returns {[number, number][]} */
@@ -51,8 +54,8 @@ export class Slices extends View {
     return near(light).flatMap(({ reading, sensor }) => {
       if (Math.abs(Math.asin(Math.min(1, Math.abs(dot(sensor, normal)))) / RAD) > OFF) return [];
       const at = Math.atan2(dot(sensor, along), sensor[2]) / RAD;
-      const factor = state.cosine ? reading.light[2] : 1;
-      return [{ at, value: reading.value * factor, u: reading.u * factor, suspected: reading.suspected }];
+      const u = state.channel > 0 ? 0 : reading.u * (state.cosine ? reading.light[2] : 1);
+      return [{ at, value: shownValue(reading), u, suspected: reading.suspected }];
     });
   }
 
@@ -94,7 +97,7 @@ export class Slices extends View {
         pen.circle(px, py, 3.5, { fill: dot.suspected ? warn : ink });
       }
     });
-    const named = materials.map((m, i) => ({ name: `${"AB"[i]} ${m.facts.name}`.slice(0, 14), style: { stroke: [a, b][i], width: 2, dash: i ? [6, 4] : [] } }));
+    const named = materials.map((_, i) => ({ name: "AB"[i], style: { stroke: [a, b][i], width: 2, dash: i ? [6, 4] : [] } }));
     const all = [...named, ...(bands ? [{ name: "± 2u", style: { fill: b, alpha: 0.3 } }] : []), ...(dots.length ? [{ name: "readings", style: { fill: ink } }] : [])];
     legend(pen, 62, 16, all);
     this.polar(pen, width, height, curves, dots, y);
@@ -109,6 +112,7 @@ export class Slices extends View {
     const top = height * 0.52 + 52;
     const r = Math.min(width / 2 - 30, height - top - 14);
     const [cx, cy] = [width / 2, top + r];
+    this.foot = [cx, cy];
     const at = (/** @type {number} */ angle, /** @type {number} */ v) => {
       const length = r * Math.min(1, Math.max(0, y.place(v)));
       return [cx + length * Math.sin(angle * RAD), cy - length * Math.cos(angle * RAD)];
@@ -157,9 +161,13 @@ export class Slices extends View {
     set({ sensor: [theta, phi] });
   }
 
-  /** @param {number} x */
-  drag(x) {
-    const [left, , width] = this.box;
+  /** @param {number} x @param {number} y */
+  drag(x, y) {
+    const [left, top, width, height] = this.box;
+    if (y > top + height + 40) {
+      const [cx, cy] = this.foot;
+      return this.mark(Math.atan2(x - cx, Math.max(1e-9, cy - y)) / RAD);
+    }
     this.mark(-90 + (180 * (x - left)) / width);
   }
 

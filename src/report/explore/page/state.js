@@ -19,6 +19,8 @@
  * @property {number} exposure factors of two
  * @property {number} wipe share of the sphere that A has, in [0, 1]
  * @property {[number, number]} turn of the lobe, degrees
+ * @property {[number, number]} lamp elevation and azimuth of the point light of the sphere, seen by the camera, degrees
+ * @property {[number, number]} scene yaw and pitch of the machine, degrees
  * @property {number} view elevation of the view of moments, degrees
  * @property {string} moment the column of profiles
  * @property {string} look light or dark; auto: the system's
@@ -43,9 +45,29 @@ const START = {
   exposure: 0,
   wipe: 0.5,
   turn: [30, 30],
+  lamp: [44, 130],
+  scene: [35, 20],
   view: 45,
   moment: "",
   look: "auto",
+};
+
+/** Ranges of numbers. @type {Record<string, [number, number]>} */
+const RANGES = {
+  light: [-360, 360],
+  sensor: [-360, 360],
+  channel: [0, 3],
+  cosine: [0, 1],
+  plane: [0, 360],
+  near: [0.5, 15],
+  third: [0, 1],
+  time: [-1, Infinity],
+  exposure: [-6, 6],
+  wipe: [0, 1],
+  turn: [-1e4, 1e4],
+  lamp: [-360, 360],
+  scene: [-1e4, 1e4],
+  view: [0, 89],
 };
 
 /** @type {State} */
@@ -116,8 +138,9 @@ export function fragment() {
   return `#${words.join("&")}`;
 }
 
-/** Takes over what a fragment states; what it cannot be is left as it is. @param {string} text */
+/** Takes over what a fragment states; what it does not state, or cannot be, is as at the start. @param {string} text */
 export function readFragment(text) {
+  Object.assign(state, structuredClone(START));
   for (const word of text.replace(/^#/, "").split("&")) {
     const [key, value] = word.split("=").map((part) => {
       try {
@@ -128,7 +151,8 @@ export function readFragment(text) {
     });
     if (!Object.hasOwn(START, key) || value === undefined) continue;
     const start = /** @type {any} */ (START)[key];
-    const numbers = value.split(",").map(Number);
+    const [low, high] = RANGES[key] ?? [0, 0];
+    const numbers = value.split(",").map((part) => Math.min(high, Math.max(low, Number(part))));
     const are = numbers.every(Number.isFinite) && value !== "";
     if (Array.isArray(start)) {
       if (are && numbers.length === start.length) Object.assign(state, { [key]: numbers });

@@ -172,10 +172,11 @@ export class Table {
       const turn = (low[3] + ((corner >> 3) & 1) + turns) % turns;
       const value = plane[turn + turns * (phi + nphi * (d + nd * h))];
       if (value !== value) continue;
-      sum += weight * value;
+      // Lobes are smoother in logarithms, and these nodes are far apart.
+      sum += weight * Math.log(Math.max(value, 1e-12));
       total += weight;
     }
-    return total > 0 ? sum / total : NaN;
+    return total > 0 ? Math.exp(sum / total) : NaN;
   }
 }
 

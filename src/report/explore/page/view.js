@@ -12,6 +12,7 @@ import { onChange } from "./state.js";
  * @property {string} title
  * @property {string} about what it shows and how it is moved, for the reader of a screen too
  * @property {number} ratio height over width of the drawing
+ * @property {"none" | "pan-y"} [touch] what a finger that moves does besides dragging, nothing by default
  * @property {string[]} needs names of the state that it shows
  */
 
@@ -48,7 +49,8 @@ export class View {
     for (const [name, value] of Object.entries({ tabindex: "0", role: "application", "aria-label": title, "aria-describedby": `${id}-about` })) {
       this.canvas.setAttribute(name, value);
     }
-    this.said = element("output", { id: `${id}-said`, "aria-live": "polite" });
+    this.canvas.style.touchAction = options.touch ?? "none";
+    this.said = element("output", { id: `${id}-said`, "aria-live": "off" });
     this.controls = element("div", { class: "controls" });
     this.files = element("p", { class: "files" });
     this.root = element(
@@ -95,7 +97,7 @@ export class View {
     const height = Math.round(width * this.options.ratio);
     this.canvas.style.height = `${height}px`;
     this.size = [width, height];
-    this.draw(new CanvasPen(this.canvas, width, height), width, height);
+    this.draw(new CanvasPen(this.canvas, width, height, theme().paper), width, height);
     this.isStale = false;
     const said = this.words();
     if (this.said.textContent !== said) this.said.textContent = said;
@@ -138,7 +140,11 @@ export class View {
       else this.hover(...place(event));
     });
     canvas.addEventListener("pointerleave", () => this.hover(NaN, NaN));
+    // Of several regions only that of the view in hand is read out.
+    canvas.addEventListener("focus", () => this.said.setAttribute("aria-live", "polite"));
+    canvas.addEventListener("blur", () => this.said.setAttribute("aria-live", "off"));
     canvas.addEventListener("keydown", (event) => {
+      if (event.key === "n" || event.key === "p") this.next(event.key === "n" ? 1 : -1);
       const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
       const step = /** @type {Record<string, number[]>} */ (steps)[event.key];
       if (!step || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -176,6 +182,9 @@ export class View {
 
   /** The pointer is over a place; not a number: it has left. @param {number} x @param {number} y */
   hover(x, y) {}
+
+  /** The key N, or P: to the next thing of its kind, or the one before. @param {number} way */
+  next(way) {}
 
   /** An arrow key, with the shift key held or not. @param {number} right @param {number} up @param {boolean} shift */
   step(right, up, shift) {}
