@@ -31,6 +31,8 @@ impl PyPage {
     fn _repr_html_(&self) -> String {
         let text = self.html.replace('&', "&amp;").replace('"', "&quot;");
         let text = text.replace('<', "&lt;").replace('>', "&gt;");
+        // Readers of XML take line ends in attributes for spaces.
+        let text = text.replace('\n', "&#10;");
         format!(
             "<iframe title=\"gonio\" sandbox=\"allow-scripts allow-downloads\" width=\"100%\" height=\"900\" srcdoc=\"{text}\"></iframe>"
         )
