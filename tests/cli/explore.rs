@@ -22,7 +22,8 @@ fn pages_are_written_whole_or_not_at_all() {
     assert!(page.contains("gonio explore lambert -o one.html"));
     // The same bytes on one thread.
     bench.good("explore lambert -o one.html --threads 1 --force");
-    assert_eq!(page, bench.read("one.html"));
+    let again = bench.read("one.html").replace(" --threads 1", "");
+    assert!(page == again, "another page on one thread");
     let reading = format!("{READINGS}30,0,20,180,0.5\n");
     bench.write("reading.csv", &reading);
     bench.write(
@@ -57,5 +58,6 @@ fn a_run_writes_a_page_where_it_is_asked() {
     assert!(page.contains("The readings are simulated, of lambert"));
     // A run that goes on has it still.
     bench.good("run study.toml");
-    assert_eq!(page, bench.read("runs/study/explore.html"));
+    let again = bench.read("runs/study/explore.html");
+    assert!(page == again, "another page of the same run");
 }

@@ -1,10 +1,10 @@
 //! A BRDF as the page holds it: values at the nodes of a grid over half and difference angles.
 
 use super::packed::{Coded, Parts};
+use crate::brdf::measured::merl::grid::{on_the_way, pair_of};
 use crate::brdf::measured::merl::{Interpolation, MerlGrid, Nodes};
 use crate::brdf::{Brdf, Channels, Presence};
 use crate::geometry::{Direction, DirectionPair, Symmetry};
-use crate::numeric::HORIZON_SLACK;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde_json::{Value as Json, json};
@@ -12,9 +12,6 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Cells along θ_h, θ_d, φ_d and φ_h of a material that changes as it is turned.
 const TURNED: [usize; 4] = [45, 30, 36, 36];
-
-/// Halvings of the way from the highest corner of a cell to its node.
-const HALVINGS: i32 = 20;
 
 /// Channels of a spectrum that a page holds beside its mean.
 const OF_SPECTRUM: usize = 3;
@@ -35,20 +32,18 @@ pub(super) struct Grid {
 pub(super) fn node(dims: &[usize], symmetry: Symmetry, cell: &[usize]) -> Option<DirectionPair> {
     let around = if symmetry.reciprocal { PI } else { TAU };
     let at = |shares: [f64; 4]| {
-        let theta_h = FRAC_PI_2 * shares[0] * shares[0];
-        let (theta_d, phi_d) = (FRAC_PI_2 * shares[1], around * shares[2]);
-        let (sin_h, cos_h) = theta_h.sin_cos();
-        let (sin_d, cos_d) = theta_d.sin_cos();
-        let (sin_phi, cos_phi) = phi_d.sin_cos();
-        let h = DVec3::new(sin_h, 0.0, cos_h) * cos_d;
-        let k = DVec3::new(cos_h * cos_phi, sin_phi, -sin_h * cos_phi) * sin_d;
+        let [theta_h, theta_d] = [FRAC_PI_2 * shares[0] * shares[0], FRAC_PI_2 * shares[1]];
         let (sin, cos) = (TAU * shares[3]).sin_cos();
-        let turned = |v: DVec3| {
+        let turned = |v: Direction| {
+            let v = v.vector();
             let v = DVec3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z);
             Direction::from_unit(v)
         };
-        let above = h.z - k.z.abs() > HORIZON_SLACK;
-        above.then(|| DirectionPair::new(turned(h + k), turned(h - k)))
+        let pair = pair_of([theta_h, theta_d, around * shares[2]])?;
+        Some(DirectionPair::new(
+            turned(pair.omega_i),
+            turned(pair.omega_o),
+        ))
     };
     let share = |axis: usize, beyond: f64| {
         let cell = *cell.get(axis).unwrap_or(&0) as f64;
@@ -71,14 +66,7 @@ pub(super) fn node(dims: &[usize], symmetry: Symmetry, cell: &[usize]) -> Option
         0.0
     };
     let corner = [share(0, 0.0), share(1, 0.0), share(2, up), middle[3]];
-    at(corner)?;
-    let on_the_way = |halvings: i32| {
-        let way = 0.5_f64.powi(halvings);
-        at(std::array::from_fn(|c| {
-            corner[c] + way * (middle[c] - corner[c])
-        }))
-    };
-    (1..=HALVINGS).find_map(on_the_way)
+    on_the_way(corner, middle, at)
 }
 
 impl Grid {

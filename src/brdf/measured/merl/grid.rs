@@ -77,6 +77,21 @@ impl Nodes {
 /// Halvings of the way from a node to the highest corner of its cell: the last is tens of times [`EDGE_SLACK`] away from it.
 const HALVINGS: i32 = 20;
 
+/// The pair of a place above the horizon on the way from the highest corner of a cell, which has one if any place has, to its node.
+pub(crate) fn on_the_way<const N: usize>(
+    corner: [f64; N],
+    node: [f64; N],
+    pair: impl Fn([f64; N]) -> Option<DirectionPair>,
+) -> Option<DirectionPair> {
+    pair(corner)?;
+    (1..=HALVINGS).find_map(|halvings| {
+        let share = 0.5_f64.powi(halvings);
+        pair(std::array::from_fn(|c| {
+            corner[c] + share * (node[c] - corner[c])
+        }))
+    })
+}
+
 /// Angles `[theta_h, theta_d, phi_d]` (rad) at index coordinates.
 fn angles([h, d, phi]: [f64; 3]) -> [f64; 3] {
     let root = h / THETA_CELLS as f64;
@@ -85,7 +100,11 @@ fn angles([h, d, phi]: [f64; 3]) -> [f64; 3] {
 
 /// The pair at index coordinates, half vector in the t–n plane; `None` if a direction is not above the horizon.
 fn pair(coordinates: [f64; 3]) -> Option<DirectionPair> {
-    let [theta_h, theta_d, phi_d] = angles(coordinates);
+    pair_of(angles(coordinates))
+}
+
+/// The pair of angles (rad), half vector in the t–n plane; `None` if a direction is not above the horizon.
+pub(crate) fn pair_of([theta_h, theta_d, phi_d]: [f64; 3]) -> Option<DirectionPair> {
     let (sin_h, cos_h) = theta_h.sin_cos();
     let (sin_d, cos_d) = theta_d.sin_cos();
     let (sin_phi, cos_phi) = phi_d.sin_cos();
@@ -204,14 +223,7 @@ impl MerlGrid {
         // The corner of a cell that is highest: at small angles, and away from the plane of incidence.
         let [h, d, phi] = cell;
         let corner = [h, d, if phi % 180 < 90 { phi + 1 } else { phi }].map(|i| i as f64);
-        pair(corner)?;
-        let on_the_way = |halvings: i32| {
-            let share = 0.5_f64.powi(halvings);
-            pair(std::array::from_fn(|c| {
-                corner[c] + share * (node[c] - corner[c])
-            }))
-        };
-        (1..=HALVINGS).find_map(on_the_way)
+        on_the_way(corner, node, pair)
     }
 
     /// Index coordinates `[x_h, x_d, x_phi]` of a pair: `x_h`, `x_d` in `[0, 90]`, `x_phi` in
