@@ -8,7 +8,7 @@ use super::{
 };
 use crate::brdf::{Brdf, Channels};
 use crate::error::Error;
-use crate::experiment::{Plan, PlannedInstrument};
+use crate::experiment::{Plan, PlannedInstrument, quoted};
 use crate::geometry::Symmetry;
 use crate::instrument::Order;
 use crate::measurement::Measurement;
@@ -245,15 +245,6 @@ impl Explore {
         let path = quoted(&path.to_string_lossy());
         let command = format!("gonio schedule {path}{by} --skip-unreachable -o schedules/");
         Ok(Some((Carried::of_plan(&plan, symmetry)?, command)))
-    }
-}
-
-/// A text as one word of a shell.
-fn quoted(text: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "-_./=,:@+".contains(c);
-    match !text.is_empty() && text.chars().all(is_plain) {
-        true => text.into(),
-        false => format!("'{}'", text.replace('\'', r"'\''")),
     }
 }
 

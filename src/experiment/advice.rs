@@ -2,6 +2,7 @@
 
 mod choices;
 
+pub(crate) use choices::quoted;
 pub use choices::{Advice, AgainstFirst, Spread};
 
 use super::instruments::load;

@@ -87,6 +87,7 @@ mod training;
 mod tuning;
 mod wording;
 
+pub(crate) use advice::quoted;
 pub use advice::{ADVICE, Advice, AdviceSpec, Advised, AgainstFirst, FORMULAS, Spread};
 pub use any::AnyPlan;
 pub(crate) use checks::{each_once, first_of_each};

@@ -73,7 +73,7 @@ def directions(theta, phi):
 def near(shown, true, digits=3):
     """True where numbers agree to so many digits."""
     shown, true = np.asarray(shown, float), np.asarray(true, float)
-    assert np.all(np.abs(shown - true) <= 0.6 * 10.0 ** (1 - digits) * np.abs(true) + 1e-12), np.max(np.abs(shown / true - 1))
+    assert np.allclose(shown, true, rtol=0.5 * 10.0**-digits, atol=1e-12), np.max(np.abs(shown / true - 1))
 
 
 def test_types_of_the_script():
@@ -90,10 +90,14 @@ def test_pages_are_small_ask_for_nothing_and_open_in_a_second(browser, pages):
     for name, most in ("two", 4e6), ("few", 3e6), ("tour", 3e6), ("blank", 2e5):
         path = pages / f"{name}.html"
         assert path.stat().st_size <= most, (name, path.stat().st_size)
-        seconds = opened(browser, path)
+        # Other work on the machine only adds to it.
+        seconds = min(opened(browser, path) for _ in range(3))
         settle(browser)
         assert browser.errors == [] and browser.requests == [], (name, browser.errors, browser.requests)
-        print(f"{name}: {path.stat().st_size} bytes, {seconds:.2f} s")
+        shifts = browser.evaluate("""new Promise(done => new PerformanceObserver(list =>
+            done(list.getEntries().reduce((sum, e) => sum + e.value, 0))).observe({type: "layout-shift", buffered: true}) || setTimeout(done, 300, 0))""")
+        print(f"{name}: {path.stat().st_size} bytes, {seconds:.2f} s, shifts {shifts:.3f}")
+        assert shifts < 0.05, name
         assert seconds <= 1.0, name
 
 
@@ -196,7 +200,7 @@ def test_a_drag_is_answered_in_time(browser, pages):
         box = browser.evaluate(f"(e => {{ e.scrollIntoView(); const b = e.getBoundingClientRect(); return [b.x, b.y, b.width] }})(gonio.views.{view}.canvas)")
         settle(browser)
         x, y, w = box
-        light = browser.evaluate("gonio.views.directions.place(gonio.state.light)") if view == "directions" else [w / 2, w * 0.3]
+        light = browser.evaluate("gonio.views.directions.place(gonio.state.light)") if view == "directions" else [w * 0.35, w * 0.3]
         browser.evaluate("void gonio.frames.splice(0)")
         points = [(x + light[0] + 60 * math.sin(k / 9), y + light[1] + 40 * math.sin(k / 7)) for k in range(200)]
         browser.drag([(x + light[0], y + light[1]), *points])
@@ -204,6 +208,10 @@ def test_a_drag_is_answered_in_time(browser, pages):
         median = statistics.median(frames)
         print(f"{view}: {len(frames)} frames, median {median:.1f} ms")
         assert len(frames) >= 100 and median <= 33, view
+        before = browser.evaluate("String(gonio.state.light) + gonio.state.lamp")
+        browser.touch([(x + light[0], y + light[1]), (x + light[0] + 20, y + light[1] + 30), (x + light[0] + 40, y + light[1] + 30)])
+        settle(browser)
+        assert browser.evaluate("String(gonio.state.light) + gonio.state.lamp") != before, view
 
 
 def test_keys_and_fragments(browser, pages):
@@ -288,7 +296,7 @@ def test_files_are_dropped(browser, pages):
     drop("first.binary", (pages / "b.binary").read_bytes())
     assert browser.evaluate("gonio.materials.length") == 2
     drop("readings.csv", (pages / "few.csv").read_bytes())
-    browser.wait("document.getElementById('said').textContent.includes('few') || gonio.readings.length < 5000")
+    browser.wait("gonio.readings.length < 5000")
     header = struct.pack("<3i", 90, 90, 180)
     for name, data, words in [
         ("x.binary", b"", "header says nothing"), ("x.binary", struct.pack("<3i", 90, 90, 90), "90 × 90 × 90"), ("x.binary", header, "bytes"),
@@ -312,7 +320,7 @@ def test_bad_input_is_one_sentence_and_odd_input_a_page(browser, pages, gonio, t
     at("hostile.csv").write_bytes((pages / "few.csv").read_bytes())
     shutil.copy(at("hostile.csv"), at("<script>alert(1)</script>.csv".replace("/", "_")))
     for words, view in [((at("black.binary"),), "all of its values are 0"), (("--readings", at("one.csv")), None),
-                        (("lambert", "black" if False else "lambert", "--readings", at("many.csv")), "every 20th"),
+                        (("lambert", "lambert", "--readings", at("many.csv")), "every 20th"),
                         (("--readings", at("<script>alert(1)<_script>.csv")), None)]:
         gonio("explore", *words, "-o", at("page.html"), "--force")
         opened(browser, at("page.html"))

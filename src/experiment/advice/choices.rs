@@ -308,7 +308,7 @@ fn symmetries(symmetry: Symmetry) -> String {
 }
 
 /// A word as a shell takes it.
-fn quoted(word: &str) -> String {
+pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./:=+,".contains(c);
     match !word.is_empty() && word.chars().all(plain) {
         true => word.into(),

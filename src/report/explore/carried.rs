@@ -6,7 +6,7 @@ use super::page::{Exploration, ShownMaterial, ShownReadings};
 use super::readings::MOST;
 use crate::brdf::Brdf;
 use crate::error::Error;
-use crate::experiment::{Plan, PlannedInstrument, Router, Unit};
+use crate::experiment::{Plan, PlannedInstrument, Router, Unit, quoted};
 use crate::geometry::Symmetry;
 use crate::instrument::{Ideal, Instrument};
 use crate::measurement::Measurement;
@@ -110,7 +110,7 @@ pub(crate) fn explored(plan: &Plan) -> Result<String, Error> {
         let measurement = carried.read(&*brdf)?;
         let command = String::from("gonio schedule config.toml -o schedules/");
         let name = &material.name;
-        let argument = format!("config.toml --material {name}");
+        let argument = format!("config.toml --material {}", quoted(name));
         let page = Exploration {
             command: "gonio run config.toml --set output.explore=true".into(),
             materials: vec![ShownMaterial {

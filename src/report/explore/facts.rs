@@ -19,12 +19,12 @@ const SKY: [usize; 2] = [160, 36];
 /// Views of profiles of moments, every 3°.
 const VIEWS: usize = 30;
 
-/// Errors of B against A, as `gonio reconstruct --against` has them.
-pub(super) fn errors(brdfs: &[&dyn Brdf]) -> Vec<Json> {
+/// Errors of B against A at some measures, as `gonio reconstruct --against` has them.
+pub(super) fn errors(brdfs: &[&dyn Brdf], measures: &[Measure]) -> Vec<Json> {
     let [a, b] = brdfs else {
         return Vec::new();
     };
-    let Ok(set) = TestSet::new(&Measure::USUAL, &metrics()) else {
+    let Ok(set) = TestSet::new(measures, &metrics()) else {
         return Vec::new();
     };
     let tally = set.compare(*a, *b).tally;
@@ -35,7 +35,7 @@ pub(super) fn errors(brdfs: &[&dyn Brdf]) -> Vec<Json> {
             "error": tally.standard_errors(i).nrmse,
         })
     };
-    Measure::USUAL.iter().enumerate().map(of).collect()
+    measures.iter().enumerate().map(of).collect()
 }
 
 /// How errors of a page are found: as `gonio reconstruct --against` does.

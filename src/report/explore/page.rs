@@ -10,6 +10,7 @@ use crate::brdf::Brdf;
 use crate::error::Error;
 use crate::instrument::{Ideal, Instrument};
 use crate::measurement::Measurement;
+use crate::metrics::Measure;
 use crate::parametrization::{self, WarpSpec, Warps};
 use crate::reconstruct::{self, Cubic, Reconstruct, ReconstructError, Replicated};
 use crate::report::pictures;
@@ -113,8 +114,9 @@ impl Exploration<'_> {
         let dense = |m: &ShownMaterial<'_>| if m.is_slow { dense(m.brdf) } else { None };
         let dense: Vec<Option<Box<dyn Brdf>>> = materials.iter().map(dense).collect();
         for (m, dense) in materials.iter().zip(&dense) {
-            let error = dense.iter().flat_map(|dense| errors(&[m.brdf, &**dense]));
-            if let Some(nrmse) = error.take(1).find_map(|e| e["nrmse"].as_f64()) {
+            let of = |dense: &Box<dyn Brdf>| errors(&[m.brdf, &**dense], &[Measure::Cosine]);
+            let mut error = dense.iter().flat_map(of);
+            if let Some(nrmse) = error.find_map(|e| e["nrmse"].as_f64()) {
                 let of = format!("{} is shown between {DENSE} of its values", m.name);
                 notes.push(format!("{of}, which err by a cosine nrmse of {nrmse:.4}."));
             }
@@ -218,7 +220,12 @@ impl Exploration<'_> {
             || join(tables, distortion),
             || {
                 join(
-                    || join(|| join(readings, uncertainty), || errors(&own)),
+                    || {
+                        join(
+                            || join(readings, uncertainty),
+                            || errors(&own, &Measure::USUAL),
+                        )
+                    },
                     || join(moments, || sky(&brdfs, parts)),
                 )
             },

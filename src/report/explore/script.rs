@@ -27,8 +27,8 @@ pub(super) const STYLE: &str = include_str!("page/style.css");
 
 /// SHA-256 of [`script`] and of [`STYLE`], which the policy of a page allows and nothing else.
 pub(super) const HASHES: [&str; 2] = [
-    "bUx+GGIB21VGGD2ZjZSuV09yT9SGXekwcogCr/pJLyU=",
-    "lVEtV826bme0YDLxAdAdKtHWG7DXxIfjI81Vj4UP/QQ=",
+    "isHdOg4tD5km5YutHkpkzYsyyJubKqp71nWpqVbZBjw=",
+    "uFFLLEiOJp+1IeCYg1y7sdcEJqu9U5MJhIrKSH2EsPo=",
 ];
 
 /// The script: the modules in one, each a function of those that it uses.

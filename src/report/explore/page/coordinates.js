@@ -101,9 +101,9 @@ export class Coordinates extends View {
     const { axes } = this.chart();
     this.box = [62, 12, width - 76, height - 120];
     const [left, top, w, h] = this.box;
-    const all = axes.slice(0, 2).map((_, i) => this.axis(i));
+    const both = [this.axis(), this.axis()];
     const names = axes.map((a, i) => `${a.symbol}${a.angle ? ", degrees" : ""}${i < 2 && this.warp(i).name !== "none" ? ` (${this.warp(i).name})` : ""}`);
-    frame(pen, this.box, all[0], all[1], names[0], names[1]);
+    frame(pen, this.box, both[0], both[1], names[0], names[1]);
     this.fill();
     pen.path([[left, top], [left + w, top], [left + w, top + h], [left, top + h]], { fill: faint, alpha: 0.5 }, true);
     if (materials.length) pen.image(this.box, this.image);
@@ -118,8 +118,8 @@ export class Coordinates extends View {
     if (materials.length) bar(pen, box, isDifference(state.show), tone(shown()), isDifference(state.show) ? "ln(B/A)" : quantity());
   }
 
-  /** An axis of places, without ticks: those are warped. @param {number} i */
-  axis(i) {
+  /** An axis of places, without ticks: those are warped. */
+  axis() {
     const axis = new Axis(0, 1);
     axis.ticks = () => [];
     return axis;

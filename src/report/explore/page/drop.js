@@ -17,7 +17,7 @@ const MOST_BYTES = 80e6;
 const MOST_READINGS = 20_000;
 
 /** Reads a MERL table. @param {string} name @param {ArrayBuffer} buffer @returns {Material | string} or what is wrong */
-export function merl(name, buffer) {
+function merl(name, buffer) {
   const dims = buffer.byteLength >= 12 ? Array.from(new Int32Array(buffer, 0, 3)) : [];
   const cells = dims[0] * dims[1] * dims[2];
   const isTable = dims[0] === 90 && dims[1] === 90 && (dims[2] === 180 || dims[2] === 360);
@@ -66,7 +66,7 @@ function luminanceOf(channels) {
 }
 
 /** Reads the program's readings. @param {string} name @param {string} text @returns {{readings: Reading[], channels: string[], isotropic: boolean, every: number, left: number} | string} or what is wrong */
-export function readCsv(name, text) {
+function readCsv(name, text) {
   const lines = text.split(/\r?\n/);
   const head = lines.findIndex((line) => line && !line.startsWith("#"));
   const names = head < 0 ? [] : cells(lines[head]);

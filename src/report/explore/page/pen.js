@@ -131,7 +131,7 @@ export class CanvasPen {
 }
 
 /** Text as it stands in XML. @param {string} text */
-export function escaped(text) {
+function escaped(text) {
   return text.replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
 }
 

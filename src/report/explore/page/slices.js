@@ -20,7 +20,7 @@ const STEP = 0.25;
 const OFF = 1.5;
 
 /** The sensor at an elevation in the plane: negative on the side of the light's mirror direction. @param {number} at degrees @returns {Vector} */
-export const sensorAt = (at) => direction(Math.abs(at), state.light[1] + state.plane + (at < 0 ? 180 : 0));
+const sensorAt = (at) => direction(Math.abs(at), state.light[1] + state.plane + (at < 0 ? 180 : 0));
 
 export class Slices extends View {
   constructor() {
@@ -79,7 +79,7 @@ export class Slices extends View {
     const x = new Axis(-90, 90);
     this.box = [62, 26, width - 76, height * 0.52 - 26];
     const at = frame(pen, this.box, x, y, "elevation of the sensor, degrees", quantity());
-    const bands = band(curves);
+    const bands = band(curves, sensorAt);
     pen.within(this.box, () => {
       if (bands) {
         const upper = bands.map((p) => at(p[0], p[2]));

@@ -131,7 +131,7 @@ function writeFragment() {
 }
 
 /** The state as a fragment: what differs from the start. */
-export function fragment() {
+function fragment() {
   const words = Object.entries(state)
     .filter(([key, value]) => String(value) !== String(/** @type {any} */ (START)[key]))
     .map(([key, value]) => `${key}=${encodeURIComponent(String(value))}`);

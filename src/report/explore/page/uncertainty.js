@@ -13,14 +13,13 @@ export function useUncertainty(made) {
   table = made;
 }
 
-/** Curves of B − 2u and B + 2u of luminance; none where the program has none. @param {[number, number][][]} curves @returns {[number, number, number][] | undefined} */
-export function band(curves) {
+/** Curves of B − 2u and B + 2u of luminance; none where the program has none. @param {[number, number][][]} curves by elevation @param {(at: number) => import("./geometry.js").Vector} sensorAt an elevation @returns {[number, number, number][] | undefined} */
+export function band(curves, sensorAt) {
   if (!table || !data.uncertainty || state.channel > 0 || curves.length === 0) return undefined;
   const known = table;
   const light = direction(...state.light);
   return curves[curves.length - 1].map(([at, v]) => {
-    const sensor = direction(Math.abs(at), state.light[1] + state.plane + (at < 0 ? 180 : 0));
-    const u = v * known.value(0, ...light, ...sensor);
+    const u = v * known.value(0, ...light, ...sensorAt(at));
     return [at, v - 2 * u, v + 2 * u];
   });
 }
