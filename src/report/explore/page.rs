@@ -114,9 +114,10 @@ impl Exploration<'_> {
         let dense = |m: &ShownMaterial<'_>| if m.is_slow { dense(m.brdf) } else { None };
         let dense: Vec<Option<Box<dyn Brdf>>> = materials.iter().map(dense).collect();
         for (m, dense) in materials.iter().zip(&dense) {
-            let of = |dense: &Box<dyn Brdf>| errors(&[m.brdf, &**dense], &[Measure::Cosine]);
-            let mut error = dense.iter().flat_map(of);
-            if let Some(nrmse) = error.find_map(|e| e["nrmse"].as_f64()) {
+            let error = dense.as_deref();
+            let error = error.map(|dense| errors(&[m.brdf, dense], &[Measure::Cosine]));
+            let error = error.into_iter().flatten().next();
+            if let Some(nrmse) = error.and_then(|e| e["nrmse"].as_f64()) {
                 let of = format!("{} is shown between {DENSE} of its values", m.name);
                 notes.push(format!("{of}, which err by a cosine nrmse of {nrmse:.4}."));
             }
