@@ -224,7 +224,7 @@ fn nodes_on_poles_and_mirrors_count_once() {
             _ => {}
         }
         let grid = set("grid", &body);
-        for budget in [60, 400, 1500] {
+        for budget in [60, 600] {
             let what = format!("{body} of {budget} in {}", name(&*p));
             let s = match grid.plan(&p, budget, 0) {
                 Ok(s) => s,
@@ -335,17 +335,16 @@ fn full_grids_have_as_many_configurations_in_all_coordinates() {
             (false, _) => 0.94,
             (true, _) => 0.78,
         };
-        for budget in [4000, 16_000] {
-            let what = format!("{budget} in {}", name(&*p));
-            let (plain, fewer) = grid_shape(&p, &*set("grid", ""), budget);
-            let (shape, count) = grid_shape(&p, &*set("grid", "fill = true"), budget);
-            assert!(count <= budget && count >= fewer, "{what}: {count} {fewer}");
-            let is_full = count as f64 >= least * budget as f64;
-            assert!(is_full, "{what}: {count} {shape:?}");
-            for (n, m) in plain.into_iter().zip(shape) {
-                let most = (0.15 * n as f64).max(2.0);
-                assert!(n.abs_diff(m) as f64 <= most, "{what}: {n} {m}");
-            }
+        let budget = 4000;
+        let what = format!("{budget} in {}", name(&*p));
+        let (plain, fewer) = grid_shape(&p, &*set("grid", ""), budget);
+        let (shape, count) = grid_shape(&p, &*set("grid", "fill = true"), budget);
+        assert!(count <= budget && count >= fewer, "{what}: {count} {fewer}");
+        let is_full = count as f64 >= least * budget as f64;
+        assert!(is_full, "{what}: {count} {shape:?}");
+        for (n, m) in plain.into_iter().zip(shape) {
+            let most = (0.15 * n as f64).max(2.0);
+            assert!(n.abs_diff(m) as f64 <= most, "{what}: {n} {m}");
         }
     }
 }

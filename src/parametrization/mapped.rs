@@ -19,7 +19,10 @@ use crate::registry::{Entry, ReadError};
 use crate::sampling::{Random, cosine_hemisphere};
 use glam::DVec3;
 use nalgebra::Matrix4;
+use std::any::TypeId;
+use std::collections::BTreeSet;
 use std::marker::PhantomData;
+use std::sync::{Mutex, PoisonError};
 
 /// Coordinates of pairs of directions by their two maps.
 ///
@@ -312,10 +315,21 @@ pub const fn mapped_entry<M: Maps>(
         examples,
         read: |table| {
             let span = table.span();
-            invert::<M>().map_err(|e| ReadError::new(span, e.to_string()))?;
+            inverts::<M>().map_err(|e| ReadError::new(span, e.to_string()))?;
             (super::entry::<Mapped<M>>("", &[]).read)(table)
         },
     }
+}
+
+/// [`invert`], done once in a process for each type that passes.
+fn inverts<M: Maps>() -> Result<(), ParameterError> {
+    static PASSED: Mutex<BTreeSet<TypeId>> = Mutex::new(BTreeSet::new());
+    let passed = || PASSED.lock().unwrap_or_else(PoisonError::into_inner);
+    if !passed().contains(&TypeId::of::<M>()) {
+        invert::<M>()?;
+        passed().insert(TypeId::of::<M>());
+    }
+    Ok(())
 }
 
 /// Tries if the inverse of a map leads back to random pairs.

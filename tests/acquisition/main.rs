@@ -228,7 +228,7 @@ fn poses_depend_on_the_seed_and_not_on_the_number_of_threads(level: Level) {
     for planner in planners(level) {
         let poses = |seed, threads| {
             let measured = common::on_threads(threads, || {
-                let mut task = task(level.of(16, 40));
+                let mut task = task(level.of(10, 40));
                 task.seed = seed;
                 acquire(&*planner, &task, &truth)
             });
@@ -269,10 +269,10 @@ fn a_machine_reaches_every_pose_that_is_chosen_for_it(level: Level) {
 fn readings_of_a_file_lead_to_the_same_poses(level: Level) {
     let truth = lobe(0.1);
     for planner in planners(level) {
-        let mut task = task(level.of(20, 40));
+        let mut task = task(level.of(12, 40));
         task.truth = Some(&truth);
         let mut begun = task.clone();
-        begun.budget = level.of(10, 20);
+        begun.budget = level.of(8, 20);
         let so_far = acquire(&*planner, &begun, &truth).unwrap();
         let mut file = Vec::new();
         let write = WRITE_READINGS.choose(None, Path::new("r.csv")).unwrap();
@@ -281,7 +281,7 @@ fn readings_of_a_file_lead_to_the_same_poses(level: Level) {
         let text = String::from_utf8(file).unwrap();
         let again = reader(&text, "r.csv", &Assume::default());
         let again = again.unwrap().measurement;
-        let [now, later] = [&so_far, &again].map(|m| planner.next(&task, m, 10).unwrap());
+        let [now, later] = [&so_far, &again].map(|m| planner.next(&task, m, 4).unwrap());
         assert_eq!(now, later, "{}", planner.label());
     }
 }
@@ -330,16 +330,16 @@ fn what_a_machine_refused_is_not_asked_for_again() {
 /// A region without data, where the lobe peaks, takes some poses and not the acquisition.
 fn a_hole_is_asked_about_and_left(level: Level) {
     let whole = lobe(0.05);
-    let batch = level.of(8, 16);
+    let (batch, rounds) = level.of((8, 4), (16, 6));
     let is_hole = |pair: &DirectionPair| usual_form(Symmetry::FULL).forward(pair)[0] < 0.25;
     let holed = made(Symmetry::FULL, |pair| {
         (!is_hole(pair)).then(|| [whole.luminance(pair).unwrap()])
     });
     let asked = |planner: &dyn Planner, truth: &dyn Brdf| {
-        let mut task = task(6 * batch);
+        let mut task = task(rounds * batch);
         task.truth = Some(truth);
         let mut so_far = acquisition::nothing(&task);
-        for _ in 0..6 {
+        for _ in 0..rounds {
             let poses = planner.next(&task, &so_far, batch).unwrap();
             let schedule = acquisition::scheduled(&task, planner, poses);
             let read = Ideal.measure(truth, &Arc::new(schedule));

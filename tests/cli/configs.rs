@@ -105,7 +105,7 @@ fn every_shipped_config_is_read_and_checked() {
             continue;
         }
         let small = match text.contains("\nminutes = ") {
-            true => "--set readings=[150] --set minutes=[3]",
+            true => "--set budgets=[200] --set readings=[150] --set minutes=[3]",
             false => "--set budgets=[40]",
         };
         bench.good(format!("check {file} {small}"));

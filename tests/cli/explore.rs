@@ -1,14 +1,13 @@
 use super::{Bench, READINGS};
 
-/// A study of one material and one instrument, which writes a page.
+/// A study of one material, which writes a page.
 const STUDY: &str = r#"
-budgets = [60]
+budgets = [12]
 measures = ["cosine"]
 material = [{ kind = "lambert", albedo = 0.5 }]
 parametrization = [{ kind = "hybrid" }]
 sample_set = [{ kind = "sobol" }]
 reconstruction = [{ kind = "nearest" }]
-instrument = [{ preset = "cornell" }]
 metrics = { pairs = 200, tolerance = 1.0 }
 output = { explore = true }
 "#;

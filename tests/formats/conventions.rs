@@ -417,7 +417,7 @@ fn two_readings_of_a_pose_cover_the_truth() {
 #[test]
 fn a_cut_file_is_read_up_to_the_cut() {
     let form = crate::common::form("hybrid", Symmetry::FULL);
-    let poses = planned(&form, "grid", 60, 1);
+    let poses = planned(&form, "grid", 16, 1);
     let (m, itinerary) = measurements::measured(&poses, Channels::Rgb, true);
     let about = measurements::about(&m, &itinerary);
     let text = |format| measurements::text(&m, &about, Sequence::Generated, format);

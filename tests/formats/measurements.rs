@@ -123,7 +123,9 @@ fn assert_same(a: &Measurement, b: &Measurement) {
 #[test]
 fn a_measurement_comes_back_to_the_bit() {
     let schema = measurement_schema();
-    for ((schedule, channels), details) in product(product(schedules(), kinds()), [false, true]) {
+    for (i, (schedule, channels)) in product(schedules(), kinds()).into_iter().enumerate() {
+        // Half of each, in turn.
+        let details = (i + i / kinds().len()).is_multiple_of(2);
         let (measurement, itinerary) = measured(&schedule, channels, details);
         let about = about(&measurement, &itinerary);
         let backwards: Vec<u32> = (0..schedule.poses.len() as u32).rev().collect();

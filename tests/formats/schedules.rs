@@ -125,7 +125,7 @@ fn an_itinerary_is_in_the_file_and_what_it_leaves_out_too() {
 fn a_cut_file_is_refused() {
     let form = form("half-difference", Symmetry::FULL);
     for (kind, format) in product(["grid", "sobol"], FORMATS) {
-        let schedule = planned(&form, kind, 60, 1);
+        let schedule = planned(&form, kind, 16, 1);
         for itinerary in [None, Some(&backwards(&schedule))] {
             let whole = text(&schedule, itinerary, format);
             let mut tried = 0;

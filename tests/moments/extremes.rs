@@ -165,8 +165,8 @@ const SQUARE: [[f64; 2]; 2] = [[-FRAC_PI_2; 2], [FRAC_PI_2; 2]];
 #[test]
 fn one_bright_texel_is_found_off_the_mirror_direction() {
     for interpolation in [Interpolation::Trilinear, Interpolation::Nearest] {
-        // θ_h of 20°, 30° and 40°.
-        for texel in [[42, 30, 120], [52, 40, 75], [60, 50, 100]] {
+        // θ_h of 20° and 40°.
+        for texel in [[42, 30, 120], [60, 50, 100]] {
             let value = |cell| if cell == texel { 1000.0 } else { 0.1 };
             let brdf = table(interpolation, value);
             // The view from which the slice runs through the middle of the texel, which is its node.

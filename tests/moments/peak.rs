@@ -135,7 +135,7 @@ fn true_errors_are_below_the_stated_ones_over_decades() {
             };
             let tight = estimate(&**brdf, theta_o, &tight, 1);
             let want = Component::ALL.map(|c| tight.moments.get(c).unwrap());
-            for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
+            for tolerance in [1e-2, 1e-4, 1e-6, 1e-8] {
                 let by = resolving(tolerance);
                 let got = estimate(&**brdf, theta_o, &by, 1);
                 let what = format!("{name} at {theta_deg}° to {tolerance:e}");

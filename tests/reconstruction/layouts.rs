@@ -14,7 +14,7 @@ use gonio::schedule::Schedule;
 use std::sync::Arc;
 
 levels! {
-    values_are_near_the_readings_and_not_much_worse_than_the_nearest: "thorough: every model, more pairs";
+    values_are_near_the_readings_and_not_much_worse_than_the_nearest: "thorough: every layout and model, more pairs";
 }
 
 /// theta_i, theta_o and the azimuth between them, degrees.
@@ -328,7 +328,8 @@ fn range(layout: &str, kind: &str) -> (f64, f64) {
 fn values_are_near_the_readings_and_not_much_worse_than_the_nearest(level: Level) {
     let benches = benches(level, level.of(600, 2500));
     let mut wrong = Vec::new();
-    for (layout, angles) in layouts().into_iter().step_by(level.of(2, 1)) {
+    let most = level.of(700, usize::MAX);
+    for (layout, angles) in layouts().into_iter().filter(|(_, all)| all.len() <= most) {
         let schedule = schedule(&angles);
         let readings = benches.each_ref().map(|bench| bench.readings(&schedule));
         let methods = methods();

@@ -120,7 +120,12 @@ fn poles_are_as_good_as_any_other_place(level: Level) {
     let mut symmetries = some_symmetries();
     symmetries.retain(|s| level == Level::Thorough || s.isotropic);
     for symmetry in symmetries {
-        let budget = if symmetry.isotropic { 3000 } else { 20_000 };
+        let isotropic = level.of(1500, 3000);
+        let budget = if symmetry.isotropic {
+            isotropic
+        } else {
+            20_000
+        };
         for name in ["half-difference", "spherical", "hybrid", "orthographic"] {
             let form = form(name, symmetry);
             let truth = smooth_material(symmetry);

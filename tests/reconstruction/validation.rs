@@ -81,7 +81,7 @@ fn a_constant_is_predicted_exactly() {
 fn scattered_readings_tell_the_error() {
     for name in ["ggx", "ward", "retro-reflective"] {
         let model = named(name);
-        let m = readings(&*model, &scattered(1500));
+        let m = readings(&*model, &scattered(800));
         let validation = CrossValidation::new(&m, None).unwrap();
         assert_eq!(validation.left(), Left::Points { sets: 10 });
         for kind in ["thin-plate", "inverse-distance", "nearest"] {

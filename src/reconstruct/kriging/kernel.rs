@@ -238,10 +238,12 @@ pub(super) fn blocks(columns: &[Columns]) -> Vec<Block> {
 /// The squares of the differences between a pair and a block in a column.
 #[inline(always)]
 fn squares(x: &Columns, block: &Block, c: usize) -> [f64; LANES] {
-    from_fn(|i| {
+    let mut squares = [0.0; LANES];
+    for i in 0..LANES {
         let off = block[c][i] - x[c];
-        off * off
-    })
+        squares[i] = off * off;
+    }
+    squares
 }
 
 /// r² of a term.

@@ -14,12 +14,19 @@ pub(super) fn isolines(values: &[Option<f64>], columns: usize, level: f64) -> Ve
         for column in 1..columns {
             let a = (row - 1) * columns + column - 1;
             let corners = [a, a + 1, a + columns + 1, a + columns];
-            let found = corners.map(|i| values[i]);
-            let [Some(p), Some(q), Some(r), Some(s)] = found else {
+            let ([p, q], [s, r]) = (
+                [values[a], values[a + 1]],
+                [values[a + columns], values[a + columns + 1]],
+            );
+            let (Some(p), Some(q), Some(r), Some(s)) = (p, q, r, s) else {
                 continue;
             };
             let value = [p, q, r, s];
-            let above = value.map(|v| v >= level);
+            let above = [p >= level, q >= level, r >= level, s >= level];
+            // Most squares hold no line.
+            if above == [above[0]; 4] {
+                continue;
+            }
             let edges = [2 * a, 2 * (a + 1) + 1, 2 * (a + columns), 2 * a + 1];
             let crossed = |i: usize| above[i] != above[(i + 1) % 4];
             let cut: Vec<usize> = (0..4).filter(|&i| crossed(i)).collect();
