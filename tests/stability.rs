@@ -143,7 +143,7 @@ fn every_law_holds(level: Level) {
     // The registries are of the whole process: the other test may have joined its members.
     let is_asked = |i: usize, check: &Check| {
         let own = OWN.iter().any(|own| check.member.starts_with(own));
-        !own && i.is_multiple_of(level.of(7, 1))
+        !own && i.is_multiple_of(level.of(11, 1))
     };
     for family in stability::all() {
         for finding in walked(family.name, is_asked) {

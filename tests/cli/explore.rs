@@ -1,8 +1,8 @@
 use super::{Bench, READINGS};
 
-/// A study of one material, which writes a page.
+/// A study of one material, which writes a page; nothing is reconstructed from two readings.
 const STUDY: &str = r#"
-budgets = [12]
+budgets = [2]
 measures = ["cosine"]
 material = [{ kind = "lambert", albedo = 0.5 }]
 parametrization = [{ kind = "hybrid" }]

@@ -63,6 +63,7 @@ fn less(command: &str) -> String {
     let command = command.replace("run my.binary", "run my.binary --set budgets=[40]");
     let command = command.replace("run my-study.toml", "run my-study.toml --set budgets=[40]");
     let command = command.replace("advise my.binary", "advise --help my.binary");
+    let command = command.replace("explore my.binary", "explore --help my.binary");
     command.replace("reconstruct my.csv", "reconstruct --help my.csv")
 }
 

@@ -326,9 +326,9 @@ fn range(layout: &str, kind: &str) -> (f64, f64) {
 }
 
 fn values_are_near_the_readings_and_not_much_worse_than_the_nearest(level: Level) {
-    let benches = benches(level, level.of(600, 2500));
+    let benches = benches(level, level.of(400, 2500));
     let mut wrong = Vec::new();
-    let most = level.of(700, usize::MAX);
+    let most = level.of(610, usize::MAX);
     for (layout, angles) in layouts().into_iter().filter(|(_, all)| all.len() <= most) {
         let schedule = schedule(&angles);
         let readings = benches.each_ref().map(|bench| bench.readings(&schedule));

@@ -33,7 +33,7 @@ pub(super) const ENTRY: Entry<dyn Reconstruct> = Entry {
     examples: &[
         "",
         "model = { kind = \"ggx\", alpha = 0.2 }",
-        "model = { kind = \"ward\" }\nstarts = 32",
+        "model = { kind = \"ward\" }\nstarts = 4",
         "model = { kind = \"oren-nayar\" }\nfixed = [\"sigma_deg\"]",
     ],
     read,
