@@ -190,6 +190,17 @@ pub fn write_atomically(
     path: &Path,
     body: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> io::Result<()> {
+    let mut body = Some(body);
+    write_by(path, &mut |out| {
+        body.take().map_or(Ok(()), |body| body(out))
+    })
+}
+
+/// [`write_atomically`], compiled once and not for each body, which it calls once at most.
+fn write_by(
+    path: &Path,
+    body: &mut dyn FnMut(&mut BufWriter<File>) -> io::Result<()>,
+) -> io::Result<()> {
     let path = destination(path)?;
     if path.file_name().is_none() {
         return Err(refused("this is no file name"));
