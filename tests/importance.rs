@@ -1,4 +1,5 @@
 //! Samplers made of tables, on every model: draws average to the albedo, and their variance is that of the quadrature.
+#![cfg(feature = "experiments")]
 
 mod common;
 
