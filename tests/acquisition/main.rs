@@ -330,16 +330,16 @@ fn what_a_machine_refused_is_not_asked_for_again() {
 /// A region without data, where the lobe peaks, takes some poses and not the acquisition.
 fn a_hole_is_asked_about_and_left(level: Level) {
     let whole = lobe(0.05);
-    let (batch, rounds) = level.of((8, 4), (16, 6));
+    let batch = level.of(8, 16);
     let is_hole = |pair: &DirectionPair| usual_form(Symmetry::FULL).forward(pair)[0] < 0.25;
     let holed = made(Symmetry::FULL, |pair| {
         (!is_hole(pair)).then(|| [whole.luminance(pair).unwrap()])
     });
     let asked = |planner: &dyn Planner, truth: &dyn Brdf| {
-        let mut task = task(rounds * batch);
+        let mut task = task(6 * batch);
         task.truth = Some(truth);
         let mut so_far = acquisition::nothing(&task);
-        for _ in 0..rounds {
+        for _ in 0..6 {
             let poses = planner.next(&task, &so_far, batch).unwrap();
             let schedule = acquisition::scheduled(&task, planner, poses);
             let read = Ideal.measure(truth, &Arc::new(schedule));

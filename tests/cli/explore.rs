@@ -1,6 +1,6 @@
 use super::{Bench, READINGS};
 
-/// A study of one material, which writes a page; nothing is reconstructed from two readings.
+/// A study of one material and one instrument, which writes a page; nothing is reconstructed from two readings.
 const STUDY: &str = r#"
 budgets = [2]
 measures = ["cosine"]
@@ -8,6 +8,7 @@ material = [{ kind = "lambert", albedo = 0.5 }]
 parametrization = [{ kind = "hybrid" }]
 sample_set = [{ kind = "sobol" }]
 reconstruction = [{ kind = "nearest" }]
+instrument = [{ preset = "cornell" }]
 metrics = { pairs = 200, tolerance = 1.0 }
 output = { explore = true }
 "#;

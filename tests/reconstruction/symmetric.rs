@@ -120,11 +120,9 @@ fn poles_are_as_good_as_any_other_place(level: Level) {
     let mut symmetries = some_symmetries();
     symmetries.retain(|s| level == Level::Thorough || s.isotropic);
     for symmetry in symmetries {
-        let isotropic = level.of(1500, 3000);
-        let budget = if symmetry.isotropic {
-            isotropic
-        } else {
-            20_000
+        let budget = match symmetry.isotropic {
+            true => level.of(1500, 3000),
+            false => 20_000,
         };
         for name in ["half-difference", "spherical", "hybrid", "orthographic"] {
             let form = form(name, symmetry);

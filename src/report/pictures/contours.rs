@@ -14,11 +14,9 @@ pub(super) fn isolines(values: &[Option<f64>], columns: usize, level: f64) -> Ve
         for column in 1..columns {
             let a = (row - 1) * columns + column - 1;
             let corners = [a, a + 1, a + columns + 1, a + columns];
-            let ([p, q], [s, r]) = (
-                [values[a], values[a + 1]],
-                [values[a + columns], values[a + columns + 1]],
-            );
-            let (Some(p), Some(q), Some(r), Some(s)) = (p, q, r, s) else {
+            let [p, q, r, s] = corners;
+            let (Some(p), Some(q), Some(r), Some(s)) = (values[p], values[q], values[r], values[s])
+            else {
                 continue;
             };
             let value = [p, q, r, s];
