@@ -56,6 +56,15 @@ impl Channels {
         }
     }
 
+    /// What a channel is called: R, G, B, or its wavelength; luminance has no name.
+    pub fn name(&self, channel: usize) -> Option<String> {
+        match self {
+            Channels::Luminance => None,
+            Channels::Rgb => Some(["R", "G", "B"][channel].into()),
+            Channels::Wavelengths(w) => Some(format!("{} nm", w.nm()[channel])),
+        }
+    }
+
     /// The wavelengths (nm), if there is one value for each.
     pub fn wavelengths(&self) -> Option<&Wavelengths> {
         match self {

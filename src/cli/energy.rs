@@ -1,7 +1,7 @@
 //! Whether a BRDF that goes into a file reflects more than it receives.
 
 use super::{listed, print, say};
-use crate::brdf::{Brdf, Channels, Presence, laws, of_wrapped};
+use crate::brdf::{Brdf, Presence, laws, of_wrapped};
 use crate::error::Error;
 use crate::geometry::{Direction, DirectionPair};
 use crate::measurement::Measurement;
@@ -171,11 +171,7 @@ impl Albedo {
         Self {
             degrees,
             value,
-            channel: match brdf.channels() {
-                Channels::Luminance => None,
-                Channels::Rgb => Some(["R", "G", "B"][channel].into()),
-                Channels::Wavelengths(w) => Some(format!("{} nm", w.nm()[channel])),
-            },
+            channel: brdf.channels().name(channel),
             uncertainty: albedo.error + 3.0 * noise + relative.min(EXCUSE) * value,
             missing: albedo.missing,
             filled: match albedo.missing > HOLES {

@@ -6,12 +6,11 @@ use super::{
     make_folder, not_built, note, planned_instrument, read_schedule, refuse_existing,
     refuse_unwritable, write_text,
 };
-use crate::brdf::{Brdf, Channels};
+use crate::brdf::Channels;
 use crate::error::Error;
 use crate::experiment::{Plan, PlannedInstrument, quoted};
 use crate::geometry::Symmetry;
 use crate::instrument::Order;
-use crate::measurement::Measurement;
 use crate::report::explore::{Carried, Exploration, ShownMaterial, ShownReadings};
 use crate::schedule::Assume;
 use clap::{ArgGroup, Args, FromArgMatches};
@@ -72,27 +71,13 @@ pub(super) struct Explore {
     reading: ReadingArgs,
 }
 
-/// A material that is shown.
-struct Loaded {
-    name: String,
-    argument: String,
-    brdf: Box<dyn Brdf>,
-    is_slow: bool,
-}
-
-/// Pages of a gallery, with the arguments that make them.
-const GALLERY: [(&str, &str); 5] = [
-    ("roughness", "ggx ggx --set alpha=0.3 --set-b alpha=0.15"),
-    ("anisotropy", "ggx --set alpha=[0.15,0.4]"),
-    ("families", "sheen ward"),
-    (
-        "arms",
-        "ggx --set alpha=0.3 --plan ggx --instrument cornell",
-    ),
-    (
-        "pictures",
-        "ggx --set alpha=0.3 --plan ggx --instrument sphere-camera",
-    ),
+/// Pages of a gallery: the name of each, and the arguments that make it.
+const GALLERY: [&str; 5] = [
+    "roughness ggx ggx --set alpha=0.3 --set-b alpha=0.15",
+    "anisotropy ggx --set alpha=[0.15,0.4]",
+    "families sheen ward",
+    "arms ggx --set alpha=0.3 --plan ggx --instrument cornell",
+    "pictures ggx --set alpha=0.3 --plan ggx --instrument sphere-camera",
 ];
 
 impl Explore {
@@ -102,10 +87,8 @@ impl Explore {
             (Some(folder), _) => self.write_gallery(folder),
             (None, Some(output)) => {
                 let words = std::env::args().skip_while(|word| word != "explore");
-                let words = words
-                    .filter(|word| word != "--force")
-                    .map(|word| quoted(&word));
-                let words: Vec<String> = words.collect();
+                let words = words.filter(|word| word != "--force");
+                let words: Vec<String> = words.map(|word| quoted(&word)).collect();
                 self.write(output, format!("gonio {}", words.join(" ")))
             }
             // The parser asks for either.
@@ -115,7 +98,8 @@ impl Explore {
 
     fn write_gallery(&self, folder: &Path) -> Result<(), Error> {
         make_folder(folder)?;
-        let pages = GALLERY.map(|(name, words)| (folder.join(format!("{name}.html")), words));
+        let pages = GALLERY.map(|page| page.split_once(' ').unwrap_or_default());
+        let pages = pages.map(|(name, words)| (folder.join(format!("{name}.html")), words));
         for (path, _) in &pages {
             refuse_existing(path, self.force)?;
         }
@@ -140,88 +124,48 @@ impl Explore {
                 materials.push(load(target, set)?);
             }
         }
-        let read = self
-            .readings
-            .as_ref()
-            .map(|path| self.read(path))
-            .transpose()?;
-        let carried = self.carried(materials.first())?;
-        let mut notes = Vec::new();
-        let simulated = match (&read, &carried, materials.first()) {
-            (None, Some((carried, _)), Some(a)) => Some((a, carried.read(&*a.brdf)?)),
-            _ => None,
-        };
-        let readings = match (&read, &simulated) {
-            (Some((name, argument, measurement)), _) => Some(ShownReadings {
-                name,
-                argument: Some(argument),
-                measurement,
-            }),
-            (None, Some((a, measurement))) => {
-                notes.push(format!("The readings are simulated, of {}.", a.name));
-                Some(ShownReadings {
-                    name: &a.name,
-                    argument: None,
-                    measurement,
-                })
-            }
-            (None, None) => None,
-        };
-        let truth = simulated.as_ref().map(|(a, read)| (&*a.brdf, read));
+        let readings = self.readings.as_ref().map(|path| self.read(path));
         let page = Exploration {
             command,
-            materials: materials.iter().map(Loaded::shown).collect(),
-            readings,
-            tour: carried
-                .as_ref()
-                .and_then(|(carried, command)| carried.tour(truth, command.clone())),
-            notes,
+            readings: readings.transpose()?,
+            carried: self.carried(materials.first())?,
+            materials,
+            notes: Vec::new(),
         };
         write_text(output, &page.html()?)
     }
 
-    /// Name, argument and readings of a file.
-    fn read(&self, path: &Path) -> Result<(String, String, Measurement), Error> {
-        let assume = Assume {
-            otherwise: Symmetry::FULL,
-            ..assumed()
-        };
-        let read = self.reading.read_all(&[path.to_owned()], &assume)?;
+    fn read(&self, path: &Path) -> Result<ShownReadings, Error> {
+        let read = self
+            .reading
+            .read_all(&[path.to_owned()], &assume(Symmetry::FULL))?;
         for text in &read.notes {
             note(&format!("gonio: {}: {text}", path.display()));
         }
         let name = path.file_name().unwrap_or_default();
-        let argument = quoted(&path.to_string_lossy());
-        Ok((
-            name.to_string_lossy().into_owned(),
-            argument,
-            read.measurement,
-        ))
+        Ok(ShownReadings {
+            name: name.to_string_lossy().into_owned(),
+            argument: quoted(&path.to_string_lossy()),
+            measurement: read.measurement.into(),
+        })
     }
 
-    /// The poses that are carried out, and a command that does so.
-    fn carried(&self, material: Option<&Loaded>) -> Result<Option<(Carried, String)>, Error> {
+    /// The poses that are carried out.
+    fn carried(&self, material: Option<&ShownMaterial>) -> Result<Option<Carried>, Error> {
         let symmetry = material.map_or(Symmetry::FULL, |m| m.brdf.symmetry());
+        let named = self.instrument.as_ref();
         if let Some(path) = &self.schedule {
-            let file = read_schedule(
-                path,
-                &Assume {
-                    otherwise: symmetry,
-                    ..assumed()
-                },
-            )?;
-            let Some(name) = self.instrument.clone().or(file.instrument.clone()) else {
+            let file = read_schedule(path, &assume(symmetry))?;
+            let Some(name) = named.or(file.instrument.as_ref()).cloned() else {
                 let message = "this schedule names no instrument; allowed: with --instrument";
                 return Err(Error::config(path.display().to_string(), message));
             };
             let instrument = PlannedInstrument::load(&name, Order::default())?;
             let path = quoted(&path.to_string_lossy());
             let config = material.map_or("CONFIG", |m| &m.argument);
-            let name = quoted(&name);
-            let command = format!(
-                "gonio measure {path} --config {config} --instrument {name} -o readings.csv"
-            );
-            return Ok(Some((Carried::of_file(file, instrument)?, command)));
+            let by = format!("--instrument {} -o readings.csv", quoted(&name));
+            let command = format!("gonio measure {path} --config {config} {by}");
+            return Carried::of_file(file, instrument, command).map(Some);
         }
         let Some(path) = &self.plan else {
             return Ok(None);
@@ -234,50 +178,36 @@ impl Explore {
         self.seed.apply(&mut source)?;
         suppose_material(&mut source)?;
         let mut plan = Plan::read_parts(&source)?;
-        if let Some(name) = &self.instrument {
+        let mut by = String::new();
+        if let Some(name) = named {
             plan.instruments = vec![planned_instrument(&plan, name)?];
+            by = format!(" --instrument {}", quoted(name));
         }
-        let by = self
-            .instrument
-            .iter()
-            .map(|name| format!(" --instrument {}", quoted(name)));
-        let by: String = by.collect();
         let path = quoted(&path.to_string_lossy());
         let command = format!("gonio schedule {path}{by} --skip-unreachable -o schedules/");
-        Ok(Some((Carried::of_plan(&plan, symmetry)?, command)))
+        Carried::of_plan(&plan, symmetry, command).map(Some)
     }
 }
 
-fn load(target: &str, set: &[String]) -> Result<Loaded, Error> {
+/// What files without words about symmetry are taken for.
+fn assume(otherwise: Symmetry) -> Assume {
+    let assumed = assumed();
+    Assume {
+        otherwise,
+        ..assumed
+    }
+}
+
+fn load(target: &str, set: &[String]) -> Result<ShownMaterial, Error> {
     let plan = BrdfArgs::new(target.into(), set.to_vec(), None).plan()?;
     let material = choose_material(&plan.materials, None)?;
+    let widest = || material.spec.widest_channels();
     let channels = match &plan.wavelengths {
         Some(_) => plan.seen_in(Channels::Rgb),
-        None => material
-            .spec
-            .widest_channels()
-            .map_err(|e| not_built(&material.name, e))?,
+        None => widest().map_err(|e| not_built(&material.name, e))?,
     };
+    let keys = set.iter().map(|key| format!(" --set {}", quoted(key)));
+    let argument = quoted(target) + &keys.collect::<String>();
     let brdf = build(material, channels)?;
-    let keys: String = set
-        .iter()
-        .map(|key| format!(" --set {}", quoted(key)))
-        .collect();
-    Ok(Loaded {
-        name: material.name.clone(),
-        argument: quoted(target) + &keys,
-        is_slow: brdf.as_estimated().is_some(),
-        brdf,
-    })
-}
-
-impl Loaded {
-    fn shown(&self) -> ShownMaterial<'_> {
-        ShownMaterial {
-            name: &self.name,
-            argument: &self.argument,
-            brdf: &*self.brdf,
-            is_slow: self.is_slow,
-        }
-    }
+    Ok(ShownMaterial::new(&material.name, &argument, brdf.into()))
 }

@@ -57,37 +57,23 @@ pub fn explore(
     if a.is_none() && b.is_some() {
         return Err(refused("b: there is no a; allowed: b beside a"));
     }
-    let shown = |m: &&'_ PyMaterial| {
-        (
-            m.label.clone(),
-            m.brdf.clone(),
-            matches!(m.origin, Origin::Readings | Origin::Function(_))
-                || m.brdf.as_estimated().is_some(),
-        )
+    let shown = |m: &&PyMaterial| {
+        let mut shown = ShownMaterial::new(&m.label, &m.label, m.brdf.clone());
+        shown.is_slow |= matches!(m.origin, Origin::Readings | Origin::Function(_));
+        shown
     };
-    let materials: Vec<_> = [a, b].iter().flatten().map(shown).collect();
-    let read = readings.map(|r| r.measurement.clone());
-    let made = detached(py, || {
-        let page = Exploration {
-            command: "gonio.explore(…)".into(),
-            materials: materials
-                .iter()
-                .map(|(name, brdf, is_slow)| ShownMaterial {
-                    name,
-                    argument: name,
-                    brdf: &**brdf,
-                    is_slow: *is_slow,
-                })
-                .collect(),
-            readings: read.as_ref().map(|measurement| ShownReadings {
-                name: "readings",
-                argument: Some("readings.csv"),
-                measurement,
-            }),
-            ..Exploration::default()
-        };
-        page.html()
-    });
+    let read = |r: &PyMeasurement| ShownReadings {
+        name: "readings".into(),
+        argument: "readings.csv".into(),
+        measurement: r.measurement.clone(),
+    };
+    let page = Exploration {
+        command: "gonio.explore(…)".into(),
+        materials: [a, b].iter().flatten().map(shown).collect(),
+        readings: readings.map(read),
+        ..Exploration::default()
+    };
+    let made = detached(py, || page.html());
     Ok(PyPage {
         html: made?.map_err(of_files)?,
     })

@@ -145,6 +145,13 @@ def test_errors_moments_and_distortion_are_those_of_commands(browser, pages, gon
     true = g.compare(*tables, tolerance=0.04, max_pairs=16384)
     for row in shown:
         near(row["nrmse"], true[row["measure"]]["nrmse"])
+    # Of the pictures under the sky by their pixels; the program weighs those of the rim by what the sphere covers of them.
+    image, nrmse = browser.evaluate("""(() => {
+        const y = ([r, g, b], i) => 0.2126 * r[i] + 0.7152 * g[i] + 0.0722 * b[i], [a, b] = gonio.views.appearance.skies;
+        let [off, all] = [0, 0];
+        a[0].forEach((_, i) => { const [f, g] = [y(a, i), y(b, i)]; if (f + g === f + g) { off += (g - f) ** 2; all += f * f } });
+        return [Math.sqrt(off / all), gonio.data.sky[1].nrmse] })()""")
+    assert math.isclose(image, nrmse, rel_tol=0.02)
     text = gonio("moments", pages / "a.binary")
     at = [row for row in csv.DictReader(text.splitlines()) if abs(float(row["theta_o_deg"]) - 45) < 0.01]
     moments = browser.evaluate("(({columns}, place) => columns.map(c => [c, gonio.views.moments.at(place, c)]))(gonio.data.moments[0], 0)")

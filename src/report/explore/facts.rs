@@ -1,10 +1,10 @@
 //! What a page holds of materials beside their values: parametrizations, distortion, moments, spheres, errors.
 
-use super::packed::{Coded, Parts};
+use super::packed::Parts;
 use crate::analysis::{Scale, View, Weight};
 use crate::brdf::Brdf;
 use crate::geometry::Symmetry;
-use crate::lighting::{self, Lighting};
+use crate::lighting;
 use crate::metrics::{Measure, MetricsSpec, TestSet};
 use crate::moments::{Channel, Estimate, MomentsSpec, PeakResolving, Profile};
 use crate::parametrization::{self, AxisKind, Unit, WarpSpec, Warps};
@@ -57,30 +57,28 @@ pub(super) fn hex(colour: impl Fn(f64) -> [u8; 3]) -> String {
 /// The parametrizations, with the warps that their axes may have.
 pub(super) fn charts() -> Vec<Json> {
     let warps = [
-        ("power", WarpSpec::SquareRoot, 0.5),
-        ("power", WarpSpec::Power { exponent: 0.25 }, 0.25),
-        ("sine", WarpSpec::Arcsine, 1.0),
-        ("sinh", WarpSpec::Asinh { scale: 0.01 }, 0.01),
+        ("none", None, 0.0),
+        ("power", Some(WarpSpec::SquareRoot), 0.5),
+        ("power", Some(WarpSpec::Power { exponent: 0.25 }), 0.25),
+        ("sine", Some(WarpSpec::Arcsine), 1.0),
+        ("sinh", Some(WarpSpec::Asinh { scale: 0.01 }), 0.01),
     ];
     let all = parametrization::all().into_iter().map(|entry| {
         let form = entry.form(Symmetry::FULL);
         let axes = form.axes().iter().map(|axis| {
-            let fits = |warp: &WarpSpec| {
-                let warps = Warps::from([(axis.symbol.to_string(), *warp)]);
-                entry.warped(Symmetry::FULL, &warps).is_ok()
+            let fits = |warp: WarpSpec| {
+                let warps = Warps::from([(axis.symbol.to_string(), warp)]);
+                axis.kind == AxisKind::Radial && entry.warped(Symmetry::FULL, &warps).is_ok()
             };
-            let suited = warps
-                .iter()
-                .filter(|(_, warp, _)| axis.kind == AxisKind::Radial && fits(warp));
-            let suited = suited.map(|(family, warp, parameter)| {
-                json!({"name": warp.name(), "family": family, "parameter": parameter})
+            let all = warps.iter().filter(|(_, warp, _)| warp.is_none_or(fits));
+            let all = all.map(|(family, warp, parameter)| {
+                let name = warp.map_or("none".into(), WarpSpec::name);
+                json!({"name": name, "family": family, "parameter": parameter})
             });
-            let plain = json!({"name": "none", "family": "none", "parameter": 0});
-            let all: Vec<Json> = std::iter::once(plain).chain(suited).collect();
             let [low, high] = axis.range;
             json!({
                 "symbol": axis.label, "low": low, "high": high, "angle": axis.unit == Unit::Radian,
-                "warps": all,
+                "warps": all.collect::<Vec<_>>(),
             })
         });
         let axes: Vec<Json> = axes.collect();
@@ -96,15 +94,12 @@ pub(super) fn distortion_of(name: &str, brdf: &dyn Brdf) -> Vec<Json> {
         let view = View::new(brdf, Scale::Log, &*form, Weight::Coordinates);
         let shares = view.distortion().shares;
         let gradients = view.gradients().all.shares();
-        let each = gradients.map(|all| all.map(|(share, _)| Some(share)));
-        let error = gradients.map_or(0.0, |all| {
-            all.into_iter().fold(0.0, |most, (_, e)| e.max(most))
-        });
+        let errors = gradients.map(|all| all.map(|(_, error)| error));
         json!({
             "chart": entry.kind, "material": name,
-            "shares": shares.as_ref().map_or([None; 2], |s| s.axis.map(Some)),
-            "both": shares.as_ref().map(|s| s.both),
-            "gradients": each.unwrap_or([None; 3]), "error": error,
+            "shares": shares.as_ref().map(|s| s.axis), "both": shares.as_ref().map(|s| s.both),
+            "gradients": gradients.map(|all| all.map(|(share, _)| share)),
+            "error": errors.into_iter().flatten().fold(0.0, f64::max),
         })
     });
     all.collect()
@@ -117,30 +112,15 @@ pub(super) fn moments(brdf: &dyn Brdf) -> Option<Json> {
         max_view_deg: 3.0 * (VIEWS - 1) as f64,
         ..MomentsSpec::default()
     };
-    let profile = Profile::new(
-        brdf,
-        Channel::Luminance,
-        &spec,
-        &PeakResolving::default(),
-        1,
-    )
-    .ok()?;
+    let resolving = PeakResolving::default();
+    let profile = Profile::new(brdf, Channel::Luminance, &spec, &resolving, 1).ok()?;
     let components = spec.order.components().filter(|c| !c.is_odd());
     let components: Vec<_> = components.collect();
-    let of = |number: fn(Estimate) -> f64| {
-        let column = |c| {
-            profile
-                .slices
-                .iter()
-                .map(move |s| s.moments.get(c).map(number))
-                .collect()
-        };
-        components
-            .iter()
-            .copied()
-            .map(column)
-            .collect::<Vec<Vec<Option<f64>>>>()
+    let column = |c, number: fn(Estimate) -> f64| -> Vec<Option<f64>> {
+        let slices = profile.slices.iter();
+        slices.map(|s| s.moments.get(c).map(number)).collect()
     };
+    let of = |number| -> Vec<_> { components.iter().map(|&c| column(c, number)).collect() };
     Some(json!({
         "columns": components.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "views": profile.views.iter().map(|v| v.to_degrees()).collect::<Vec<_>>(),
@@ -149,43 +129,35 @@ pub(super) fn moments(brdf: &dyn Brdf) -> Option<Json> {
     }))
 }
 
-/// Spheres under the sky, and the error of the picture of B.
-pub(super) fn sky(brdfs: &[&dyn Brdf], parts: &Parts) -> (Vec<Json>, Option<Json>) {
-    let Some(light) = sky_light() else {
-        return (vec![Json::Null; brdfs.len()], None);
-    };
+/// Spheres under the sky, of B with the error of its picture.
+pub(super) fn sky(brdfs: &[&dyn Brdf], parts: &Parts) -> Option<Vec<Json>> {
+    let mut all = lighting::all().into_iter();
+    let entry = all.find(|entry| entry.kind == "sky")?;
+    let light = registry::read_text(&entry, "").ok()?.build().ok()?;
     let [side, samples] = SKY;
-    match brdfs {
-        [a, b] => {
-            let both = pictures::Comparison::new(*a, *b, &*light, side, samples);
-            let white = both.truth.white();
-            let facts = [(0, &both.truth), (1, &both.reconstruction)];
-            let facts = facts.map(|(place, image)| sky_facts(place, image, white, parts));
-            (facts.to_vec(), Some(json!({"nrmse": both.nrmse})))
-        }
-        all => {
-            let one = |brdf: &&dyn Brdf| {
-                let image = pictures::render_sphere(*brdf, &*light, side, samples);
-                sky_facts(0, &image, image.white(), parts)
-            };
-            (all.iter().map(one).collect(), None)
-        }
+    if let [a, b] = brdfs {
+        let both = pictures::Comparison::new(*a, *b, &*light, side, samples);
+        let (f, g, white) = (&both.truth, &both.reconstruction, both.truth.white());
+        let a = sky_facts(0, f, white, None, parts);
+        return Some(vec![a, sky_facts(1, g, white, both.nrmse, parts)]);
     }
+    let one = |brdf: &&dyn Brdf| {
+        let image = pictures::render_sphere(*brdf, &*light, side, samples);
+        sky_facts(0, &image, image.white(), None, parts)
+    };
+    Some(brdfs.iter().map(one).collect())
 }
 
-fn sky_light() -> Option<Box<dyn Lighting>> {
-    let entry = lighting::all()
-        .into_iter()
-        .find(|entry| entry.kind == "sky")?;
-    registry::read_text(&entry, "").ok()?.build().ok()
-}
-
-fn sky_facts(place: usize, image: &SphereImage, white: f64, parts: &Parts) -> Json {
-    let values = image
-        .pixels
-        .iter()
-        .flat_map(|pixel| pixel.unwrap_or([f64::NAN; 3]));
-    let coded = Coded::new(&values.collect::<Vec<_>>());
-    let blob = parts.add(&format!("sky-{place}"), &coded.bytes());
-    json!({"side": image.resolution, "white": white, "step": coded.step, "low": coded.low, "blob": blob})
+fn sky_facts(i: usize, image: &SphereImage, white: f64, nrmse: Option<f64>, parts: &Parts) -> Json {
+    let channel = |c| {
+        let pixels = image.pixels.iter();
+        pixels.map(move |pixel| pixel.map_or(f64::NAN, |pixel| pixel[c]))
+    };
+    let (name, side) = (format!("sky-{i}"), image.resolution);
+    let values: Vec<f64> = (0..3).flat_map(channel).collect();
+    let [low, step] = parts.add_values(&name, &values, 3);
+    json!({
+        "dims": [side, side], "white": white, "nrmse": nrmse,
+        "step": step, "low": low, "blob": name,
+    })
 }

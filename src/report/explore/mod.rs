@@ -5,13 +5,12 @@
 
 mod carried;
 mod facts;
-mod machine;
 mod packed;
 mod page;
 mod readings;
 mod script;
 mod table;
 
-pub(crate) use carried::{Carried, explored};
-pub use machine::{ErrorSoFar, Tour};
+pub use carried::Carried;
+pub(crate) use page::explored;
 pub use page::{Exploration, ShownMaterial, ShownReadings};

@@ -1,6 +1,6 @@
 //! Readings as the page holds them, with what the others let expect of each.
 
-use super::packed::{Coded, Parts};
+use super::packed::Parts;
 use crate::geometry::{DirectionPair, Symmetry};
 use crate::measurement::Measurement;
 use crate::reconstruct::{
@@ -43,74 +43,57 @@ pub(super) fn facts(
         1 => Vec::new(),
         n => (0..n).step_by(n.div_ceil(SPECTRUM)).collect(),
     };
-    let (expected, by) = match visit {
-        // What is simulated needs no check.
-        Some(_) => (vec![[f64::NAN, 0.0]; read.len()], ""),
-        None => expectations(measurement, &read)?,
-    };
-    let suspected = match visit {
-        Some(_) => Vec::new(),
-        None => suspects(measurement),
-    };
+    // What is simulated needs no check.
+    let (mut expected, mut by, mut suspected) = (vec![[f64::NAN, 0.0]; read.len()], "", Vec::new());
+    if visit.is_none() {
+        (expected, by) = expectations(measurement, &read)?;
+        suspected = suspects(measurement);
+    }
     let mut columns = Vec::new();
     for &pose in &shown {
         let DirectionPair { omega_i, omega_o } = measurement.schedule.poses[pose].pair;
         let values = measurement.value(pose).unwrap_or_default();
+        let luminance = measurement.channels.luminance(values);
+        let is_suspected = suspected.iter().any(|s| s.pose == pose);
+        let line = measurement.places.get(pose).map_or(0, |place| place.line);
+        let place = visit.map_or(0, |visit| visit[pose]);
         columns.extend(omega_i.vector().to_array());
         columns.extend(omega_o.vector().to_array());
-        columns.push(measurement.channels.luminance(values));
-        columns.push(uncertainty(measurement, pose));
+        columns.extend([luminance, uncertainty(measurement, pose)]);
         columns.extend(expected[pose]);
-        columns.push(f64::from(u8::from(
-            suspected.iter().any(|s| s.pose == pose),
-        )));
-        columns.push(
-            measurement
-                .places
-                .get(pose)
-                .map_or(0.0, |place| place.line as f64),
-        );
-        columns.push(visit.map_or(0.0, |visit| f64::from(visit[pose])));
+        columns.extend([
+            f64::from(u8::from(is_suspected)),
+            line as f64,
+            f64::from(place),
+        ]);
         columns.extend(spectrum.iter().map(|&c| values[c]));
     }
-    let mut note = match every {
-        1 => String::new(),
-        _ => format!("{} of {} readings, every {every}th", shown.len(), all.len()),
-    };
-    if !by.is_empty() {
-        note += &format!(
-            "{}expectations {by}",
-            if note.is_empty() { "" } else { "; " }
-        );
+    let mut notes = Vec::new();
+    if every > 1 {
+        let [shown, all] = [shown.len(), all.len()];
+        notes.push(format!("{shown} of {all} readings, every {every}th"));
     }
-    let names: Vec<String> = match measurement.channels.wavelengths() {
-        Some(all) => spectrum
-            .iter()
-            .map(|&c| format!("{} nm", all.nm()[c]))
-            .collect(),
-        None => spectrum
-            .iter()
-            .map(|&c| ["R", "G", "B"][c].into())
-            .collect(),
-    };
+    if !by.is_empty() {
+        notes.push(format!("expectations {by}"));
+    }
+    let names = spectrum.iter();
+    let names = names.filter_map(|&c| measurement.channels.name(c));
+    parts.add_numbers("readings", columns);
     Ok(json!({
         "name": name,
-        "note": note,
+        "note": notes.join("; "),
         "columns": 13 + spectrum.len(),
-        "blob": parts.add_numbers("readings", columns),
-        "channels": names,
+        "blob": "readings",
+        "channels": names.collect::<Vec<_>>(),
         "isotropic": measurement.schedule.parametrization.symmetry().isotropic,
     }))
 }
 
 /// Standard uncertainty of a reading's luminance (sr⁻¹), as if what its channels err by were alike; 0: unknown.
 fn uncertainty(measurement: &Measurement, pose: usize) -> f64 {
-    let n = measurement.channels.count();
-    let of = |all: &[f64]| {
-        measurement
-            .channels
-            .luminance(&all[n * pose..n * (pose + 1)])
-    };
+    let channels = &measurement.channels;
+    let at = channels.count() * pose..channels.count() * (pose + 1);
+    let of = |all: &[f64]| channels.luminance(&all[at.clone()]);
     let details = measurement.details.as_ref();
     details.map_or(0.0, |d| of(&d.type_a).hypot(of(&d.type_b)))
 }
@@ -130,13 +113,13 @@ fn expectations(
         return Ok((all, ""));
     }
     if taken.len() <= LEFT_OUT_ONE_BY_ONE {
-        let without = |pose: usize| {
+        let without = |&pose: &usize| {
             let mut present = read.to_vec();
             present[pose] = false;
             let poses = vec![pose];
             LeftOut { present, poses }
         };
-        let sets: Vec<LeftOut> = taken.iter().map(|&pose| without(pose)).collect();
+        let sets: Vec<LeftOut> = taken.iter().map(without).collect();
         let found = Kriging::default().leave_out(&readings, &sets)?;
         for (set, found) in sets.iter().zip(found.iter().flatten()) {
             let value = luminance(&found.values[..n]);
@@ -156,9 +139,8 @@ fn expectations(
             ..readings
         };
         let made = ThinPlate::default().interpolate(&others)?;
-        let pairs = left
-            .iter()
-            .map(|&pose| measurement.schedule.poses[pose].pair);
+        let poses = &measurement.schedule.poses;
+        let pairs = left.iter().map(|&pose| poses[pose].pair);
         let values = values_at(&*made, &pairs.collect::<Vec<_>>());
         for (pose, values) in left.into_iter().zip(values.chunks_exact(n)) {
             all[pose] = [luminance(values), 0.0];
@@ -186,16 +168,11 @@ pub(super) fn uncertainties(
     let pairs: Vec<DirectionPair> = nodes.iter().flatten().copied().collect();
     let mut found = replicated.luminance_at(&pairs).into_iter();
     let share = |node: &Option<DirectionPair>| {
-        node.as_ref()?;
-        let u = found.next()?;
-        (u.value > 0.0).then(|| u.uncertainty() / u.value)
+        let u = node.as_ref().and_then(|_| found.next());
+        let u = u.filter(|u| u.value > 0.0);
+        u.map_or(f64::NAN, |u| u.uncertainty() / u.value)
     };
-    let shares: Vec<f64> = nodes
-        .iter()
-        .map(share)
-        .map(|u| u.unwrap_or(f64::NAN))
-        .collect();
-    let coded = Coded::new(&shares);
-    let blob = parts.add("uncertainty", &coded.differences(1));
-    Some(json!({"dims": CELLS, "blob": blob, "step": coded.step, "low": coded.low}))
+    let shares: Vec<f64> = nodes.iter().map(share).collect();
+    let [low, step] = parts.add_values("uncertainty", &shares, 1);
+    Some(json!({"dims": CELLS, "blob": "uncertainty", "step": step, "low": low}))
 }

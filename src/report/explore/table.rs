@@ -1,6 +1,6 @@
 //! A BRDF as the page holds it: values at the nodes of a grid over half and difference angles.
 
-use super::packed::{Coded, Parts};
+use super::packed::Parts;
 use crate::brdf::measured::merl::grid::{on_the_way, pair_of};
 use crate::brdf::measured::merl::{Interpolation, MerlGrid, Nodes};
 use crate::brdf::{Brdf, Channels, Presence};
@@ -20,8 +20,10 @@ const OF_SPECTRUM: usize = 3;
 pub(super) struct Grid {
     dims: Vec<usize>,
     symmetry: Symmetry,
-    nodes: Nodes,
-    interpolation: Interpolation,
+    /// From the lower edge of a cell to its node, in cells.
+    shift: f64,
+    /// True if values are constant over cells.
+    nearest: bool,
     /// Names of the channels; none: luminance alone.
     channels: Vec<String>,
     is_coloured: bool,
@@ -31,42 +33,23 @@ pub(super) struct Grid {
 /// Where values of a grid are asked for: a cell's own node.
 pub(super) fn node(dims: &[usize], symmetry: Symmetry, cell: &[usize]) -> Option<DirectionPair> {
     let around = if symmetry.reciprocal { PI } else { TAU };
-    let at = |shares: [f64; 4]| {
-        let [theta_h, theta_d] = [FRAC_PI_2 * shares[0] * shares[0], FRAC_PI_2 * shares[1]];
-        let (sin, cos) = (TAU * shares[3]).sin_cos();
-        let turned = |v: Direction| {
-            let v = v.vector();
-            let v = DVec3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z);
-            Direction::from_unit(v)
-        };
-        let pair = pair_of([theta_h, theta_d, around * shares[2]])?;
-        Some(DirectionPair::new(
-            turned(pair.omega_i),
-            turned(pair.omega_o),
-        ))
-    };
-    let share = |axis: usize, beyond: f64| {
-        let cell = *cell.get(axis).unwrap_or(&0) as f64;
-        let all = *dims.get(axis).unwrap_or(&1) as f64;
-        if dims.len() <= axis {
-            0.0
-        } else {
-            (cell + beyond) / all
-        }
-    };
-    let middle = [0, 1, 2, 3].map(|axis| share(axis, 0.5));
-    if let Some(pair) = at(middle) {
-        return Some(pair);
-    }
+    let at = |[h, d, phi]: [f64; 3]| pair_of([FRAC_PI_2 * (h * h), FRAC_PI_2 * d, around * phi]);
+    let share = |axis: usize, beyond: f64| (cell[axis] as f64 + beyond) / dims[axis] as f64;
+    let middle = [0, 1, 2].map(|axis| share(axis, 0.5));
     // As [`MerlGrid::pair`]: some part of a cell across the horizon is above it, nearest to its highest corner.
     let half = dims[2] / if symmetry.reciprocal { 2 } else { 4 };
-    let up = if cell[2] % (2 * half) < half {
-        1.0
-    } else {
-        0.0
+    let up = f64::from(u8::from(cell[2] % (2 * half) < half));
+    let corner = [share(0, 0.0), share(1, 0.0), share(2, up)];
+    let pair = at(middle).or_else(|| on_the_way(corner, middle, at))?;
+    let turn = if dims.len() > 3 { share(3, 0.5) } else { 0.0 };
+    let (sin, cos) = (TAU * turn).sin_cos();
+    let turned = |v: Direction| {
+        let v = v.vector();
+        let v = DVec3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z);
+        Direction::from_unit(v)
     };
-    let corner = [share(0, 0.0), share(1, 0.0), share(2, up), middle[3]];
-    on_the_way(corner, middle, at)
+    let DirectionPair { omega_i, omega_o } = pair;
+    Some(DirectionPair::new(turned(omega_i), turned(omega_o)))
 }
 
 impl Grid {
@@ -80,67 +63,53 @@ impl Grid {
             (None, true) => MerlGrid::RECIPROCAL,
             (None, false) => MerlGrid::FULL,
         };
+        let [n_h, n_d, n_phi] = grid.dims();
         let dims = match symmetry.isotropic {
-            true if is_coarse => {
-                let [n_h, n_d, n_phi] = grid.dims();
-                vec![n_h, n_d / 2, n_phi / 2]
-            }
-            true => grid.dims().to_vec(),
+            true if is_coarse => vec![n_h, n_d / 2, n_phi / 2],
+            true => vec![n_h, n_d, n_phi],
             false => {
-                let mut dims = TURNED.to_vec();
-                dims[2] *= if symmetry.reciprocal { 1 } else { 2 };
-                dims
+                let [n_h, n_d, n_phi, turns] = TURNED;
+                vec![n_h, n_d, n_phi << u32::from(!symmetry.reciprocal), turns]
             }
         };
         let shown = Shown::of(brdf.channels());
-        let n = shown.count();
-        let [n_d, n_phi] = [dims[1], dims[2]];
-        let turns = *dims.get(3).unwrap_or(&1);
-        let rows: Vec<Vec<f64>> = (0..dims[0] * n_d)
-            .into_par_iter()
-            .map(|row| {
-                let mut values = vec![f64::NAN; n * n_phi * turns];
-                let (h, d) = (row / n_d, row % n_d);
-                let mut at = Vec::new();
-                let mut pairs = Vec::new();
-                for i in 0..n_phi * turns {
-                    let (phi, turn) = (i / turns, i % turns);
-                    if let Some(table) = merl {
-                        let found = table.value([h, d, phi]);
-                        if let Some(found) = found {
-                            values[n * i..n * (i + 1)].copy_from_slice(&found[..n]);
-                        }
-                        continue;
-                    }
-                    if let Some(pair) = node(&dims, symmetry, &[h, d, phi, turn]) {
-                        at.push(i);
-                        pairs.push(pair);
-                    }
+        let [n, width] = [shown.count(), brdf.channels().count()];
+        let [n_d, turns] = [dims[1], *dims.get(3).unwrap_or(&1)];
+        let row = |row: usize| {
+            let mut values = vec![f64::NAN; n * dims[2] * turns];
+            let (mut at, mut pairs) = (Vec::new(), Vec::new());
+            for (i, to) in values.chunks_exact_mut(n).enumerate() {
+                let cell = [row / n_d, row % n_d, i / turns, i % turns];
+                if let Some(table) = merl {
+                    let found = table.value([cell[0], cell[1], cell[2]]);
+                    found.inspect(|found| to.copy_from_slice(&found[..n]));
+                } else if let Some(pair) = node(&dims, symmetry, &cell) {
+                    at.push(i);
+                    pairs.push(pair);
                 }
-                let (found, presence) = brdf.values(&pairs);
-                let width = brdf.channels().count();
-                let found = found.chunks_exact(width).zip(presence);
-                for (i, (found, presence)) in at.into_iter().zip(found) {
-                    let is_data = found.iter().all(|v| v.is_finite());
-                    if presence == Presence::Present && is_data {
-                        shown.write(found, &mut values[n * i..n * (i + 1)]);
-                    }
+            }
+            let (found, presence) = brdf.values(&pairs);
+            let found = found.chunks_exact(width).zip(presence);
+            for (i, (found, presence)) in at.into_iter().zip(found) {
+                let is_data = found.iter().all(|v| v.is_finite());
+                if presence == Presence::Present && is_data {
+                    shown.write(found, &mut values[n * i..n * (i + 1)]);
                 }
-                values
-            })
-            .collect();
-        let planes = (0..n).flat_map(|c| {
-            let of_row =
-                move |row: &Vec<f64>| row.iter().skip(c).step_by(n).copied().collect::<Vec<_>>();
-            rows.iter().flat_map(of_row).collect::<Vec<f64>>()
-        });
+            }
+            values
+        };
+        let rows = (0..dims[0] * n_d).into_par_iter();
+        let all: Vec<f64> = rows.flat_map_iter(row).collect();
+        let plane = |c| all.iter().skip(c).step_by(n);
+        let names = shown.at.iter().filter_map(|&c| brdf.channels().name(c));
+        let is_centre = grid.nodes() == Nodes::Centre;
         let mut made = Self {
             symmetry,
-            nodes: merl.map_or(Nodes::Centre, |table| table.grid().nodes()),
-            interpolation: merl.map_or(Interpolation::Trilinear, |table| table.interpolation()),
-            channels: shown.names(),
+            shift: if is_centre { 0.5 } else { 0.0 },
+            nearest: merl.is_some_and(|table| table.interpolation() == Interpolation::Nearest),
+            channels: names.collect(),
             is_coloured: matches!(brdf.channels(), Channels::Rgb),
-            values: planes.collect(),
+            values: (0..n).flat_map(plane).copied().collect(),
             dims,
         };
         made.leave_out_like_channels();
@@ -155,36 +124,29 @@ impl Grid {
     fn leave_out_like_channels(&mut self) {
         let mut planes = self.values.chunks_exact(self.cells());
         let first = planes.next().unwrap_or_default();
-        let same = |plane: &[f64]| {
-            plane
-                .iter()
-                .zip(first)
-                .all(|(a, b)| a.to_bits() == b.to_bits())
-        };
+        let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
+        let same = |plane: &[f64]| plane.iter().zip(first).all(same);
         if self.is_coloured && planes.all(same) {
-            self.values.truncate(self.dims.iter().product());
+            self.values.truncate(self.cells());
             self.channels.clear();
             self.is_coloured = false;
         }
     }
 
-    /// Luminance of every cell; NaN: no data.
-    fn luminance(&self) -> Vec<f64> {
-        let planes: Vec<&[f64]> = self.values.chunks_exact(self.cells()).collect();
-        match (&planes[..], self.is_coloured) {
-            ([r, g, b], true) => {
-                let all = r.iter().zip(*g).zip(*b);
-                all.map(|((r, g), b)| Channels::Rgb.luminance(&[*r, *g, *b]))
-                    .collect()
+    /// Luminance of a cell; NaN: no data.
+    fn luminance(&self, cell: usize) -> f64 {
+        match self.is_coloured {
+            true => {
+                Channels::Rgb.luminance(&[0, 1, 2].map(|c| self.values[c * self.cells() + cell]))
             }
-            (planes, _) => planes.first().map_or(Vec::new(), |first| first.to_vec()),
+            false => self.values[cell],
         }
     }
 
     /// The luminances that colours are for, sr⁻¹: all but a hundredth of the cells at either end; `None` of what is black, or has no data.
     fn range(&self) -> Option<[f64; 2]> {
-        let all = self.luminance().into_iter().filter(|v| *v > 0.0);
-        let mut all: Vec<f64> = all.collect();
+        let all = (0..self.cells()).map(|cell| self.luminance(cell));
+        let mut all: Vec<f64> = all.filter(|v| *v > 0.0).collect();
         if all.is_empty() {
             return None;
         }
@@ -195,19 +157,16 @@ impl Grid {
         Some([at(1), at(99)])
     }
 
-    /// What the page is to know of a material, and its values.
+    /// Facts of a material, and its values as a part.
     pub fn facts(&self, place: usize, name: &str, argument: &str, parts: &Parts) -> Json {
-        let coded = Coded::new(&self.values);
         let channels = self.values.len() / self.cells();
         let range = self.range();
-        let blob = parts.add(&format!("table-{place}"), &coded.differences(channels));
+        let blob = format!("table-{place}");
+        let [low, step] = parts.add_values(&blob, &self.values, channels);
         // Plane 0 of the page is luminance: mixed of R, G, B, else held.
-        let weights = match self.is_coloured {
-            true => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-                .map(|unit| Channels::Rgb.luminance(&unit))
-                .to_vec(),
-            false => Vec::new(),
-        };
+        let units = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let weights = units.iter().filter(|_| self.is_coloured);
+        let weights: Vec<f64> = weights.map(|unit| Channels::Rgb.luminance(unit)).collect();
         let note = match (&range, self.dims.len()) {
             (None, _) if self.values.iter().any(|v| !v.is_nan()) => "all of its values are 0",
             (None, _) => "it has no data",
@@ -222,9 +181,8 @@ impl Grid {
             "coloured": self.is_coloured,
             "table": {
                 "dims": self.dims, "reciprocal": self.symmetry.reciprocal, "luminance": weights,
-                "shift": match self.nodes { Nodes::Centre => 0.5, Nodes::Corner => 0.0 },
-                "nearest": self.interpolation == Interpolation::Nearest,
-                "step": coded.step, "low": coded.low, "blob": blob,
+                "shift": self.shift, "nearest": self.nearest,
+                "step": step, "low": low, "blob": blob,
             },
             "note": note,
             "range": range.unwrap_or([0.5, 1.0]),
@@ -233,55 +191,37 @@ impl Grid {
 }
 
 /// What of the channels of a BRDF a page holds.
-enum Shown {
-    Luminance,
-    Rgb,
-    /// The mean, then wavelengths by their places, with their names.
-    Spectrum(Channels, Vec<usize>, Vec<String>),
+struct Shown<'a> {
+    /// Those whose luminance stands before others: of a spectrum.
+    mean: Option<&'a Channels>,
+    /// Places of channels.
+    at: Vec<usize>,
 }
 
-impl Shown {
-    fn of(channels: &Channels) -> Self {
-        match channels {
-            Channels::Luminance => Self::Luminance,
-            Channels::Rgb => Self::Rgb,
-            Channels::Wavelengths(all) => {
-                let last = all.nm().len() - 1;
-                let mut at: Vec<usize> = (0..OF_SPECTRUM)
-                    .map(|i| i * last / (OF_SPECTRUM - 1))
-                    .collect();
-                at.dedup();
-                let names = at.iter().map(|&i| format!("{} nm", all.nm()[i])).collect();
-                Self::Spectrum(channels.clone(), at, names)
-            }
+impl<'a> Shown<'a> {
+    fn of(channels: &'a Channels) -> Self {
+        let n = channels.count();
+        let mut at: Vec<usize> = (0..n).collect();
+        let is_spectrum = channels.wavelengths().is_some();
+        if is_spectrum {
+            at = (0..OF_SPECTRUM)
+                .map(|i| i * (n - 1) / (OF_SPECTRUM - 1))
+                .collect();
+            at.dedup();
         }
+        let mean = is_spectrum.then_some(channels);
+        Self { mean, at }
     }
 
     fn count(&self) -> usize {
-        match self {
-            Self::Luminance => 1,
-            Self::Rgb => 3,
-            Self::Spectrum(_, at, _) => 1 + at.len(),
-        }
-    }
-
-    fn names(&self) -> Vec<String> {
-        match self {
-            Self::Luminance => Vec::new(),
-            Self::Rgb => ["R", "G", "B"].map(String::from).to_vec(),
-            Self::Spectrum(_, _, names) => names.clone(),
-        }
+        self.at.len() + usize::from(self.mean.is_some())
     }
 
     fn write(&self, found: &[f64], to: &mut [f64]) {
-        match self {
-            Self::Luminance | Self::Rgb => to.copy_from_slice(found),
-            Self::Spectrum(channels, at, _) => {
-                to[0] = channels.luminance(found);
-                for (to, &i) in to[1..].iter_mut().zip(at) {
-                    *to = found[i];
-                }
-            }
-        }
+        let mean = self.mean.map(|channels| channels.luminance(found));
+        let values = mean.into_iter().chain(self.at.iter().map(|&i| found[i]));
+        to.iter_mut()
+            .zip(values)
+            .for_each(|(to, value)| *to = value);
     }
 }

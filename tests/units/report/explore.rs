@@ -7,20 +7,14 @@ use gonio::report::explore::{Exploration, ShownMaterial};
 use serde_json::Value as Json;
 use sha2::{Digest, Sha256};
 use std::io::Read;
+use std::sync::Arc;
 
 const HOSTILE: &str = "</script><script>alert(1)</script>\"'&";
 
 fn page(name: &str, albedo: f64) -> String {
     let brdf = Lambert::new(Spectrum::Grey(albedo), Channels::Luminance);
-    let a = ShownMaterial {
-        name,
-        argument: "lambert",
-        brdf: &brdf,
-        is_slow: false,
-    };
-    let materials = vec![a];
     let page = Exploration {
-        materials,
+        materials: vec![ShownMaterial::new(name, "lambert", Arc::new(brdf))],
         ..Exploration::default()
     };
     page.html().unwrap()

@@ -78,10 +78,10 @@ impl Nodes {
 const HALVINGS: i32 = 20;
 
 /// The pair of a place above the horizon on the way from the highest corner of a cell, which has one if any place has, to its node.
-pub(crate) fn on_the_way<const N: usize>(
-    corner: [f64; N],
-    node: [f64; N],
-    pair: impl Fn([f64; N]) -> Option<DirectionPair>,
+pub(crate) fn on_the_way(
+    corner: [f64; 3],
+    node: [f64; 3],
+    pair: impl Fn([f64; 3]) -> Option<DirectionPair>,
 ) -> Option<DirectionPair> {
     pair(corner)?;
     (1..=HALVINGS).find_map(|halvings| {

@@ -1,10 +1,11 @@
 // A sphere of the material under a point light or the sky, and the lobe in three dimensions.
 
-import { colours, data, materials, signedPlace, sky } from "./data.js";
-import { RAD, cross, direction, dot, unit } from "./geometry.js";
-import { argument, hatched, isDifference, paint, shown, tone, value } from "./look.js";
+import { bytesOf, colours, data, materials, signedPlace } from "./data.js";
+import { RAD, cross, direction, dot, projection, unit } from "./geometry.js";
+import { hatched, isDifference, paint, shown, tone, value } from "./look.js";
 import { digits } from "./plot.js";
 import { set, state } from "./state.js";
+import { decoded } from "./table.js";
 import { theme } from "./theme.js";
 import { View } from "./view.js";
 
@@ -29,21 +30,19 @@ export class Appearance extends View {
       title: "Appearance",
       about: "A sphere: left of the line A, right of it B. Drag over it moves a point light; drag the line to wipe. Below, the lobe of the light on the hemisphere; drag turns it. Arrow keys turn it by 5°, with shift they move the line.",
       ratio: 1.3,
+      command: (name) => (name ? `gonio picture sphere ${name} -o pictures` : ""),
       needs: ["light", "channel", "show", "scale", "lit", "exposure", "wipe", "turn", "lamp", "look"],
     });
-    this.image = document.createElement("canvas");
-    /** @type {Float32Array[]} */
+    /** R, G, B of each material. @type {Float32Array[][]} */
     this.skies = [];
     this.key = "";
-    this.isMoving = false;
-    this.timer = 0;
     this.held = "";
     this.from = [0, 0, 0, 0];
   }
 
   /** Unpacks the pictures. */
   async unpack() {
-    this.skies = await Promise.all(data.sky.map((facts) => (facts ? sky(facts) : new Float32Array(0))));
+    this.skies = await Promise.all(data.sky.map(async (facts) => (facts ? decoded(await bytesOf(facts.blob), facts) : [])));
   }
 
   sphere() {
@@ -78,10 +77,10 @@ export class Appearance extends View {
       out[0] = NaN;
       return;
     }
-    const { side, white } = facts;
+    const { dims: [side], white } = facts;
     const at = (/** @type {number} */ w) => Math.min(side - 1, Math.max(0, Math.floor(((w + 1) / 2) * side)));
-    const i = 3 * (at(-v) * side + at(u));
-    for (let c = 0; c < 3; c++) out[c] = this.skies[place][i + c] / white;
+    const i = at(-v) * side + at(u);
+    for (let c = 0; c < 3; c++) out[c] = this.skies[place][c][i] / white;
     if (state.channel === 0) return;
     const { coloured } = materials[place].facts;
     out[0] = out[1] = out[2] = coloured ? out[state.channel - 1] : NaN;
@@ -144,12 +143,7 @@ export class Appearance extends View {
     const { ink, faint, a, b } = theme();
     const [width, height] = this.size;
     const r = width * 0.3;
-    const [cx, cy] = [width / 2, height - 30];
-    const [yaw, pitch] = state.turn.map((v) => v * RAD);
-    const at = (/** @type {Vector} */ [x, y, z]) => {
-      const [u, v] = [x * Math.cos(yaw) - y * Math.sin(yaw), x * Math.sin(yaw) + y * Math.cos(yaw)];
-      return [cx + r * u, cy - r * (z * Math.cos(pitch) - v * Math.sin(pitch))];
-    };
+    const at = projection(state.turn, width / 2, height - 30, r);
     const light = direction(...state.light);
     const axis = tone(shown());
     const along = Array.from({ length: 24 }, (_, k) => Array.from({ length: 46 }, (_, j) => direction(Math.max(0, 2 * j - 0.5), state.light[1] + 15 * k)));
@@ -172,14 +166,10 @@ export class Appearance extends View {
 
   words() {
     const errors = data.errors.map((e) => `${e.measure} nrmse ${e.nrmse === null ? "–" : digits(e.nrmse)} ± ${e.error === null ? "–" : digits(e.error)}`);
-    const image = data.skyError && data.skyError.nrmse !== null ? `; of the picture under the sky nrmse ${digits(data.skyError.nrmse)}` : "";
+    const nrmse = data.sky[1]?.nrmse ?? null;
+    const image = nrmse === null ? "" : `; of the picture under the sky nrmse ${digits(nrmse)}`;
     const names = materials.map((m, i) => `${"AB"[i]} ${m.facts.name} (${m.facts.symmetry})`).join(", ");
     return `${names}${errors.length ? `. B against A: ${errors.join(", ")}${image}` : ""}. ${state.lit === "sky" ? "Sky" : "Point light"}, exposure ${state.exposure}.`;
-  }
-
-  commandLine() {
-    const name = argument(shown());
-    return name ? `gonio picture sphere ${name} -o pictures` : "";
   }
 
   rows() {
@@ -207,7 +197,6 @@ export class Appearance extends View {
     this.held = !isOn ? "lobe" : materials.length > 1 && Math.abs(x - line) < 10 ? "line" : "lamp";
     this.from = [x, y, ...state.turn];
     this.drag(x, y);
-    return true;
   }
 
   /** @param {number} x @param {number} y */
@@ -221,12 +210,7 @@ export class Appearance extends View {
       const lamp = /** @type {[number, number]} */ ([Math.min(170, 90 * Math.hypot(u, v)), Math.atan2(v, u) / RAD]);
       set({ lamp, lit: "point" });
     }
-    this.isMoving = true;
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => {
-      this.isMoving = false;
-      this.show();
-    }, 160);
+    this.move();
     this.show();
   }
 

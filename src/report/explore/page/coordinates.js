@@ -2,12 +2,12 @@
 
 import { colours, data, materials, signedPlace } from "./data.js";
 import { RAD, angles, charts, direction, warps } from "./geometry.js";
-import { argument, bar, isDifference, paint, quantity, ratio, shown, tone, value } from "./look.js";
+import { bar, isDifference, paint, quantity, ratio, shown, tone, value } from "./look.js";
 import { Axis, digits, frame } from "./plot.js";
 import { about, isTaken, readings } from "./readings.js";
 import { set, state } from "./state.js";
 import { theme } from "./theme.js";
-import { View } from "./view.js";
+import { View, nearest } from "./view.js";
 
 /** @typedef {import("./geometry.js").Pair} Pair */
 
@@ -20,24 +20,45 @@ const MOST = 5000;
 /** Isolines to a factor of ten, by how many such factors there are. @param {number} decades */
 const perDecade = (decades) => [10, 5, 4, 3, 2, 1].find((n) => n * decades <= 12) ?? 0.5;
 
+/** A coordinate, in degrees or a length, where its warp places it. */
+class Warped extends Axis {
+  /** @param {import("./data.js").ChartFacts["axes"][0]} axis @param {{family: string, parameter: number}} warp */
+  constructor({ low, high, angle }, warp) {
+    super(angle ? low / RAD : low, angle ? high / RAD : high);
+    this.warp = warp;
+  }
+
+  /** @param {number} v */
+  place(v) {
+    return warps[this.warp.family][1](super.place(v), this.warp.parameter);
+  }
+
+  /** Round values that are not too near each other. */
+  ticks() {
+    let last = -1;
+    return super.ticks(8).filter((v) => {
+      const isFar = this.place(v) - last >= 0.09;
+      if (isFar) last = this.place(v);
+      return isFar;
+    });
+  }
+}
+
 export class Coordinates extends View {
   constructor() {
     super({
       id: "coordinates",
       title: "Coordinates",
       about: "The first two axes of a parametrization, warped or not; the slider moves along the third. Lines are values in equal ratios. Points are poses: brighter ones lie near the slice. Drag or arrow keys move the pair of directions that the hemisphere shows.",
-      ratio: 1.14,
+      command: (name) => (name ? `gonio distortion ${name} --table shares` : `gonio schedule CONFIG --parametrization ${state.chart}`),
       needs: ["chart", "warp1", "warp2", "third", "show", "scale", "channel", "cosine", "light", "sensor", "time", "look"],
     });
-    this.image = document.createElement("canvas");
     this.key = "";
     this.placedKey = "";
     /** @type {{reading: import("./readings.js").Reading, at: number[]}[]} */
     this.placed = [];
     /** @type {Float32Array} */
     this.values = new Float32Array(SIDE * SIDE);
-    /** @type {import("./pen.js").Box} */
-    this.box = [62, 10, 100, 100];
   }
 
   /** The parametrization. */
@@ -45,7 +66,7 @@ export class Coordinates extends View {
     return data.charts.find((c) => c.kind === state.chart) ?? data.charts[0];
   }
 
-  /** The warp of an axis, 0 or 1. @param {number} axis */
+  /** The warp of an axis; the third has none. @param {number} axis */
   warp(axis) {
     const { warps: all } = this.chart().axes[axis];
     return all.find((w) => w.name === [state.warp1, state.warp2][axis]) ?? all[0];
@@ -56,10 +77,15 @@ export class Coordinates extends View {
     const { axes } = this.chart();
     return [u, v, w].map((place, i) => {
       const { low, high } = axes[i];
-      const warp = i < 2 ? this.warp(i) : undefined;
-      const plain = warp && warp.family !== "none" ? warps[warp.family][0](place, warp.parameter) : place;
-      return low + plain * (high - low);
+      const { family, parameter } = this.warp(i);
+      return low + warps[family][0](place, parameter) * (high - low);
     });
+  }
+
+  /** Places in [0, 1] on paper. @param {number} u @param {number} v */
+  onPaper(u, v) {
+    const [left, top, w, h] = this.box;
+    return [left + u * w, top + (1 - v) * h];
   }
 
   /** The pair at places in [0, 1]. @param {number} u @param {number} v @returns {Pair | undefined} */
@@ -72,9 +98,8 @@ export class Coordinates extends View {
     const { axes, kind } = this.chart();
     return charts[kind].forward(pair).map((c, i) => {
       const { low, high } = axes[i];
-      const plain = Math.min(1, Math.max(0, (c - low) / (high - low)));
-      const warp = i < 2 ? this.warp(i) : undefined;
-      return warp && warp.family !== "none" ? warps[warp.family][1](plain, warp.parameter) : plain;
+      const { family, parameter } = this.warp(i);
+      return warps[family][1](Math.min(1, Math.max(0, (c - low) / (high - low))), parameter);
     });
   }
 
@@ -97,62 +122,27 @@ export class Coordinates extends View {
 
   /** @param {import("./pen.js").Pen} pen @param {number} width @param {number} height */
   draw(pen, width, height) {
-    const { ink, faint, paper, accent } = theme();
+    const { faint, paper, accent } = theme();
     const { axes } = this.chart();
-    this.box = [62, 12, width - 76, height - 120];
-    const [left, top, w, h] = this.box;
-    const both = [this.axis(), this.axis()];
+    const [left, top, w, h] = this.lay(62, 12, width - 76, height - 120);
+    const [x, y] = axes.slice(0, 2).map((axis, i) => new Warped(axis, this.warp(i)));
     const names = axes.map((a, i) => `${a.symbol}${a.angle ? ", degrees" : ""}${i < 2 && this.warp(i).name !== "none" ? ` (${this.warp(i).name})` : ""}`);
-    frame(pen, this.box, both[0], both[1], names[0], names[1]);
+    frame(pen, this.box, x, y, names[0], names[1]);
     this.fill();
     pen.path([[left, top], [left + w, top], [left + w, top + h], [left, top + h]], { fill: faint, alpha: 0.5 }, true);
     if (materials.length) pen.image(this.box, this.image);
     if (materials.length && !isDifference(state.show)) this.isolines(pen, paper);
-    this.ticks(pen, ink);
     this.poses(pen);
     const [u, v] = this.places([direction(...state.light), direction(...state.sensor)]);
-    const [px, py] = [left + u * w, top + (1 - v) * h];
+    const [px, py] = this.onPaper(u, v);
     pen.circle(px, py, 7, { stroke: paper, width: 4 });
     pen.circle(px, py, 7, { stroke: accent, width: 2 });
     const box = /** @type {import("./pen.js").Box} */ ([left, top + h + 52, w, 10]);
     if (materials.length) bar(pen, box, isDifference(state.show), tone(shown()), isDifference(state.show) ? "ln(B/A)" : quantity());
   }
 
-  /** An axis of places, without ticks: those are warped. */
-  axis() {
-    const axis = new Axis(0, 1);
-    axis.ticks = () => [];
-    return axis;
-  }
-
-  /** Ticks at round coordinates. @param {import("./pen.js").Pen} pen @param {string} ink */
-  ticks(pen, ink) {
-    const [left, top, w, h] = this.box;
-    this.chart().axes.slice(0, 2).forEach((axis, i) => {
-      const factor = axis.angle ? 1 / RAD : 1;
-      const plain = new Axis(axis.low * factor, axis.high * factor);
-      let last = -1;
-      for (const v of plain.ticks(8)) {
-        const t = plain.place(v);
-        const warp = this.warp(i);
-        const place = warp.family === "none" ? t : warps[warp.family][1](t, warp.parameter);
-        if (place - last < 0.09 && last >= 0) continue;
-        last = place;
-        const word = String(Number(v.toPrecision(3))).replace("-", "−");
-        if (i === 0) {
-          pen.path([[left + place * w, top + h], [left + place * w, top + h + 4]], { stroke: ink });
-          pen.text(left + place * w, top + h + 15, word, { colour: ink, align: "middle", size: 11 });
-        } else {
-          pen.path([[left - 4, top + h - place * h], [left, top + h - place * h]], { stroke: ink });
-          pen.text(left - 6, top + h - place * h + 4, word, { colour: ink, align: "end", size: 11 });
-        }
-      }
-    });
-  }
-
   /** Lines of equal values, by marching squares. @param {import("./pen.js").Pen} pen @param {string} stroke */
   isolines(pen, stroke) {
-    const [left, top, w, h] = this.box;
     const { lo, hi } = tone(shown());
     const least = Math.max(lo, hi * 1e-6);
     const n = perDecade(Math.log10(hi / least));
@@ -175,8 +165,7 @@ export class Coordinates extends View {
         }
       }
     }
-    const at = (/** @type {number[]} */ [x, y]) => [left + ((x + 0.5) * w) / SIDE, top + ((y + 0.5) * h) / SIDE];
-    pen.path(points.map(at), { stroke, width: 0.8, alpha: 0.8 });
+    pen.path(points.map(([x, y]) => this.onPaper((x + 0.5) / SIDE, 1 - (y + 0.5) / SIDE)), { stroke, width: 0.8, alpha: 0.8 });
   }
 
   /** Poses of the set that is shown. */
@@ -193,11 +182,11 @@ export class Coordinates extends View {
 
   /** @param {import("./pen.js").Pen} pen */
   poses(pen) {
-    const [left, top, w, h] = this.box;
     const { ink, paper } = theme();
     for (const { at } of this.posed()) {
       const isNear = Math.abs(at[2] - state.third) < 0.08;
-      pen.circle(left + at[0] * w, top + (1 - at[1]) * h, isNear ? 2.5 : 1.2, { fill: isNear ? paper : ink, stroke: isNear ? ink : undefined, width: 0.7, alpha: isNear ? 1 : 0.4 });
+      const [x, y] = this.onPaper(at[0], at[1]);
+      pen.circle(x, y, isNear ? 2.5 : 1.2, { fill: isNear ? paper : ink, stroke: isNear ? ink : undefined, width: 0.7, alpha: isNear ? 1 : 0.4 });
     }
   }
 
@@ -207,9 +196,9 @@ export class Coordinates extends View {
     const found = data.distortion.find((d) => d.chart === this.chart().kind && d.material === name);
     if (!found) return "";
     const { axes } = this.chart();
-    const percent = (/** @type {number | null} */ v) => (v === null ? "–" : `${(100 * v).toFixed(1)} %`);
-    const along = axes.map((a, i) => `${a.symbol} ${percent(found.gradients[i])}`).join(", ");
-    const alone = axes.slice(0, 2).map((a, i) => `${a.symbol} ${percent(found.shares[i])}`).join(", ");
+    const percent = (/** @type {number | null | undefined} */ v) => (v == null ? "–" : `${(100 * v).toFixed(1)} %`);
+    const along = axes.map((a, i) => `${a.symbol} ${percent(found.gradients?.[i])}`).join(", ");
+    const alone = axes.slice(0, 2).map((a, i) => `${a.symbol} ${percent(found.shares?.[i])}`).join(", ");
     return ` Squared gradient of ln(f + 0.001): ${along} (± ${(100 * found.error).toFixed(1)}). Variance that a function of one axis has: ${alone}; of both ${percent(found.both)}.`;
   }
 
@@ -221,11 +210,6 @@ export class Coordinates extends View {
     const at = this.coordinates(0, 0, state.third)[2];
     const slice = `Slice at ${axes[2].symbol} ${axes[2].angle ? `${(at / RAD).toFixed(0)}°` : at.toFixed(2)}. `;
     return `${slice}${c.join(", ")}${values.length ? `: ${values.join(", ")}` : ""}.${this.shares()}`;
-  }
-
-  commandLine() {
-    const name = argument(shown());
-    return name ? `gonio distortion ${name} --table shares` : `gonio schedule CONFIG --parametrization ${this.chart().kind}`;
   }
 
   rows() {
@@ -264,13 +248,7 @@ export class Coordinates extends View {
   /** @param {number} x @param {number} y */
   hover(x, y) {
     if (Number.isNaN(x)) return;
-    const [left, top, w, h] = this.box;
-    let best = 6;
-    let found;
-    for (const { reading, at } of this.posed()) {
-      const off = Math.hypot(x - left - at[0] * w, y - top - (1 - at[1]) * h);
-      if (off < best) [best, found] = [off, reading];
-    }
+    const found = nearest(this.posed(), ({ at }) => this.onPaper(at[0], at[1]), x, y, 6)?.reading;
     if (found) this.go([found.light, found.sensor]);
   }
 

@@ -1,6 +1,6 @@
 // What the program has put into the page.
 
-import { Table } from "./table.js";
+import { Table, decoded } from "./table.js";
 import { Colours } from "./theme.js";
 
 /** @typedef {import("./table.js").TableFacts} TableFacts */
@@ -20,8 +20,8 @@ import { Colours } from "./theme.js";
  */
 
 /**
- * A sphere under the sky: ln of linear values by rows, three a pixel.
- * @typedef {{blob: string, side: number, step: number, low: number, white: number}} SkyFacts
+ * A sphere under the sky: planes of linear R, G, B by rows of pixels; of B the error of its picture against that of A.
+ * @typedef {{blob: string, dims: number[], step: number, low: number, white: number, nrmse: number | null}} SkyFacts
  */
 
 /**
@@ -71,10 +71,9 @@ import { Colours } from "./theme.js";
  * @property {{sequential: string, signed: string}} colours
  * @property {{least: number, most: number}} signed sizes of differences of the first and of the last colour
  * @property {ChartFacts[]} charts
- * @property {{chart: string, material: string, shares: (number | null)[], gradients: (number | null)[], error: number, both: number | null}[]} distortion
+ * @property {{chart: string, material: string, shares: number[] | null, gradients: number[] | null, error: number, both: number | null}[]} distortion
  * @property {{measure: string, nrmse: number | null, error: number | null}[]} errors of B against A
  * @property {(SkyFacts | null)[]} sky
- * @property {{nrmse: number | null} | null} skyError
  * @property {(MomentFacts | null)[]} moments
  * @property {{dims: number[], blob: string, step: number, low: number} | null} uncertainty of B, over its value
  * @property {ReadingFacts | null} readings
@@ -100,10 +99,11 @@ export async function bytesOf(id) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** Numbers of a part of the page, a row after the other. @param {string} id */
-export async function numbers(id) {
-  const all = await bytesOf(id);
-  return new Float32Array(all.buffer, 0, all.length >> 2);
+/** Rows of numbers of a part of the page. @param {{blob: string, columns: number}} part @returns {Promise<number[][]>} */
+export async function rowsOf({ blob, columns }) {
+  const all = await bytesOf(blob);
+  const n = Math.floor(all.length / 4 / columns);
+  return Array.from({ length: n }, (_, i) => Array.from(new Float32Array(all.buffer, 4 * columns * i, columns)));
 }
 
 /** A material whose table is there. */
@@ -121,9 +121,7 @@ export class Material {
   /** The plane of a channel of A: 0 is luminance; −1: the material has none of that name. @param {number} channel */
   plane(channel) {
     if (channel === 0) return 0;
-    const name = channelName(channel);
-    const at = name === undefined ? -1 : this.facts.channels.indexOf(name);
-    return at < 0 ? -1 : at + 1;
+    return this.facts.channels.indexOf(channelName(channel) ?? "") + 1 || -1;
   }
 }
 
@@ -133,25 +131,16 @@ export const channelName = (channel) => materials[0]?.facts.channels[channel - 1
 /** Materials on show: A, and B. @type {Material[]} */
 export const materials = [];
 
+/** Standard uncertainty of B over its value, where the program has one. @type {{table?: Table}} */
+export const relative = {};
+
 /** Unpacks the tables. */
 export async function unpack() {
-  const tables = data.materials.map(async (facts) => {
-    const table = Table.decoded(facts.table, await bytesOf(facts.table.blob));
-    return new Material(facts, table);
-  });
+  const tables = data.materials.map(async (facts) => new Material(facts, new Table(facts.table, decoded(await bytesOf(facts.table.blob), facts.table))));
   materials.splice(0, 2, ...(await Promise.all(tables)));
-}
-
-/** A packed picture: linear R, G, B by rows. @param {SkyFacts} facts */
-export async function sky(facts) {
-  const packed = await bytesOf(facts.blob);
-  const n = packed.length >> 1;
-  const values = new Float32Array(n);
-  for (let i = 0; i < n; i++) {
-    const code = packed[i] | (packed[n + i] << 8);
-    values[i] = code > 1 ? Math.exp(facts.low + (code - 2) * facts.step) : code ? 0 : NaN;
-  }
-  return values;
+  if (!data.uncertainty) return;
+  const facts = { ...data.uncertainty, reciprocal: true, shift: 0.5, nearest: false, luminance: [] };
+  relative.table = new Table(facts, decoded(await bytesOf(facts.blob), facts));
 }
 
 /** A place on the scale of differences, in [−1, 1]. @param {number} difference */

@@ -1,13 +1,13 @@
 // The hemisphere of the sensor's directions at a light that is dragged, and the readings there.
 
 import { colours, materials, signedPlace } from "./data.js";
-import { angles, direction } from "./geometry.js";
-import { argument, bar, hatched, isDifference, paint, quantity, ratio, shown, tone, value } from "./look.js";
+import { RAD, angles, direction } from "./geometry.js";
+import { bar, hatched, isDifference, paint, quantity, ratio, shown, tone, value } from "./look.js";
 import { degrees, digits } from "./plot.js";
 import { about, add, basket, near, poseOf, schedule, shownValue } from "./readings.js";
 import { set, state } from "./state.js";
 import { theme } from "./theme.js";
-import { View, element, save } from "./view.js";
+import { View, button, element, nearest, save } from "./view.js";
 
 /** @typedef {import("./geometry.js").Vector} Vector */
 /** @typedef {import("./readings.js").Reading} Reading */
@@ -21,20 +21,12 @@ export class Directions extends View {
       id: "directions",
       title: "Directions",
       about: "Values over the hemisphere of the sensor: elevation is the radius. Drag the light (sun) or the sensor (cross); arrow keys move the light by 1°, with shift the sensor. Dots are readings whose light is near; N and P go from one to the next.",
-      ratio: 1.14,
+      command: (name) => (name ? `gonio slice ${name} --view-deg ${Number(state.light[0].toFixed(2))} -o slice` : "gonio explore A B -o page.html"),
       needs: ["light", "sensor", "channel", "show", "scale", "cosine", "near", "time", "look"],
     });
-    this.image = document.createElement("canvas");
     this.held = "";
-    this.isMoving = false;
     /** @type {Reading | undefined} */
     this.pointed = undefined;
-    this.timer = 0;
-    const button = (/** @type {string} */ name, /** @type {() => void} */ act) => {
-      const made = element("button", { type: "button" }, name);
-      made.addEventListener("click", act);
-      return made;
-    };
     this.count = element("span", { "aria-live": "polite" });
     this.again = button("Read again", () => this.pointed && add(poseOf(this.pointed)));
     this.controls.append(
@@ -55,20 +47,14 @@ export class Directions extends View {
   /** A direction on paper. @param {[number, number]} at elevation and azimuth, degrees @returns {[number, number]} */
   place([theta, phi]) {
     const { x, y, r } = this.disc();
-    const a = (phi * Math.PI) / 180;
-    return [x + (r * theta * Math.cos(a)) / 90, y - (r * theta * Math.sin(a)) / 90];
-  }
-
-  /** @param {Vector} v */
-  placeOf(v) {
-    return this.place([(Math.atan2(Math.hypot(v[0], v[1]), v[2]) * 180) / Math.PI, (Math.atan2(v[1], v[0]) * 180) / Math.PI]);
+    return [x + (r * theta * Math.cos(phi * RAD)) / 90, y - (r * theta * Math.sin(phi * RAD)) / 90];
   }
 
   /** A place on paper as elevation, up to 89°, and azimuth. @param {number} px @param {number} py @returns {[number, number]} */
   at(px, py) {
     const { x, y, r } = this.disc();
     const theta = Math.min(89, (90 * Math.hypot(px - x, py - y)) / r);
-    return [theta, (Math.atan2(y - py, px - x) * 180) / Math.PI];
+    return [theta, Math.atan2(y - py, px - x) / RAD];
   }
 
   /** The colour of a value. @param {Vector} light @param {Vector} sensor @param {import("./plot.js").Axis} axis */
@@ -109,7 +95,7 @@ export class Directions extends View {
       pen.text(x + 3, y - (r * ring) / 90 - 3, `${ring}°`, { colour: ink, size: 10 });
     }
     for (const { reading, sensor } of close) {
-      const [px, py] = this.placeOf(sensor);
+      const [px, py] = this.place(angles(sensor));
       const isHollow = isDifference(state.show);
       const fill = isHollow ? undefined : materials.length ? colours.sequential.css(axis.place(shownValue(reading))) : accent;
       pen.circle(px, py, reading === this.pointed ? 6 : 4, { fill, stroke: reading.suspected ? warn : ink, width: reading.suspected ? 3 : 1 });
@@ -162,12 +148,6 @@ export class Directions extends View {
     return `Reading ${digits(reading.value)}${u} sr⁻¹${line}${expected}${reading.suspected ? "; they contradict it" : ""}`;
   }
 
-  commandLine() {
-    const name = argument(shown());
-    if (!name) return `gonio explore A B -o page.html`;
-    return `gonio slice ${name} --view-deg ${Number(state.light[0].toFixed(2))} -o slice`;
-  }
-
   rows() {
     const light = direction(...state.light);
     const head = ["theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg", ...materials.map((_, i) => `value_${"ab"[i]}`)];
@@ -184,14 +164,7 @@ export class Directions extends View {
 
   /** The reading under a place. @param {number} px @param {number} py */
   reading(px, py) {
-    let best = 9;
-    let found;
-    for (const { reading, sensor } of near(direction(...state.light))) {
-      const [x, y] = this.placeOf(sensor);
-      const off = Math.hypot(px - x, py - y);
-      if (off < best) [best, found] = [off, { reading, sensor }];
-    }
-    return found;
+    return nearest(near(direction(...state.light)), ({ sensor }) => this.place(angles(sensor)), px, py, 9);
   }
 
   /** @param {number} x @param {number} y */
@@ -201,21 +174,13 @@ export class Directions extends View {
     const found = this.held === "sensor" && this.reading(x, y);
     if (found) this.pointed = found.reading;
     this.drag(x, y);
-    return true;
   }
 
   /** @param {number} x @param {number} y */
   drag(x, y) {
     const at = this.at(x, y);
     set(this.held === "light" ? { light: at } : { sensor: at });
-    this.isMoving = true;
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.rest(), 160);
-  }
-
-  rest() {
-    this.isMoving = false;
-    this.show();
+    this.move();
   }
 
   /** @param {number} x @param {number} y */

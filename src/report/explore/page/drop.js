@@ -1,6 +1,6 @@
 // Files that are dropped onto the page: MERL tables and gonio's readings. Nothing leaves the page.
 
-import { Material, data, materials } from "./data.js";
+import { Material, data, materials, relative } from "./data.js";
 import { direction } from "./geometry.js";
 import { about, clock, showReadings } from "./readings.js";
 import { redraw } from "./state.js";
@@ -98,18 +98,9 @@ function readCsv(name, text) {
       continue;
     }
     const u = number(uncertainty);
-    readings.push({
-      light: direction(ti, pi),
-      sensor: direction(to, po),
-      value,
-      u: u > 0 && channels.length === 1 ? u : 0,
-      expected: NaN,
-      expectedU: 0,
-      suspected: false,
-      line: at + 1,
-      visit: 0,
-      spectrum,
-    });
+    const unknown = { expected: NaN, expectedU: 0, suspected: false, visit: 0 };
+    const known = { value, u: u > 0 && channels.length === 1 ? u : 0, spectrum, line: at + 1 };
+    readings.push({ light: direction(ti, pi), sensor: direction(to, po), ...known, ...unknown });
   }
   return readings.length ? { readings, channels, isotropic, every, left } : `${name} has no reading with a value`;
 }
@@ -149,8 +140,8 @@ export async function drop(file) {
 /** Forgets what was computed of a material that is no longer shown. @param {number} place */
 function forget(place) {
   data.errors = [];
-  data.skyError = null;
-  data.uncertainty = null;
+  for (const facts of data.sky) if (facts) facts.nrmse = null;
+  relative.table = undefined;
   data.distortion = [];
   data.sky[place] = null;
   data.moments[place] = null;

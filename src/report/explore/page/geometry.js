@@ -31,15 +31,10 @@ export function unit(v) {
 /** Angle between directions, degrees. @param {Vector} a @param {Vector} b */
 export const apart = (a, b) => Math.atan2(Math.hypot(...cross(a, b)), dot(a, b)) / RAD;
 
-/** A pair turned about the normal until the light's azimuth is 0. @param {Pair} pair @returns {Pair} */
-export function turned([light, sensor]) {
-  const n = Math.hypot(light[0], light[1]);
-  if (n === 0) return [light, sensor];
-  const [c, s] = [light[0] / n, light[1] / n];
-  return [
-    [n, 0, light[2]],
-    [sensor[0] * c + sensor[1] * s, sensor[1] * c - sensor[0] * s, sensor[2]],
-  ];
+/** Where a point of space is on paper: turned by yaw and pitch (degrees), around (x, y), a length of 1 as r. @param {[number, number]} turn @param {number} x @param {number} y @param {number} r */
+export function projection(turn, x, y, r) {
+  const [[cos, sin], [c, s]] = turn.map((v) => [Math.cos(v * RAD), Math.sin(v * RAD)]);
+  return (/** @type {Vector} */ p) => [x + r * (p[0] * cos - p[1] * sin), y - r * (p[2] * c - (p[0] * sin + p[1] * cos) * s)];
 }
 
 /**
@@ -134,8 +129,8 @@ export const charts = {
   },
   stark: {
     forward(pair) {
-      const [h, k] = parts(pair);
-      return [h[0] ** 2 + h[1] ** 2, k[0] ** 2 + k[1] ** 2 + k[2] ** 2, between(h, k)];
+      const [h, k, delta] = charts.hybrid.forward(pair);
+      return [h * h, k * k, delta];
     },
     inverse: ([sigma, alpha, delta]) => charts.hybrid.inverse([Math.sqrt(sigma), Math.sqrt(alpha), delta]),
   },

@@ -2,7 +2,7 @@
 
 import { channelName, colours, materials, signedPlace } from "./data.js";
 import { state } from "./state.js";
-import { Axis } from "./plot.js";
+import { Axis, tick } from "./plot.js";
 import { theme } from "./theme.js";
 
 /** @typedef {import("./geometry.js").Vector} Vector */
@@ -46,10 +46,7 @@ export function tone(place = 0) {
  * @param {HTMLCanvasElement} canvas @param {number} width @param {number} height @param {(x: number, y: number) => number} word
  */
 export function paint(canvas, width, height, word) {
-  if (canvas.width !== width || canvas.height !== height) {
-    canvas.width = width;
-    canvas.height = height;
-  }
+  if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
   const to = canvas.getContext("2d");
   if (!to) throw new Error("this browser has no canvas");
   const image = to.createImageData(width, height);
@@ -79,8 +76,7 @@ export function bar(pen, box, signed, axis, says) {
   const values = signed ? [-1, -0.1, -0.01, 0, 0.01, 0.1, 1] : axis.ticks(Math.floor(width / 60));
   for (const v of values) {
     const place = signed ? 0.5 + 0.5 * signedPlace(v) : axis.place(v);
-    const word = Math.abs(v) >= 1e4 || (v && Math.abs(v) < 1e-3) ? v.toExponential(0) : String(Number(v.toPrecision(3)));
-    pen.text(x + place * width, y + height + 12, word.replace("-", "−"), { colour: ink, align: "middle", size: 10 });
+    pen.text(x + place * width, y + height + 12, tick(v), { colour: ink, align: "middle", size: 10 });
   }
   pen.text(x + width / 2, y + height + 26, says, { colour: ink, align: "middle", size: 11 });
 }

@@ -1,15 +1,15 @@
 // The instrument along its tour: arms, lamp, sensor and sample in the laboratory, and the error of the readings so far.
 
-import { data, numbers } from "./data.js";
-import { angles, cross, dot } from "./geometry.js";
+import { rowsOf } from "./data.js";
+import { angles, cross, dot, projection } from "./geometry.js";
 import { Axis, digits, frame } from "./plot.js";
 import { set, state } from "./state.js";
 import { theme } from "./theme.js";
-import { View, element } from "./view.js";
+import { View, button, element } from "./view.js";
 
 /** @typedef {import("./geometry.js").Vector} Vector */
 
-/** Rows of the visits: see MachineFacts. */
+/** Columns of the visits: see MachineFacts. */
 const [STOP, UNTIL, LIGHT, SENSOR, AXES] = [1, 2, 3, 6, 9];
 
 /** The whole tour takes this long when it is played, seconds. */
@@ -23,20 +23,21 @@ function turn(v, axis, angle) {
 }
 
 export class Machine extends View {
-  constructor() {
+  /** @param {import("./data.js").MachineFacts} facts */
+  constructor(facts) {
     super({
       id: "machine",
       title: "The machine",
       about: "Light (sun), sensor (box) and sample of the instrument on its tour. Play it, or move along it by the slider or the arrow keys; readings appear in the other views as they are taken. Drag turns the scene.",
-      ratio: 1.14,
+      command: () => facts.command,
       needs: ["time", "scene", "look"],
     });
-    this.visits = new Float32Array(0);
-    this.columns = 1;
+    this.facts = facts;
+    /** @type {number[][]} */
+    this.visits = [];
     this.playing = 0;
     this.grabbed = [0, 0, 0, 0];
-    this.play = element("button", { type: "button" }, "Play");
-    this.play.addEventListener("click", () => this.toggle());
+    this.play = button("Play", () => this.toggle());
     this.slider = /** @type {HTMLInputElement} */ (element("input", { type: "range", min: "0", max: "1000", value: "1000", "aria-label": "time along the tour" }));
     this.slider.addEventListener("input", () => this.go((this.total() * Number(this.slider.value)) / 1000));
     this.controls.append(this.play, this.slider);
@@ -44,24 +45,21 @@ export class Machine extends View {
 
   /** Unpacks the tour. */
   async unpack() {
-    if (!data.machine) return;
-    this.columns = data.machine.columns;
-    this.visits = await numbers(data.machine.blob);
+    this.visits = await rowsOf(this.facts);
   }
 
   count() {
-    return Math.floor(this.visits.length / this.columns);
+    return this.visits.length;
   }
 
-  /** @param {number} visit @param {number} column */
+  /** A number of a visit; 0 before the first. @param {number} visit @param {number} column */
   cell(visit, column) {
-    return this.visits[visit * this.columns + column];
+    return this.visits[visit]?.[column] ?? 0;
   }
 
   /** Seconds of the whole tour. */
   total() {
-    const n = this.count();
-    return n ? this.cell(n - 1, UNTIL) : 0;
+    return this.visits.at(-1)?.[UNTIL] ?? 0;
   }
 
   now() {
@@ -76,13 +74,8 @@ export class Machine extends View {
 
   /** Visits that are over at a time. @param {number} time */
   done(time) {
-    let [low, high] = [0, this.count()];
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (this.cell(middle, UNTIL) <= time + 1e-6) low = middle + 1;
-      else high = middle;
-    }
-    return low;
+    const next = this.visits.findIndex((visit) => visit[UNTIL] > time + 1e-6);
+    return next < 0 ? this.count() : next;
   }
 
   toggle() {
@@ -105,14 +98,11 @@ export class Machine extends View {
 
   /** Positions of the axes at a time, rad: moved evenly from visit to visit. @param {number} time */
   positions(time) {
-    const facts = data.machine;
-    if (!facts || !this.count()) return [];
     const next = Math.min(this.done(time), this.count() - 1);
-    const before = Math.max(0, next - 1);
-    const [from, to] = [next ? this.cell(before, UNTIL) : 0, this.cell(next, UNTIL)];
+    const [from, to] = [this.cell(next - 1, UNTIL), this.cell(next, UNTIL)];
     const share = to > from ? Math.min(1, Math.max(0, (time - from) / (to - from))) : 1;
-    return facts.axes.map((axis, i) => {
-      const [a, b] = [next ? this.cell(before, AXES + i) : 0, this.cell(next, AXES + i)];
+    return this.facts.axes.map((axis, i) => {
+      const [a, b] = [this.cell(next - 1, AXES + i), this.cell(next, AXES + i)];
       const isShorter = axis.wraps && Math.abs(b - a) > Math.PI;
       const way = isShorter ? b - a - 2 * Math.PI * Math.sign(b - a) : b - a;
       return a + share * way;
@@ -121,28 +111,20 @@ export class Machine extends View {
 
   /** A direction that is fixed to an axis, in the laboratory. @param {Vector} v @param {number} axis @param {number[]} positions @returns {Vector} */
   inLab(v, axis, positions) {
-    const axes = data.machine?.axes ?? [];
+    const { axes } = this.facts;
     for (let i = axis; i >= 0; i = axes[i].parent) v = turn(v, axes[i].vector, positions[i]);
     return v;
   }
 
-  /** A point of the laboratory on paper, and how near it is. @param {Vector} p @param {number} cx @param {number} cy @param {number} r @returns {[number, number, number]} */
-  seen([x, y, z], cx, cy, r) {
-    const [a, b] = state.scene.map((v) => (v * Math.PI) / 180);
-    const [u, v] = [x * Math.cos(a) - y * Math.sin(a), x * Math.sin(a) + y * Math.cos(a)];
-    return [cx + r * u, cy - r * (z * Math.cos(b) - v * Math.sin(b)), v * Math.cos(b) + z * Math.sin(b)];
-  }
-
   /** @param {import("./pen.js").Pen} pen @param {number} width @param {number} height */
   draw(pen, width, height) {
-    const facts = data.machine;
-    if (!facts) return;
+    const { facts } = this;
     const { ink, faint, a, b, accent } = theme();
     const hasErrors = facts.errors.length > 0;
     const [cx, cy] = [width / 2, height * (hasErrors ? 0.31 : 0.5)];
     const r = Math.min(width, height * (hasErrors ? 0.62 : 1)) * 0.4;
     const positions = this.positions(this.now());
-    const at = (/** @type {Vector} */ p) => this.seen(p, cx, cy, r);
+    const at = projection(state.scene, cx, cy, r);
     const z = /** @type {Vector} */ ([0, 0, 1]);
     const [light, sensor] = [facts.ends.light, facts.ends.sensor].map((axis) => this.inLab(z, axis, positions));
     const sample = (/** @type {Vector} */ v) => this.inLab(v, facts.ends.sample, positions);
@@ -178,16 +160,14 @@ export class Machine extends View {
     const done = this.done(this.now());
     const { accent } = theme();
     for (let i = Math.max(0, done - 400); i < done; i++) {
-      const p = at([this.cell(i, SENSOR), this.cell(i, SENSOR + 1), this.cell(i, SENSOR + 2)]);
-      pen.circle(p[0], p[1], 1.5, { fill: accent, alpha: 0.5 });
+      const [x, y] = at(/** @type {Vector} */ (this.visits[i].slice(SENSOR, AXES)));
+      pen.circle(x, y, 1.5, { fill: accent, alpha: 0.5 });
     }
   }
 
   /** Errors of reconstructions from the readings so far. @param {import("./pen.js").Pen} pen @param {number} width @param {number} height @param {string} stroke @param {string} accent */
   errors(pen, width, height, stroke, accent) {
-    const facts = data.machine;
-    if (!facts) return;
-    const known = facts.errors.filter((e) => e.nrmse !== null);
+    const known = this.facts.errors.filter((e) => e.nrmse !== null);
     const values = known.map((e) => e.nrmse ?? 0).filter((v) => v > 0);
     const x = new Axis(0, this.total() / 60);
     const y = new Axis(Math.min(...values, 1) / 1.3, Math.max(...values, 0.01) * 1.3, "logarithm");
@@ -203,8 +183,7 @@ export class Machine extends View {
   }
 
   words() {
-    const facts = data.machine;
-    if (!facts) return "";
+    const { facts } = this;
     const done = this.done(this.now());
     const stop = done ? this.cell(done - 1, STOP) + 1 : 0;
     const last = facts.errors.filter((e) => e.visits <= done).at(-1);
@@ -213,28 +192,23 @@ export class Machine extends View {
     return `${facts.name}: minute ${(this.now() / 60).toFixed(1)} of ${(this.total() / 60).toFixed(1)}, ${done} of ${this.count()} readings, stop ${stop}${error}${lost}.`;
   }
 
-  commandLine() {
-    return data.machine?.command ?? "";
-  }
-
   rows() {
-    const facts = data.machine;
+    const { facts } = this;
     /** @type {(string | number)[][]} */
-    const rows = [["pose", "minutes", "theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg", ...(facts?.axes.map((a) => `${a.name}_deg`) ?? []), "out_of_reach"]];
+    const rows = [["pose", "minutes", "theta_i_deg", "phi_i_deg", "theta_o_deg", "phi_o_deg", ...facts.axes.map((a) => `${a.name}_deg`), "out_of_reach"]];
     for (let i = 0; i < this.count(); i++) {
-      const vector = (/** @type {number} */ c) => angles([this.cell(i, c), this.cell(i, c + 1), this.cell(i, c + 2)]);
-      const axes = facts?.axes.map((_, k) => (this.cell(i, AXES + k) * 180) / Math.PI) ?? [];
+      const vector = (/** @type {number} */ c) => angles(/** @type {Vector} */ (this.visits[i].slice(c, c + 3)));
+      const axes = facts.axes.map((_, k) => (this.cell(i, AXES + k) * 180) / Math.PI);
       rows.push([this.cell(i, 0), this.cell(i, UNTIL) / 60, ...vector(LIGHT), ...vector(SENSOR), ...axes, ""]);
     }
     const gaps = Array(rows[0].length - 2).fill("");
-    for (const { pose, why } of facts?.lost ?? []) rows.push([pose, ...gaps, why]);
+    for (const { pose, why } of facts.lost) rows.push([pose, ...gaps, why]);
     return rows;
   }
 
   /** @param {number} x @param {number} y */
   grab(x, y) {
     this.grabbed = [x, y, ...state.scene];
-    return true;
   }
 
   /** @param {number} x @param {number} y */
@@ -248,9 +222,7 @@ export class Machine extends View {
     const done = this.done(this.now());
     if (right + up > 0) return this.go(this.cell(Math.min(done, this.count() - 1), UNTIL));
     // All pairs of a picture are read at once.
-    const end = done ? this.cell(done - 1, UNTIL) : 0;
-    let visit = done - 1;
-    while (visit >= 0 && this.cell(visit, UNTIL) >= end) visit--;
-    this.go(visit < 0 ? 0 : this.cell(visit, UNTIL));
+    const end = this.cell(done - 1, UNTIL);
+    this.go(this.visits.findLast((visit) => visit[UNTIL] < end)?.[UNTIL] ?? 0);
   }
 }

@@ -2,7 +2,7 @@
 
 import { Appearance } from "./appearance.js";
 import { Coordinates } from "./coordinates.js";
-import { bytesOf, data, materials, unpack } from "./data.js";
+import { data, materials, unpack } from "./data.js";
 import { Directions } from "./directions.js";
 import { drop } from "./drop.js";
 import { Machine } from "./machine.js";
@@ -10,9 +10,7 @@ import { Moments } from "./moments.js";
 import { about, clock, isTaken, readings, schedule, unpackReadings } from "./readings.js";
 import { Slices } from "./slices.js";
 import { frames, onChange, readFragment, redraw, set, state } from "./state.js";
-import { Table } from "./table.js";
 import { forgetTheme } from "./theme.js";
-import { useUncertainty } from "./uncertainty.js";
 import { element } from "./view.js";
 
 const bar = document.getElementById("controls") ?? document.body;
@@ -20,6 +18,13 @@ const views = document.getElementById("views") ?? document.body;
 const said = document.getElementById("said") ?? document.body;
 
 /** @typedef {keyof import("./state.js").State} Key */
+
+/** A control that is filled whenever the state changes. @param {() => void} fill @param {(Node | string)[]} parts */
+function control(fill, ...parts) {
+  onChange(fill);
+  fill();
+  return element("label", {}, ...parts);
+}
 
 /**
  * A list of values of the state.
@@ -39,9 +44,7 @@ function choice(key, label, options) {
     select.value = String(state[key]);
   };
   select.addEventListener("change", () => set({ [key]: typeof state[key] === "number" ? Number(select.value) : select.value }));
-  onChange(fill);
-  fill();
-  return element("label", {}, `${label} `, select);
+  return control(fill, `${label} `, select);
 }
 
 /** A slider of a number of the state. @param {Key} key @param {string} label @param {number} low @param {number} high @param {number} step */
@@ -55,9 +58,7 @@ function slider(key, label, low, high, step) {
     if (input.value !== String(state[key])) input.value = String(state[key]);
     shown.textContent = String(Number(Number(state[key]).toFixed(2))).replace("-", "−");
   };
-  onChange(fill);
-  fill();
-  return element("label", {}, `${label} `, input, shown);
+  return control(fill, `${label} `, input, shown);
 }
 
 /** @type {() => [string | number, string][]} */
@@ -87,13 +88,9 @@ async function open() {
   if (typeof DecompressionStream === "undefined") throw new Error("this browser cannot inflate data; allowed: one of 2023 or later");
   readFragment(location.hash);
   applyLook();
-  const machine = new Machine();
+  const machine = data.machine && new Machine(data.machine);
   const appearance = new Appearance();
-  await Promise.all([unpack(), unpackReadings(), machine.unpack(), appearance.unpack()]);
-  if (data.uncertainty) {
-    const facts = { ...data.uncertainty, reciprocal: true, shift: 0.5, nearest: false, luminance: [] };
-    useUncertainty(Table.decoded(facts, await bytesOf(data.uncertainty.blob)));
-  }
+  await Promise.all([unpack(), unpackReadings(), machine?.unpack(), appearance.unpack()]);
   openControls();
   const directions = new Directions();
   directions.controls.prepend(slider("near", "readings within, degrees", 0.5, 15, 0.5));
@@ -113,10 +110,10 @@ async function open() {
   );
   const moments = new Moments();
   moments.controls.append(slider("view", "view", 0, data.moments.find(Boolean)?.views.at(-1) ?? 89, 1));
-  const all = [directions, slices, coordinates, ...(data.machine ? [machine] : []), appearance, moments];
+  const all = [directions, slices, coordinates, ...(machine ? [machine] : []), appearance, moments];
   // Before any view is drawn.
   onChange((changed) => {
-    if (changed.has("time")) clock.visits = data.machine ? machine.done(machine.now()) : Infinity;
+    if (changed.has("time")) clock.visits = machine && data.machine ? machine.done(machine.now()) : Infinity;
   });
   for (const view of all) view.open(views);
   onChange((changed) => {

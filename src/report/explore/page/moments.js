@@ -2,10 +2,10 @@
 
 import { colours, data, materials } from "./data.js";
 import { RAD, direction } from "./geometry.js";
-import { argument, hatched, paint, shown, tone, value } from "./look.js";
+import { hatched, paint, shown, tone, value } from "./look.js";
 import { Axis, degrees, digits, frame, legend } from "./plot.js";
 import { set, state } from "./state.js";
-import { theme } from "./theme.js";
+import { lineOf, theme } from "./theme.js";
 import { View, element } from "./view.js";
 
 /** @typedef {import("./geometry.js").Vector} Vector */
@@ -21,23 +21,22 @@ export class Moments extends View {
       id: "moments",
       title: "Moments",
       about: "A moment of slices over the elevation of the view, with its uncertainty, and the slice at the view of the slider over angles of the light in and across the plane of view, with the ellipse of one standard deviation. Drag or arrow keys move the view.",
-      ratio: 1.14,
       touch: "pan-y",
+      command: (name) => (name ? `gonio moments ${name}` : ""),
       needs: ["view", "moment", "show", "scale", "channel", "look"],
     });
-    this.image = document.createElement("canvas");
-    /** @type {import("./pen.js").Box} */
-    this.box = [62, 26, 100, 100];
     this.choice = /** @type {HTMLSelectElement} */ (element("select", { "aria-label": "moment" }));
     this.choice.addEventListener("change", () => set({ moment: this.choice.value }));
-    const names = data.moments.find(Boolean)?.columns ?? [];
-    for (const name of names) this.choice.append(element("option", { value: name }, name));
-    if (names.length) this.controls.append(element("label", {}, "moment ", this.choice));
+    for (const name of this.names()) this.choice.append(element("option", { value: name }, name));
+    if (this.names().length) this.controls.append(element("label", {}, "moment ", this.choice));
+  }
+
+  names() {
+    return data.moments.find(Boolean)?.columns ?? [];
   }
 
   column() {
-    const names = data.moments.find(Boolean)?.columns ?? [];
-    return names.includes(state.moment) ? state.moment : names[0];
+    return this.names().includes(state.moment) ? state.moment : this.names()[0];
   }
 
   /** A column at the view, between the views that the program has. @param {number} place @param {string} name */
@@ -56,7 +55,7 @@ export class Moments extends View {
   draw(pen, width, height) {
     const { ink, a, b, accent } = theme();
     const name = this.column();
-    this.box = [62, 26, width - 76, height * 0.4 - 20];
+    this.lay(62, 26, width - 76, height * 0.4 - 20);
     if (name) {
       if (this.choice.value !== name) this.choice.value = name;
       const curves = data.moments.map((facts) => {
@@ -74,11 +73,11 @@ export class Moments extends View {
           const known = curve.filter((p) => Number.isFinite(p[1]));
           const area = [...known.map((p) => at(p[0], p[1] + p[2])), ...known.reverse().map((p) => at(p[0], p[1] - p[2]))];
           pen.path(area, { fill: [a, b][i], alpha: 0.25 }, true);
-          pen.path(curve.map((p) => at(p[0], p[1])), { stroke: [a, b][i], width: 2, dash: i ? [6, 4] : [] });
+          pen.path(curve.map((p) => at(p[0], p[1])), lineOf(i));
         });
         pen.path([at(state.view, y.lo), at(state.view, y.hi)], { stroke: accent, dash: [2, 3] });
       });
-      legend(pen, 62, 16, materials.map((m, i) => ({ name: `${"AB"[i]} ${m.facts.name}`.slice(0, 24), style: { stroke: [a, b][i], width: 2, dash: i ? [6, 4] : [] } })));
+      legend(pen, 62, 16, materials.map((m, i) => ({ name: `${"AB"[i]} ${m.facts.name}`.slice(0, 24), style: lineOf(i) })));
     } else {
       pen.text(62, height * 0.2, "there are no profiles here", { colour: ink });
     }
@@ -126,13 +125,8 @@ export class Moments extends View {
     return `view ${degrees(state.view)}: ${name ?? ""} ${values}. Angles in rad; the point is the view, the ring its mirror direction.`;
   }
 
-  commandLine() {
-    const name = argument(shown());
-    return name ? `gonio moments ${name}` : "";
-  }
-
   rows() {
-    const names = data.moments.find(Boolean)?.columns ?? [];
+    const names = this.names();
     const rows = /** @type {(string | number)[][]} */ ([["material", "theta_o_deg", ...names.flatMap((n) => [n, `${n}_uncertainty`])]]);
     data.moments.forEach((facts, place) => {
       facts?.views.forEach((view, i) => {

@@ -33,19 +33,12 @@ const FONT = "system-ui, sans-serif";
 /** Points between gaps. @param {ArrayLike<number>[]} points */
 function pieces(points) {
   /** @type {ArrayLike<number>[][]} */
-  const all = [];
-  let open = false;
+  const all = [[]];
   for (const p of points) {
-    if (!Number.isFinite(p[0]) || !Number.isFinite(p[1])) {
-      open = false;
-    } else if (open) {
-      all[all.length - 1].push(p);
-    } else {
-      all.push([p]);
-      open = true;
-    }
+    if (Number.isFinite(p[0]) && Number.isFinite(p[1])) all[all.length - 1].push(p);
+    else all.push([]);
   }
-  return all;
+  return all.filter((piece) => piece.length);
 }
 
 /** A pen on a canvas, which it covers with paper. @implements {Pen} */
@@ -54,10 +47,7 @@ export class CanvasPen {
   constructor(canvas, width, height, paper) {
     const ratio = Math.min(globalThis.devicePixelRatio || 1, 2);
     const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
-    if (canvas.width !== w || canvas.height !== h) {
-      canvas.width = w;
-      canvas.height = h;
-    }
+    if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
     const to = canvas.getContext("2d");
     if (!to) throw new Error("this browser has no canvas");
     this.to = to;
@@ -131,9 +121,7 @@ export class CanvasPen {
 }
 
 /** Text as it stands in XML. @param {string} text */
-function escaped(text) {
-  return text.replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
-}
+const escaped = (text) => text.replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
 
 /** @param {number} v */
 const short = (v) => String(Math.round(v * 100) / 100);

@@ -19,7 +19,7 @@ export function digits(v) {
 export const degrees = (v) => `${v.toFixed(1).replace("-", "−")}°`;
 
 /** A tick without needless zeros. @param {number} v */
-const tick = (v) => {
+export const tick = (v) => {
   const text = Math.abs(v) >= 1e4 || (v !== 0 && Math.abs(v) < 1e-3) ? v.toExponential(0) : String(Number(v.toPrecision(6)));
   return text.replace("-", "−");
 };
@@ -47,13 +47,6 @@ export class Axis {
   place(v) {
     if (this.scale === "logarithm" && v <= 0) return Number.isNaN(v) ? NaN : -1;
     return (this.bent(v) - this.from) / (this.to - this.from);
-  }
-
-  /** The value at a place. @param {number} place */
-  value(place) {
-    const bent = this.from + place * (this.to - this.from);
-    if (this.scale === "logarithm") return Math.exp(bent);
-    return this.scale === "cube root" ? bent ** 3 : bent;
   }
 
   /** About as many round values. @param {number} most @returns {number[]} */
@@ -86,12 +79,12 @@ export function frame(pen, box, x, y, under, beside) {
   const at = (/** @type {number} */ a, /** @type {number} */ b) => [left + width * x.place(a), top + height * (1 - y.place(b))];
   for (const v of x.ticks(Math.max(2, Math.floor(width / 70)))) {
     const [px] = at(v, y.lo);
-    pen.path([[px, top], [px, top + height]], { stroke: faint });
+    pen.path([[px, top], [px, top + height + 4]], { stroke: faint });
     pen.text(px, top + height + 15, tick(v), { colour: ink, align: "middle", size: 11 });
   }
   for (const v of y.ticks(Math.max(2, Math.floor(height / 45)))) {
     const [, py] = at(x.lo, v);
-    pen.path([[left, py], [left + width, py]], { stroke: faint });
+    pen.path([[left - 4, py], [left + width, py]], { stroke: faint });
     pen.text(left - 5, py + 4, tick(v), { colour: ink, align: "end", size: 11 });
   }
   pen.path([[left, top], [left + width, top], [left + width, top + height], [left, top + height]], { stroke: ink }, true);

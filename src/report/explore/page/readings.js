@@ -1,7 +1,7 @@
 // Readings of the page, and a basket of poses to be read.
 
-import { channelName, data, numbers } from "./data.js";
-import { angles, apart, turned } from "./geometry.js";
+import { channelName, data, rowsOf } from "./data.js";
+import { RAD, angles, apart } from "./geometry.js";
 import { redraw, state } from "./state.js";
 
 /** @typedef {import("./geometry.js").Vector} Vector */
@@ -39,21 +39,9 @@ export function showReadings(all, facts) {
 export async function unpackReadings() {
   const facts = data.readings;
   if (!facts) return;
-  const all = await numbers(facts.blob);
-  for (let i = 0; i + facts.columns <= all.length; i += facts.columns) {
-    const row = all.subarray(i, i + facts.columns);
-    readings.push({
-      light: [row[0], row[1], row[2]],
-      sensor: [row[3], row[4], row[5]],
-      value: row[6],
-      u: row[7],
-      expected: row[8],
-      expectedU: row[9],
-      suspected: row[10] > 0,
-      line: row[11],
-      visit: row[12],
-      spectrum: Array.from(row.subarray(13)),
-    });
+  for (const [ix, iy, iz, ox, oy, oz, value, u, expected, expectedU, suspected, line, visit, ...spectrum] of await rowsOf(facts)) {
+    const known = { value, u, expected, expectedU, suspected: suspected > 0, line, visit, spectrum };
+    readings.push({ light: [ix, iy, iz], sensor: [ox, oy, oz], ...known });
   }
   Object.assign(about, { name: facts.name, note: facts.note, channels: facts.channels, isotropic: facts.isotropic });
 }
@@ -67,17 +55,16 @@ export const isTaken = (reading) => reading.visit < clock.visits;
 /** A reading's directions, turned so that the light has the azimuth of the state. @param {Reading} reading @returns {[Vector, Vector]} */
 function seen(reading) {
   if (!about.isotropic) return [reading.light, reading.sensor];
-  const [light, sensor] = turned([reading.light, reading.sensor]);
-  const [c, s] = [Math.cos((state.light[1] * Math.PI) / 180), Math.sin((state.light[1] * Math.PI) / 180)];
+  const by = state.light[1] * RAD - Math.atan2(reading.light[1], reading.light[0]);
+  const [c, s] = [Math.cos(by), Math.sin(by)];
   const turn = (/** @type {Vector} */ [x, y, z]) => /** @type {Vector} */ ([c * x - s * y, s * x + c * y, z]);
-  return [turn(light), turn(sensor)];
+  return [turn(reading.light), turn(reading.sensor)];
 }
 
 /** The value of a reading in the channel of the state, times the cosine where that is asked for; not a number: it has none. @param {Reading} reading */
 export function shownValue(reading) {
-  const name = channelName(state.channel);
-  const at = name === undefined ? -1 : about.channels.indexOf(name);
-  const value = state.channel === 0 ? reading.value : at < 0 ? NaN : reading.spectrum[at];
+  const at = about.channels.indexOf(channelName(state.channel) ?? "");
+  const value = state.channel === 0 ? reading.value : (reading.spectrum[at] ?? NaN);
   return state.cosine ? value * reading.light[2] : value;
 }
 
@@ -85,8 +72,7 @@ export function shownValue(reading) {
 export function near(light) {
   const all = [];
   for (const reading of readings) {
-    if (!isTaken(reading)) continue;
-    if (Number.isNaN(shownValue(reading))) continue;
+    if (!isTaken(reading) || Number.isNaN(shownValue(reading))) continue;
     const [at, sensor] = seen(reading);
     if (apart(at, light) <= state.near) all.push({ reading, sensor });
   }
@@ -104,10 +90,8 @@ export const poseOf = (reading) => [...angles(reading.light), ...angles(reading.
 /** Adds a pose; one that is there is not added again. @param {Pose} pose */
 export function add(pose) {
   const rounded = /** @type {Pose} */ (pose.map((v) => Number(v.toFixed(4))));
-  const isThere = basket.some((p) => p.every((v, i) => Math.abs(v - rounded[i]) < 1e-4));
-  if (!isThere) basket.push(rounded);
+  if (!basket.some((p) => p.every((v, i) => Math.abs(v - rounded[i]) < 1e-4))) basket.push(rounded);
   redraw();
-  return !isThere;
 }
 
 /** The basket as a schedule that the program reads. */

@@ -1,13 +1,12 @@
 // Values along the sensor's elevation at a light, in a plane: Cartesian and polar.
 
-import { materials } from "./data.js";
+import { materials, relative } from "./data.js";
 import { RAD, angles, cross, direction, dot, unit } from "./geometry.js";
-import { argument, quantity, value } from "./look.js";
+import { quantity, value } from "./look.js";
 import { Axis, degrees, digits, frame, legend } from "./plot.js";
 import { near, shownValue } from "./readings.js";
 import { set, state } from "./state.js";
-import { theme } from "./theme.js";
-import { band } from "./uncertainty.js";
+import { lineOf, theme } from "./theme.js";
 import { View } from "./view.js";
 
 /** @typedef {import("./geometry.js").Vector} Vector */
@@ -28,12 +27,10 @@ export class Slices extends View {
       id: "slices",
       title: "Slices",
       about: "Values along the sensor's elevation at the light of the hemisphere, in the plane of the azimuth that the slider turns (0°: the plane of incidence; negative elevations are on the side of the mirror direction). Drag moves the sensor; arrow keys by 1°, up and down turn the plane.",
-      ratio: 1.14,
       touch: "pan-y",
+      command: (name) => (name ? `gonio picture slices ${name} -o pictures` : ""),
       needs: ["light", "sensor", "channel", "scale", "cosine", "plane", "near", "time", "look", "show"],
     });
-    /** @type {import("./pen.js").Box} */
-    this.box = [62, 26, 100, 100];
     /** The point of the polar plot that lengths are from. */
     this.foot = [0, 0];
   }
@@ -44,6 +41,17 @@ export class Slices extends View {
     const all = /** @type {[number, number][]} */ ([]);
     for (let at = -89.5; at <= 89.5; at += STEP) all.push([at, value(place, light, sensorAt(at))]);
     return all;
+  }
+
+  /** Elevations with B − 2u and B + 2u of luminance; none where the program has no u. @param {[number, number][][]} curves */
+  band(curves) {
+    const { table } = relative;
+    if (!table || state.channel > 0 || curves.length === 0) return undefined;
+    const light = direction(...state.light);
+    return curves[curves.length - 1].map(([at, v]) => {
+      const u = v * table.value(0, ...light, ...sensorAt(at));
+      return [at, v - 2 * u, v + 2 * u];
+    });
   }
 
   /** Readings in the plane. @returns {Dot[]} */
@@ -67,7 +75,7 @@ export class Slices extends View {
 
   /** @param {import("./pen.js").Pen} pen @param {number} width @param {number} height */
   draw(pen, width, height) {
-    const { ink, a, b, accent, warn } = theme();
+    const { ink, b, accent, warn } = theme();
     const curves = materials.map((_, i) => this.curve(i));
     const dots = this.dots();
     const values = [...curves.flat().map((p) => p[1]), ...dots.map((d) => d.value)].filter((v) => v > 0 && v < Infinity);
@@ -77,9 +85,9 @@ export class Slices extends View {
     const isLogarithm = scale === "logarithm";
     const y = new Axis(isLogarithm ? Math.max(least / 1.3, most * 1e-7) : 0, isLogarithm ? most * 1.5 : most * 1.08, scale);
     const x = new Axis(-90, 90);
-    this.box = [62, 26, width - 76, height * 0.52 - 26];
+    this.lay(62, 26, width - 76, height * 0.52 - 26);
     const at = frame(pen, this.box, x, y, "elevation of the sensor, degrees", quantity());
-    const bands = band(curves, sensorAt);
+    const bands = this.band(curves);
     pen.within(this.box, () => {
       if (bands) {
         const upper = bands.map((p) => at(p[0], p[2]));
@@ -90,15 +98,14 @@ export class Slices extends View {
       }
       const marked = this.marked();
       pen.path([at(marked, y.lo), at(marked, y.hi)], { stroke: accent, dash: [2, 3] });
-      curves.forEach((curve, i) => pen.path(curve.map((p) => at(...p)), { stroke: [a, b][i], width: 2, dash: i ? [6, 4] : [] }));
+      curves.forEach((curve, i) => pen.path(curve.map((p) => at(...p)), lineOf(i)));
       for (const dot of dots) {
         const [px, py] = at(dot.at, dot.value);
         if (dot.u > 0) pen.path([at(dot.at, dot.value + 2 * dot.u), at(dot.at, Math.max(dot.value - 2 * dot.u, y.lo))], { stroke: ink });
         pen.circle(px, py, 3.5, { fill: dot.suspected ? warn : ink });
       }
     });
-    const named = materials.map((_, i) => ({ name: "AB"[i], style: { stroke: [a, b][i], width: 2, dash: i ? [6, 4] : [] } }));
-    const all = [...named, ...(bands ? [{ name: "± 2u", style: { fill: b, alpha: 0.3 } }] : []), ...(dots.length ? [{ name: "readings", style: { fill: ink } }] : [])];
+    const all = [...materials.map((_, i) => ({ name: "AB"[i], style: lineOf(i) })), ...(bands ? [{ name: "± 2u", style: { fill: b, alpha: 0.3 } }] : []), ...(dots.length ? [{ name: "readings", style: { fill: ink } }] : [])];
     legend(pen, 62, 16, all);
     this.polar(pen, width, height, curves, dots, y);
   }
@@ -108,7 +115,7 @@ export class Slices extends View {
    * @param {import("./pen.js").Pen} pen @param {number} width @param {number} height @param {[number, number][][]} curves @param {Dot[]} dots @param {Axis} y
    */
   polar(pen, width, height, curves, dots, y) {
-    const { ink, faint, a, b, accent } = theme();
+    const { ink, faint, accent } = theme();
     const top = height * 0.52 + 52;
     const r = Math.min(width / 2 - 30, height - top - 14);
     const [cx, cy] = [width / 2, top + r];
@@ -125,7 +132,7 @@ export class Slices extends View {
       const [px, py] = [cx + (r + 8) * Math.sin(angle * RAD), cy - (r + 8) * Math.cos(angle * RAD)];
       pen.text(px, py + 3, `${angle}°`.replace("-", "−"), { colour: ink, size: 10, align: angle < 0 ? "end" : angle ? "start" : "middle" });
     }
-    curves.forEach((curve, i) => pen.path(curve.map((p) => at(...p)), { stroke: [a, b][i], width: 2, dash: i ? [6, 4] : [] }));
+    curves.forEach((curve, i) => pen.path(curve.map((p) => at(...p)), lineOf(i)));
     for (const dot of dots) {
       const [px, py] = at(dot.at, dot.value);
       pen.circle(px, py, 2.5, { fill: ink });
@@ -143,11 +150,6 @@ export class Slices extends View {
     return `light ${degrees(state.light[0])}, plane ${degrees(state.plane)}, elevation ${degrees(marked)}: ${values.join(", ")}; ${this.dots().length} readings in the plane`;
   }
 
-  commandLine() {
-    const name = argument(0);
-    return name ? `gonio picture slices ${name} -o pictures` : "";
-  }
-
   rows() {
     const curves = materials.map((_, i) => this.curve(i));
     const head = ["theta_i_deg", "plane_deg", "elevation_deg", ...materials.map((_, i) => `value_${"ab"[i]}`)];
@@ -157,8 +159,7 @@ export class Slices extends View {
 
   /** @param {number} at */
   mark(at) {
-    const [theta, phi] = angles(sensorAt(Math.min(89, Math.max(-89, at))));
-    set({ sensor: [theta, phi] });
+    set({ sensor: angles(sensorAt(Math.min(89, Math.max(-89, at)))) });
   }
 
   /** @param {number} x @param {number} y */

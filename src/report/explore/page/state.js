@@ -1,56 +1,35 @@
 // What is looked at: one state for all views. It stands in the fragment of the URL.
 
-/**
- * @typedef {object} State
- * @property {[number, number]} light elevation and azimuth, degrees
- * @property {[number, number]} sensor elevation and azimuth, degrees
- * @property {number} channel 0: luminance, n: the n-th channel
- * @property {string} show A, B or difference
- * @property {string} scale of values: logarithm, linear, cube root
- * @property {number} cosine 1: values are times cos θ_i
- * @property {number} plane azimuth of a slice over that of the light, degrees
- * @property {number} near how far a reading's light may be from the light, degrees
- * @property {string} chart the parametrization
- * @property {string} warp1 of its first axis
- * @property {string} warp2 of its second axis
- * @property {number} third place on its third axis, in [0, 1]
- * @property {number} time seconds of the tour; −1: its end
- * @property {string} lit sky or point
- * @property {number} exposure factors of two
- * @property {number} wipe share of the sphere that A has, in [0, 1]
- * @property {[number, number]} turn of the lobe, degrees
- * @property {[number, number]} lamp elevation and azimuth of the point light of the sphere, seen by the camera, degrees
- * @property {[number, number]} scene yaw and pitch of the machine, degrees
- * @property {number} view elevation of the view of moments, degrees
- * @property {string} moment the column of profiles
- * @property {string} look light or dark; auto: the system's
- */
+/** @type {(a: number, b: number) => [number, number]} */
+const pair = (a, b) => [a, b];
 
-/** @type {State} */
+/** What a page opens with. */
 const START = {
-  light: [30, 0],
-  sensor: [30, 180],
-  channel: 0,
-  show: "A",
-  scale: "logarithm",
-  cosine: 0,
-  plane: 0,
-  near: 2,
-  chart: "half-difference",
-  warp1: "none",
-  warp2: "none",
-  third: 0,
-  time: -1,
-  lit: "point",
-  exposure: 0,
-  wipe: 0.5,
-  turn: [30, 30],
-  lamp: [44, 130],
-  scene: [35, 20],
-  view: 45,
-  moment: "",
-  look: "auto",
+  light: pair(30, 0), // elevation and azimuth, degrees
+  sensor: pair(30, 180), // elevation and azimuth, degrees
+  channel: 0, // 0: luminance, n: the n-th channel
+  show: "A", // A, B or difference
+  scale: "logarithm", // of values: logarithm, linear, cube root
+  cosine: 0, // 1: values are times cos θ_i
+  plane: 0, // azimuth of a slice over that of the light, degrees
+  near: 2, // how far a reading's light may be from the light, degrees
+  chart: "half-difference", // the parametrization
+  warp1: "none", // of its first axis
+  warp2: "none", // of its second axis
+  third: 0, // place on its third axis, in [0, 1]
+  time: -1, // seconds of the tour; −1: its end
+  lit: "point", // sky or point
+  exposure: 0, // factors of two
+  wipe: 0.5, // share of the sphere that A has, in [0, 1]
+  turn: pair(30, 30), // of the lobe, degrees
+  lamp: pair(44, 130), // elevation and azimuth of the point light of the sphere, seen by the camera, degrees
+  scene: pair(35, 20), // yaw and pitch of the machine, degrees
+  view: 45, // elevation of the view of moments, degrees
+  moment: "", // the column of profiles
+  look: "auto", // light or dark; auto: the system's
 };
+
+/** @typedef {typeof START} State */
 
 /** Ranges of numbers. @type {Record<string, [number, number]>} */
 const RANGES = {
@@ -70,7 +49,6 @@ const RANGES = {
   view: [0, 89],
 };
 
-/** @type {State} */
 export const state = structuredClone(START);
 
 /** @type {((changed: Set<string>) => void)[]} */
@@ -80,9 +58,7 @@ let changed = new Set();
 let isAsked = false;
 
 /** Calls with the names of what has changed, once a frame. @param {(changed: Set<string>) => void} listener */
-export function onChange(listener) {
-  listeners.push(listener);
-}
+export const onChange = (listener) => void listeners.push(listener);
 
 /** Changes the state; views are drawn in the next frame. @param {Partial<State>} patch */
 export function set(patch) {
@@ -132,36 +108,22 @@ function writeFragment() {
 
 /** The state as a fragment: what differs from the start. */
 function fragment() {
-  const words = Object.entries(state)
-    .filter(([key, value]) => String(value) !== String(/** @type {any} */ (START)[key]))
-    .map(([key, value]) => `${key}=${encodeURIComponent(String(value))}`);
-  return `#${words.join("&")}`;
+  const words = Object.entries(state).map(([key, value]) => [key, String(value)]);
+  return `#${new URLSearchParams(words.filter(([key, value]) => value !== String(/** @type {any} */ (START)[key])))}`;
 }
 
 /** Takes over what a fragment states; what it does not state, or cannot be, is as at the start. @param {string} text */
 export function readFragment(text) {
   Object.assign(state, structuredClone(START));
-  for (const word of text.replace(/^#/, "").split("&")) {
-    const [key, value] = word.split("=").map((part) => {
-      try {
-        return decodeURIComponent(part);
-      } catch {
-        return "";
-      }
-    });
-    if (!Object.hasOwn(START, key) || value === undefined) continue;
+  for (const [key, value] of new URLSearchParams(text.replace(/^#/, ""))) {
+    if (!Object.hasOwn(START, key) || value === "") continue;
     const start = /** @type {any} */ (START)[key];
     const [low, high] = RANGES[key] ?? [0, 0];
     const numbers = value.split(",").map((part) => Math.min(high, Math.max(low, Number(part))));
-    const are = numbers.every(Number.isFinite) && value !== "";
-    if (Array.isArray(start)) {
-      if (are && numbers.length === start.length) Object.assign(state, { [key]: numbers });
-    } else if (typeof start === "number") {
-      if (are && numbers.length === 1) Object.assign(state, { [key]: numbers[0] });
-    } else if (value.length <= 40) {
-      Object.assign(state, { [key]: value });
-    }
+    const are = (/** @type {number} */ n) => numbers.length === n && numbers.every(Number.isFinite);
+    if (Array.isArray(start) && are(start.length)) Object.assign(state, { [key]: numbers });
+    if (typeof start === "number" && are(1)) Object.assign(state, { [key]: numbers[0] });
+    if (typeof start === "string" && value.length <= 40) Object.assign(state, { [key]: value });
   }
-  state.light[0] = Math.min(89, Math.max(0, state.light[0]));
-  state.sensor[0] = Math.min(89, Math.max(0, state.sensor[0]));
+  for (const at of [state.light, state.sensor]) at[0] = Math.min(89, Math.max(0, at[0]));
 }

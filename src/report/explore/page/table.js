@@ -17,6 +17,40 @@ import { halfDifference } from "./geometry.js";
 const [NO_DATA, FIRST] = [0, 2];
 const CODES = 65534;
 
+/**
+ * Channels of values from differences of codes, low bytes before high ones; not a number: no data.
+ * @param {Uint8Array} bytes @param {{dims: number[], low: number, step: number}} facts
+ */
+export function decoded(bytes, { dims, low, step: size }) {
+  const cells = dims.reduce((a, b) => a * b);
+  const n = bytes.length / 2;
+  const values = new Float32Array(CODES + FIRST);
+  values[NO_DATA] = NaN;
+  for (let code = 0; code < CODES; code++) values[code + FIRST] = Math.exp(low + code * size);
+  const channels = [];
+  /** @type {Int32Array | undefined} */
+  let before;
+  for (let first = 0; first < n; first += cells) {
+    const plane = new Float32Array(cells);
+    const steps = new Int32Array(cells);
+    let code = 0;
+    for (let j = 0; j < cells; j++) {
+      const word = bytes[first + j] | (bytes[n + first + j] << 8);
+      if (word < FIRST) {
+        plane[j] = values[word];
+        continue;
+      }
+      const step = ((word - FIRST) >> 1) ^ -((word - FIRST) & 1);
+      steps[j] = before ? step + before[j] : step;
+      code = (code + steps[j] + 2 * CODES) % CODES;
+      plane[j] = values[code + FIRST];
+    }
+    before ??= steps;
+    channels.push(plane);
+  }
+  return channels;
+}
+
 const at = new Float64Array(4);
 
 /** Values of f_r (sr⁻¹): plane 0 is luminance, plane n the n-th channel. */
@@ -31,42 +65,6 @@ export class Table {
     this.turns = turns ?? 1;
     this.planes = facts.luminance.length ? [mixed(channels, facts.luminance), ...channels] : channels;
     this.means = this.turns === 1 ? this.planes.map((plane) => this.meansOf(plane)) : [];
-  }
-
-  /**
-   * From differences of codes, low bytes before high ones.
-   * @param {TableFacts} facts @param {Uint8Array} bytes
-   */
-  static decoded(facts, bytes) {
-    const cells = facts.dims.reduce((a, b) => a * b);
-    const n = bytes.length / 2;
-    const values = new Float32Array(CODES + FIRST);
-    values[NO_DATA] = NaN;
-    for (let code = 0; code < CODES; code++) values[code + FIRST] = Math.exp(facts.low + code * facts.step);
-    const channels = [];
-    /** @type {Int32Array | undefined} */
-    let before;
-    for (let first = 0; first < n; first += cells) {
-      const plane = new Float32Array(cells);
-      const steps = new Int32Array(cells);
-      let code = 0;
-      for (let j = 0; j < cells; j++) {
-        const word = bytes[first + j] | (bytes[n + first + j] << 8);
-        if (word < FIRST) {
-          plane[j] = values[word];
-          continue;
-        }
-        const step = ((word - FIRST) >> 1) ^ -((word - FIRST) & 1);
-        steps[j] = before ? step + before[j] : step;
-        code += steps[j];
-        while (code >= CODES) code -= CODES;
-        while (code < 0) code += CODES;
-        plane[j] = values[code + FIRST];
-      }
-      before ??= steps;
-      channels.push(plane);
-    }
-    return new Table(facts, channels);
   }
 
   /** Means over φ_d at θ_h = 0 and at θ_d = 0, where φ_d has no meaning. @param {Float32Array} plane */

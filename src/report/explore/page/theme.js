@@ -10,12 +10,13 @@ export function theme() {
   if (!known) {
     const style = getComputedStyle(document.documentElement);
     const of = (/** @type {string} */ name) => style.getPropertyValue(`--${name}`).trim();
-    const [ink, faint, paper] = ["ink", "faint", "paper"].map(of);
-    const [a, b, accent, warn] = ["a", "b", "accent", "warn"].map(of);
-    known = { ink, faint, paper, a, b, accent, warn };
+    known = { ink: of("ink"), faint: of("faint"), paper: of("paper"), a: of("a"), b: of("b"), accent: of("accent"), warn: of("warn") };
   }
   return known;
 }
+
+/** The line of a material: of A whole, of B dashed. @param {number} place */
+export const lineOf = (place) => ({ stroke: [theme().a, theme().b][place], width: 2, dash: place ? [6, 4] : [] });
 
 /** Reads the colours again. */
 export function forgetTheme() {

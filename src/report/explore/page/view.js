@@ -1,5 +1,6 @@
 // A view: a canvas that answers the pointer and the keys, with what it shows in words, and files of it.
 
+import { argument, shown } from "./look.js";
 import { CanvasPen, SvgPen } from "./pen.js";
 import { theme } from "./theme.js";
 import { onChange } from "./state.js";
@@ -11,7 +12,8 @@ import { onChange } from "./state.js";
  * @property {string} id
  * @property {string} title
  * @property {string} about what it shows and how it is moved, for the reader of a screen too
- * @property {number} ratio height over width of the drawing
+ * @property {(material?: string) => string} command one that makes the same, of what commands call the material that is shown
+ * @property {number} [ratio] height over width of the drawing
  * @property {"none" | "pan-y"} [touch] what a finger that moves does besides dragging, nothing by default
  * @property {string[]} needs names of the state that it shows
  */
@@ -21,6 +23,13 @@ export function element(tag, attributes = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
   made.append(...children);
+  return made;
+}
+
+/** A button. @param {string} name @param {() => void} act */
+export function button(name, act) {
+  const made = element("button", { type: "button" }, name);
+  made.addEventListener("click", act);
   return made;
 }
 
@@ -39,16 +48,26 @@ const cell = (cell) => (/[",\n]/.test(String(cell)) ? `"${String(cell).replaceAl
 /** Rows as CSV. @param {(string | number)[][]} rows */
 export const csv = (rows) => rows.map((row) => `${row.map(cell).join(",")}\n`).join("");
 
+/**
+ * What has the place on paper that is nearest to (x, y), less than `most` away.
+ * @template T @param {T[]} all @param {(one: T) => number[]} place @param {number} x @param {number} y @param {number} most
+ */
+export function nearest(all, place, x, y, most) {
+  return all.reduce((/** @type {{one?: T, off: number}} */ best, one) => {
+    const [px, py] = place(one);
+    const off = Math.hypot(x - px, y - py);
+    return off < best.off ? { one, off } : best;
+  }, { off: most }).one;
+}
+
 /** Base of all views. */
 export class View {
   /** @param {Options} options */
   constructor(options) {
     this.options = options;
-    this.canvas = document.createElement("canvas");
     const { id, title, about } = options;
-    for (const [name, value] of Object.entries({ tabindex: "0", role: "application", "aria-label": title, "aria-describedby": `${id}-about` })) {
-      this.canvas.setAttribute(name, value);
-    }
+    const described = { "aria-label": title, "aria-describedby": `${id}-about` };
+    this.canvas = /** @type {HTMLCanvasElement} */ (element("canvas", { tabindex: "0", role: "application", ...described }));
     this.canvas.style.touchAction = options.touch ?? "none";
     this.said = element("output", { id: `${id}-said`, "aria-live": "off" });
     this.controls = element("div", { class: "controls" });
@@ -64,6 +83,13 @@ export class View {
       this.files,
     );
     this.size = [0, 0];
+    /** A picture of values, and where it or a plot lies. */
+    this.image = document.createElement("canvas");
+    /** @type {import("./pen.js").Box} */
+    this.box = [62, 26, 100, 100];
+    /** While something is dragged pictures are coarse. */
+    this.isMoving = false;
+    this.timer = 0;
     this.isSeen = true;
     this.isStale = true;
   }
@@ -71,11 +97,7 @@ export class View {
   /** Puts the view into the page. @param {HTMLElement} into */
   open(into) {
     into.append(this.root);
-    for (const [name, make] of Object.entries(this.saves())) {
-      const button = element("button", { type: "button" }, name);
-      button.addEventListener("click", make);
-      this.files.append(button, " ");
-    }
+    for (const [name, make] of Object.entries(this.saves())) this.files.append(button(name, make), " ");
     this.command = element("code");
     this.files.append(this.command);
     this.listen();
@@ -94,7 +116,7 @@ export class View {
   /** Draws the view on its canvas. */
   show() {
     const width = Math.max(240, Math.round(this.canvas.parentElement?.clientWidth ?? 0));
-    const height = Math.round(width * this.options.ratio);
+    const height = Math.round(width * (this.options.ratio ?? 1.14));
     this.canvas.style.height = `${height}px`;
     this.size = [width, height];
     this.draw(new CanvasPen(this.canvas, width, height, theme().paper), width, height);
@@ -129,15 +151,13 @@ export class View {
       return /** @type {[number, number]} */ ([event.clientX - box.left, event.clientY - box.top]);
     };
     canvas.addEventListener("pointerdown", (event) => {
-      if (!this.grab(...place(event))) return;
+      this.grab(...place(event));
       canvas.setPointerCapture(event.pointerId);
       event.preventDefault();
       canvas.focus({ preventScroll: true });
     });
     canvas.addEventListener("pointermove", (event) => {
-      const isHeld = canvas.hasPointerCapture(event.pointerId);
-      if (isHeld) this.drag(...place(event));
-      else this.hover(...place(event));
+      this[canvas.hasPointerCapture(event.pointerId) ? "drag" : "hover"](...place(event));
     });
     canvas.addEventListener("pointerleave", () => this.hover(NaN, NaN));
     // Of several regions only that of the view in hand is read out.
@@ -161,9 +181,9 @@ export class View {
     return "";
   }
 
-  /** A command that makes the same. @returns {string} */
+  /** A command that makes the same. */
   commandLine() {
-    return "";
+    return this.options.command(argument(shown()));
   }
 
   /** What is shown, in numbers: the first row is of names. @returns {(string | number)[][]} */
@@ -171,10 +191,24 @@ export class View {
     return [];
   }
 
-  /** A place is pressed; true if it can be dragged. @param {number} x @param {number} y @returns {boolean} */
+  /** Moves the box. @param {import("./pen.js").Box} box */
+  lay(...box) {
+    return (this.box = box);
+  }
+
+  /** A place is pressed. @param {number} x @param {number} y */
   grab(x, y) {
     this.drag(x, y);
-    return true;
+  }
+
+  /** Coarse pictures until nothing has moved for a while. */
+  move() {
+    this.isMoving = true;
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => {
+      this.isMoving = false;
+      this.show();
+    }, 160);
   }
 
   /** @param {number} x @param {number} y */
