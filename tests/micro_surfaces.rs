@@ -147,7 +147,7 @@ fn energy(brdf: &dyn Brdf, theta_deg: f64, rays: Option<f64>, seed: u64) -> [f64
 /// Facets that lose nothing: all light that comes leaves.
 fn values_integrate_to_one(level: Level) {
     let (mut pulls, mut errors, mut n) = (0.0, 0.0, 0.0);
-    let (rays, paths) = level.of((200_000, 16), (2_000_000, 128));
+    let (rays, paths) = level.of((200_000, 16), (1_000_000, 64));
     for surface in SURFACES.into_iter().step_by(level.of(3, 1)) {
         for facets in [MIRRORS, WHITE] {
             let numbers = format!("rays = {rays}\npaths = {paths}\nhalf_angle_deg = 2");
@@ -171,7 +171,7 @@ fn values_integrate_to_one(level: Level) {
 
 /// Values of another surface and of other paths differ by what their errors say.
 fn errors_are_what_surfaces_differ_by(level: Level) {
-    let [size, rays, paths] = level.of([256, 200_000, 16], [512, 2_000_000, 128]);
+    let [size, rays, paths] = level.of([256, 200_000, 16], [512, 1_000_000, 64]);
     for (facets, bounds) in [(MIRRORS, 0.7..1.4), (WHITE, 0.7..1.4)] {
         let of = |seed: u64| {
             build(&format!(
